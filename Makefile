@@ -1,0 +1,49 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+# `make` alone lists the targets. The first one that needs Python sets up .venv by itself.
+
+SHELL := /bin/bash
+VENV := .venv
+READY := $(VENV)/.ready
+BIN := $(VENV)/bin
+
+.DEFAULT_GOAL := help
+.PHONY: help venv demo test test-all lint format bench-paper clean distclean
+
+help:  ## list the targets
+	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 20
+
+# One stamp: it is older than what it depends on only when something must be installed again.
+$(READY): requirements.txt requirements-dev.txt scripts/setup.sh
+	@bash scripts/setup.sh $(VENV)
+	@touch $@
+
+venv: $(READY)  ## set up .venv: Python 3.11, Blender as a module, the tools
+
+demo: $(READY)  ## build the demo .blend and render it headless through the add-on
+	$(BIN)/python demo/build.py
+	$(BIN)/python demo/render.py
+
+lint: $(READY)  ## ruff, ruff format and mypy --strict on the core
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/python -m mypy --strict adaptive_drt
+
+test: lint  ## lint, and every test that is not slow
+	$(BIN)/python -m pytest tests -m "not slow"
+
+test-all: lint  ## lint, and every test
+	$(BIN)/python -m pytest tests
+
+format: $(READY)  ## format the code, fix what ruff can fix
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+bench-paper: $(READY)  ## run the paper's table, write docs/paper-table.md
+	$(BIN)/python benchmarks/paper.py
+
+clean:  ## remove caches
+	rm -rf .pytest_cache tests/.pytest_cache .mypy_cache .ruff_cache .hypothesis
+	find . -name __pycache__ -type d -not -path './$(VENV)/*' -prune -exec rm -rf {} +
+
+distclean: clean  ## remove caches and .venv
+	rm -rf $(VENV)

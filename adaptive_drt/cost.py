@@ -1,0 +1,21 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The paper's cost model, section 2.2: what adaptivity should save, from three figures.
+
+a : distributed pixels / all pixels.
+b : time of a pixel traced with derivatives and detection / time of a plainly traced pixel.
+c : rays of a distributed pixel.
+"""
+
+from __future__ import annotations
+
+__all__ = ["pays", "predicted_ratio"]
+
+
+def predicted_ratio(a: float, b: float, c: float) -> float:
+    """Time of the adaptive picture over that of distributing everywhere: equation 10."""
+    return (a * c + b - a) / c
+
+
+def pays(a: float, b: float, c: float) -> bool:
+    """Whether adaptivity is faster at all: equation 11."""
+    return b < c - a * (c - 1.0)

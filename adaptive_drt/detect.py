@@ -1,0 +1,189 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The three tests of the paper as one algorithm, for the centre rays of a tile.
+
+Trace one ray at the centre of pixel, shutter and lights, with derivatives; ask of each domain
+whether anything in it could change the answer; flag what could.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .edge import EdgeTest, detect_edges, half_pixel
+from .occluder import Occluders
+from .plan import Plan
+from .primary import Pairs, Surface, Tile, find_pairs, nearest, pair_hits, surface
+from .shadow import Shadow, contributes, curvature, detect_shadows
+from .shadow_edge import detect_shadow_edges, detect_steep_light, patch_reach
+from .sweep import light_changes, moves_in_sight, outlines_pass, patch_light_changes
+from .vector import dot
+
+__all__ = ["Center", "Flags", "detect", "trace_center"]
+
+Array: TypeAlias = NDArray[np.float64]
+Ints: TypeAlias = NDArray[np.int64]
+Mask: TypeAlias = NDArray[np.bool_]
+Clock: TypeAlias = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Center:
+    """The centre rays of a tile of n pixels at the middle of the shutter.
+
+    Attributes
+    ----------
+    w : (3, n) directions.  pairs : candidates, with their hits' ray parameters `t` (m,).
+    depth, item : (n,) nearest hit: ray parameter and object (inf, -1: none).
+    depth_still, item_still : (n,) the same among what stands still.
+    rows : the pixels that hit something, and `hits` their surfaces.
+    """
+
+    w: Array
+    pairs: Pairs
+    t: Array
+    depth: Array
+    item: Ints
+    depth_still: Array
+    item_still: Ints
+    rows: Ints
+    hits: Surface
+
+
+@dataclass(frozen=True)
+class Flags:
+    """What is distributed: `mask` (3, n): penumbra, motion, edge; and `shadows`, one a light.
+
+    `shadows` are of the tile's hits; empty where rays are distributed everywhere.
+    """
+
+    mask: Mask
+    shadows: tuple[Shadow, ...]
+
+
+def trace_center(plan: Plan, bounds: Ints, tile: Tile) -> Center:
+    """Trace the centre rays of a tile."""
+    count = tile.index.size
+    w = plan.lens.directions(tile.x, tile.y)
+    pairs = find_pairs(plan, bounds, tile)
+    t = pair_hits(plan, w[:, pairs.pixel], pairs.item)
+    depth, item = nearest(count, pairs, t)
+    depth_still, item_still = depth, item
+    if plan.motion:
+        still = np.flatnonzero(~plan.moves[pairs.item])
+        depth_still, item_still = nearest(count, pairs.take(still), t[still])
+    rows = np.flatnonzero(item >= 0)
+    hits = surface(plan, w[:, rows], depth[rows], item[rows])
+    return Center(w, pairs, t, depth, item, depth_still, item_still, rows, hits)
+
+
+def everywhere(plan: Plan, center: Center) -> Flags:
+    """The flags of the paper's baseline: each effect that the scene has, everywhere."""
+    count = center.depth.size
+    mask = np.zeros((3, count), dtype=np.bool_)
+    mask[0, center.rows] = plan.penumbra
+    mask[1] = plan.motion
+    mask[2] = plan.edges
+    return Flags(mask, ())
+
+
+def detect(plan: Plan, occluders: Occluders, center: Center, clock: Clock) -> Flags:
+    """Flag the pixels of a tile that need rays distributed.
+
+    Parameters
+    ----------
+    clock : called with the name of each stage that has ended.
+    """
+    count = center.depth.size
+    mask = np.zeros((3, count), dtype=np.bool_)
+    pairs, rows, hits = center.pairs, center.rows, center.hits
+    front_still = center.depth_still
+    test = None
+    if plan.edges:
+        test = detect_edges(plan, count, pairs, center.w[:, pairs.pixel])
+        mask[2] = test.edge
+        front_still = test.front_still
+        clock("detect edges")
+    if plan.motion:
+        moving = pairs.take(plan.moves[pairs.item])
+        motion, outline = outlines_pass(plan, count, moving, center.w[:, moving.pixel], front_still)
+        mask[1] = motion | moves_in_sight(plan, center.item)
+        mask[2] |= outline
+        clock("detect motion")
+    reach = np.zeros(rows.size)
+    if test is not None:
+        reach = _reach(plan, center, test)
+    shadows = []
+    for light in plan.lights:
+        shape = plan.shadow_light(light)
+        candidates = occluders.find(shape, hits, reach)
+        shadow = detect_shadows(plan, hits, shape, candidates)
+        shadows.append(shadow)
+        mask[0, rows] |= shadow.partial & plan.penumbra
+        clock("detect penumbrae")
+        if plan.edges:
+            dark = contributes(shape, shape.center, hits, reach, curvature(plan, hits))[0]
+            open_ = ~dark & ~mask[2, rows]
+            live = candidates.take(open_[candidates.pixel])
+            mask[2, rows] |= detect_shadow_edges(plan, hits, shape, live, reach)
+            mask[2, rows] |= detect_steep_light(light, hits, reach) & ~dark
+            clock("detect shadow edges")
+        if plan.motion:
+            changes = light_changes(plan, hits, shape, candidates, reach)
+            mask[1, rows] |= changes
+            clock("detect moving shadows")
+    if test is not None and plan.motion:
+        mask[1] |= _outline_light(plan, occluders, center, test, mask)
+        clock("detect moving shadows")
+    return Flags(mask, tuple(shadows))
+
+
+def _reach(plan: Plan, center: Center, test: EdgeTest) -> Array:
+    """How far (metres) each hit's surface reaches within its pixel, at most: (hits,)."""
+    rows, pairs = center.rows, center.pairs
+    w = center.w[:, rows]
+    own = np.flatnonzero(pairs.item == center.item[pairs.pixel])
+    deep = np.zeros(center.depth.size)
+    t = center.depth[pairs.pixel[own]]
+    deep[pairs.pixel[own]] = np.maximum(test.far[own] - t, t - test.near[own])
+    h = half_pixel(plan)
+    across = (center.depth[rows] + deep[rows]) * h
+    by_depth = np.maximum(deep[rows], 0.0) * (np.sqrt(dot(w, w)) + h) + across
+    return np.minimum(patch_reach(plan, center.hits, w), by_depth)
+
+
+def _outline_light(
+    plan: Plan, occluders: Occluders, center: Center, test: EdgeTest, mask: Mask
+) -> Mask:
+    """Pixels with an outline, on any of whose surfaces the light may change: (n,).
+
+    A pixel's centre sees one of its surfaces; the others are bounded by balls around the stretch
+    of the pixel's rays in which they lie.
+    """
+    pairs = center.pairs
+    changes = np.zeros(mask.shape[1], dtype=np.bool_)
+    open_ = mask[2] & ~mask[1]
+    rests = ~moves_in_sight(plan, pairs.item)
+    rows = np.flatnonzero(test.seen & open_[pairs.pixel] & rests)
+    if not rows.size:
+        return changes
+    w = center.w[:, pairs.pixel[rows]]
+    near, far = test.near[rows], test.far[rows]
+    length = np.sqrt(dot(w, w)) + half_pixel(plan)
+    reach = 0.5 * (far - near) * length + far * half_pixel(plan)
+    patch = Surface(
+        0.5 * (near + far) * w,
+        np.zeros_like(w),
+        pairs.item[rows],
+        np.zeros(rows.size, dtype=np.bool_),
+    )
+    for light in plan.lights:
+        shape = plan.shadow_light(light)
+        candidates = occluders.find(shape, patch, reach)
+        found = patch_light_changes(plan, patch, shape, candidates, reach)
+        changes[pairs.pixel[rows[found]]] = True
+    return changes

@@ -1,0 +1,316 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Elementary functions of arrays and of jets: a formula is written once and serves both.
+
+A jet's value is computed exactly as the array's would be, bit for bit. Derivatives are formed
+only when some partial needs them.
+
+Domains. Arguments past the end of a domain by rounding are pulled back to its end (sqrt and log
+below 0, arcsin and arccos beyond 1), so no NaN is made here of finite numbers.
+At a singular point a partial is infinite where the inner partial is not 0, and 0 where it is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TypeAlias, overload
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .jet import Batch, Jet, Operand, matched, quadratic
+from .partials import Array, Partial, Partials, accumulate, pairs
+
+__all__ = [
+    "absolute",
+    "arccos",
+    "arcsin",
+    "arctan2",
+    "cos",
+    "exp",
+    "hypot",
+    "log",
+    "patch_jump",
+    "patch_kink",
+    "sin",
+    "sqrt",
+    "square",
+]
+
+Thunk: TypeAlias = Callable[[], Array]
+
+
+def sqrt(x: Batch) -> Batch:
+    """Square root; below 0 it is that of 0.
+
+    At 0 it is steep: first partials are +-inf with the sign of the inner one, second partials
+    -inf * sign(x_i x_j), or +-inf with the sign of x_ij where x_i x_j is 0.
+    """
+    if isinstance(x, Jet):
+        root = sqrt(x.value)
+        return _chain(x, root, lambda: 0.5 / root, lambda: -0.25 / (root * root * root))
+    result: Array = np.sqrt(np.maximum(x, 0.0))
+    return result
+
+
+def square(x: Batch) -> Batch:
+    """x * x."""
+    return quadratic(np.multiply, x) if isinstance(x, Jet) else np.multiply(x, x)
+
+
+def sin(x: Batch) -> Batch:
+    """Sine of radians."""
+    if isinstance(x, Jet):
+        value = np.sin(x.value)
+        return _chain(x, value, lambda: np.cos(x.value), lambda: -value)
+    return np.sin(x)
+
+
+def cos(x: Batch) -> Batch:
+    """Cosine of radians."""
+    if isinstance(x, Jet):
+        value = np.cos(x.value)
+        return _chain(x, value, lambda: -np.sin(x.value), lambda: -value)
+    return np.cos(x)
+
+
+def exp(x: Batch) -> Batch:
+    """Exponential; infinite, with NumPy's warning, beyond 709."""
+    if isinstance(x, Jet):
+        value = np.exp(x.value)
+        return _chain(x, value, lambda: value, lambda: value)
+    return np.exp(x)
+
+
+def log(x: Batch) -> Batch:
+    """Natural logarithm; -inf at 0 and below, where partials are as those of sqrt at 0."""
+    if isinstance(x, Jet):
+        inner = np.maximum(x.value, 0.0)
+        return _chain(x, log(x.value), lambda: 1.0 / inner, lambda: -1.0 / (inner * inner))
+    with np.errstate(divide="ignore"):  # log(0) = -inf is what is promised
+        value: Array = np.log(np.maximum(x, 0.0))
+    return value
+
+
+def arcsin(x: Batch) -> Batch:
+    """Angle in -pi/2..pi/2; beyond +-1 it is that of +-1, where partials are infinite."""
+    if isinstance(x, Jet):
+        inner = np.clip(x.value, -1.0, 1.0)
+        width = (1.0 - inner) * (1.0 + inner)
+        root = np.sqrt(width)
+        return _chain(x, np.arcsin(inner), lambda: 1.0 / root, lambda: inner / (width * root))
+    return np.arcsin(np.clip(x, -1.0, 1.0))
+
+
+def arccos(x: Batch) -> Batch:
+    """Angle in 0..pi; beyond +-1 it is that of +-1, where partials are infinite."""
+    if isinstance(x, Jet):
+        inner = np.clip(x.value, -1.0, 1.0)
+        width = (1.0 - inner) * (1.0 + inner)
+        root = np.sqrt(width)
+        return _chain(x, np.arccos(inner), lambda: -1.0 / root, lambda: -inner / (width * root))
+    return np.arccos(np.clip(x, -1.0, 1.0))
+
+
+def absolute(x: Batch) -> Batch:
+    """|x|. At 0 partials are those of +x or -x by the sign of the zero: |x_i| is the slope to
+    either side, so |x_i| * r bounds the change, but the polynomial is that of one side only.
+    """
+    if isinstance(x, Jet):
+        sign = np.copysign(1.0, x.value)
+        flipped = x.map(lambda entry: entry * sign)
+        return Jet(np.abs(x.value), flipped.gradient, flipped.hessian)
+    return np.abs(x)
+
+
+@overload
+def hypot(a: Jet, b: Operand) -> Jet: ...
+@overload
+def hypot(a: Operand, b: Jet) -> Jet: ...
+@overload
+def hypot(a: Array | float, b: Array | float) -> Array: ...
+def hypot(a: Operand, b: Operand) -> Operand:
+    """Length of (a, b).
+
+    At (0, 0) there is a kink: the first partial is the slope to either side, hypot(a_i, b_i),
+    which bounds the change; second partials are +inf where both slopes are not 0, else
+    hypot(a_ij, b_ij).
+    """
+    if not isinstance(a, Jet) and not isinstance(b, Jet):
+        return np.hypot(a, b)
+    a, b = matched(a, b)
+    value = np.hypot(a.value, b.value)
+    zero = value == 0.0
+    r = np.where(zero, 1.0, value)
+    u, w = a.value / r, b.value / r
+    smooth = _chain2(a, b, value, (u, w), (w * w / r, -u * w / r, u * u / r))
+    if not zero.any():
+        return smooth
+    return patch_kink(smooth, zero, *_lengths(a, b))
+
+
+@overload
+def arctan2(y: Jet, x: Operand) -> Jet: ...
+@overload
+def arctan2(y: Operand, x: Jet) -> Jet: ...
+@overload
+def arctan2(y: Array | float, x: Array | float) -> Array: ...
+def arctan2(y: Operand, x: Operand) -> Operand:
+    """Angle of (x, y) in -pi..pi.
+
+    At (0, 0) it jumps: every partial is +inf unless the inner partials it depends on are 0.
+    """
+    if not isinstance(y, Jet) and not isinstance(x, Jet):
+        return np.arctan2(y, x)
+    y, x = matched(y, x)
+    value = np.arctan2(y.value, x.value)
+    zero = (y.value == 0.0) & (x.value == 0.0)
+    r = np.where(zero, 1.0, np.hypot(y.value, x.value))
+    s, c = y.value / r, x.value / r
+    twist = (s - c) * (s + c) / r / r
+    bend = 2.0 * s * c / r / r
+    smooth = _chain2(y, x, value, (c / r, -s / r), (-bend, twist, bend))
+    if not zero.any():
+        return smooth
+    return patch_jump(smooth, zero, *_lengths(y, x))
+
+
+def patch_kink(smooth: Jet, zero: NDArray[np.bool_], slopes: Partials, curves: Partials) -> Jet:
+    """A length whose inner vector is 0 where `zero` is set.
+
+    The value there is 0, first partials are the inner ones' lengths (`slopes`), second partials
+    +inf where both slopes are not 0, else the length of the inner second partial (`curves`).
+    """
+
+    def kink(i: int, j: int, curve: Partial) -> Array:
+        x, y = slopes[i], slopes[j]
+        plain = np.zeros(1) if curve is None else curve
+        if x is None or y is None:
+            return plain
+        return np.where((x != 0.0) & (y != 0.0), np.inf, plain)
+
+    return _patched(smooth, zero, slopes, curves, kink)
+
+
+def patch_jump(smooth: Jet, zero: NDArray[np.bool_], slopes: Partials, curves: Partials) -> Jet:
+    """A direction whose inner vector is 0 where `zero` is set: it jumps there.
+
+    The value there stands as given. Partials are +inf where the inner ones' lengths (`slopes`,
+    `curves`) are not 0, and 0 where they are.
+    """
+
+    def jump(i: int, j: int, curve: Partial) -> Array:
+        x, y = slopes[i], slopes[j]
+        moves = np.zeros(1, dtype=np.bool_) if curve is None else curve != 0.0
+        if x is not None and y is not None:
+            moves = moves | ((x != 0.0) & (y != 0.0))
+        return np.where(moves, np.inf, 0.0)
+
+    steps = tuple(None if s is None else np.where(s != 0.0, np.inf, 0.0) for s in slopes)
+    return _patched(smooth, zero, steps, curves, jump)
+
+
+def _patched(
+    smooth: Jet,
+    zero: NDArray[np.bool_],
+    steps: Partials,
+    curves: Partials,
+    second: Callable[[int, int, Partial], Array],
+) -> Jet:
+    """Put other partials in place of a jet's where `zero` is set; None stays None."""
+    gradient = tuple(
+        entry if entry is None or step is None else np.where(zero, step, entry)
+        for entry, step in zip(smooth.gradient, steps, strict=True)
+    )
+    if smooth.hessian is None:
+        return Jet(smooth.value, gradient)
+    hessian = tuple(
+        None if entry is None else np.where(zero, second(i, j, curve), entry)
+        for (i, j), entry, curve in zip(pairs(smooth.axes), smooth.hessian, curves, strict=True)
+    )
+    return Jet(smooth.value, gradient, hessian)
+
+
+def _lengths(a: Jet, b: Jet) -> tuple[Partials, Partials]:
+    """Lengths of the inner partials of a pair: of the gradients, and of the Hessians."""
+
+    def length(x: Partial, y: Partial) -> Partial:
+        if x is None or y is None:
+            single = y if x is None else x
+            return None if single is None else np.abs(single)
+        return np.hypot(x, y)
+
+    gradient = tuple(map(length, a.gradient, b.gradient))
+    return gradient, tuple(map(length, a.hessian or (), b.hessian or ()))
+
+
+def _chain(x: Jet, value: Array, first: Thunk, second: Thunk) -> Jet:
+    """Chain rule for f(x), with f' and f'' formed only if they are needed."""
+    if x.is_constant:
+        return Jet(value, x.gradient, x.hessian)
+    bends = x.hessian is not None and any(entry is not None for entry in x.gradient)
+    with np.errstate(divide="ignore"):  # an infinite derivative is what is promised
+        slope = first()
+        bend = second() if bends else slope
+    steep = not np.isfinite(bend).all()
+    times: Callable[[Array, Array], Array] = _steep_product if steep else np.multiply
+    gradient = tuple(None if entry is None else times(slope, entry) for entry in x.gradient)
+    if x.hessian is None:
+        return Jet(value, gradient)
+    hessian = []
+    for (i, j), entry in zip(pairs(x.axes), x.hessian, strict=True):
+        total = None if entry is None else times(slope, entry)
+        a, b = x.gradient[i], x.gradient[j]
+        if a is not None and b is not None:
+            curve = times(times(bend, a), b)
+            total = _steep_sum(curve, total) if steep else accumulate(curve, total)
+        hessian.append(total)
+    return Jet(value, gradient, tuple(hessian))
+
+
+def _steep_product(factor: Array, inner: Array) -> Array:
+    """factor * inner, where 0 stays 0 however large the factor."""
+    with np.errstate(invalid="ignore"):  # 0 * inf is replaced in the next line
+        product = factor * inner
+    return np.where(inner == 0.0, 0.0, product)
+
+
+def _steep_sum(curve: Array, slope: Partial) -> Array:
+    """f'' x_i x_j + f' x_ij; where the former is infinite, it outgrows the latter."""
+    if slope is None:
+        return curve
+    with np.errstate(invalid="ignore"):  # inf - inf is not used
+        return np.where(np.isinf(curve), curve, curve + slope)
+
+
+def _chain2(
+    a: Jet, b: Jet, value: Array, first: tuple[Array, Array], second: tuple[Array, Array, Array]
+) -> Jet:
+    """Chain rule for f(a, b): first = (f_a, f_b), second = (f_aa, f_ab, f_bb)."""
+
+    def total(*products: tuple[Partial, ...]) -> Partial:
+        result: Partial = None
+        for factors in products:
+            present = [factor for factor in factors if factor is not None]
+            if len(present) == len(factors):
+                term = present[0] * present[1]
+                for factor in present[2:]:
+                    term *= factor
+                result = accumulate(result, term)
+        return result
+
+    (f_a, f_b), (f_aa, f_ab, f_bb) = first, second
+    gradient = tuple(total((f_a, x), (f_b, y)) for x, y in zip(a.gradient, b.gradient, strict=True))
+    if a.hessian is None or b.hessian is None:
+        return Jet(value, gradient)
+    hessian = tuple(
+        total(
+            (f_a, xx),
+            (f_b, yy),
+            (f_aa, a.gradient[i], a.gradient[j]),
+            (f_ab, a.gradient[i], b.gradient[j]),
+            (f_ab, b.gradient[i], a.gradient[j]),
+            (f_bb, b.gradient[i], b.gradient[j]),
+        )
+        for (i, j), xx, yy in zip(pairs(a.axes), a.hessian, b.hessian, strict=True)
+    )
+    return Jet(value, gradient, hessian)

@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a render leaves behind: the picture, the masks, the counts and the statistics."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["PASSES", "Film", "Pass"]
+
+PENUMBRA, MOTION, EDGE = 0, 1, 2
+"""Rows of `Film.mask`: red, green and blue."""
+
+
+@dataclass(frozen=True)
+class Pass:
+    """One output of the renderer, as Blender's render passes name such things."""
+
+    name: str
+    channels: str
+    kind: str
+
+
+PASSES = (
+    Pass("Combined", "RGBA", "COLOR"),
+    Pass("Depth", "Z", "VALUE"),
+    Pass("Normal", "XYZ", "VECTOR"),
+    Pass("Adaptive Mask", "RGBA", "COLOR"),
+    Pass("Sample Count", "X", "VALUE"),
+)
+"""The one table of passes: every host reads it."""
+
+NO_DEPTH = 1e10
+"""Depth in metres where nothing is hit, as Blender writes it."""
+
+
+@dataclass
+class Film:
+    """Pixels of one render, row 0 at the bottom.
+
+    Attributes
+    ----------
+    width, height : pixels.
+    color : (3, height, width) float64, scene-linear RGB.
+    alpha : (height, width) float64, coverage.
+    mask : (3, height, width) bool: penumbra, motion, edge.
+    samples : (height, width) int32, rays distributed in the pixel (camera rays, and light rays
+        beyond the first); 1 where the one ray stands.
+    depth : (height, width) float64, metres along the camera's axis at the pixel's centre.
+    normal : (3, height, width) float64, unit vectors in world space, 0 where nothing is hit.
+    stats : figures of the render, ready for JSON.
+    """
+
+    width: int
+    height: int
+    color: NDArray[np.float64] = field(init=False)
+    alpha: NDArray[np.float64] = field(init=False)
+    mask: NDArray[np.bool_] = field(init=False)
+    samples: NDArray[np.int32] = field(init=False)
+    depth: NDArray[np.float64] = field(init=False)
+    normal: NDArray[np.float64] = field(init=False)
+    stats: dict[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        shape = (self.height, self.width)
+        self.color = np.zeros((3, *shape))
+        self.alpha = np.zeros(shape)
+        self.mask = np.zeros((3, *shape), dtype=np.bool_)
+        self.samples = np.zeros(shape, dtype=np.int32)
+        self.depth = np.full(shape, NO_DEPTH)
+        self.normal = np.zeros((3, *shape))
+
+    def pixels(self, name: str) -> NDArray[np.float32]:
+        """Return a pass as Blender's images take it: flat float32, row 0 at the bottom.
+
+        Parameters
+        ----------
+        name : one of the names in `PASSES`.
+
+        Returns
+        -------
+        (height * width * channels,) float32, C-contiguous.
+        """
+        ones = np.ones((1, self.height, self.width))
+        planes: NDArray[Any]
+        if name == "Combined":
+            planes = np.concatenate([self.color, self.alpha[None]])
+        elif name == "Adaptive Mask":
+            planes = np.concatenate([self.mask, ones])
+        else:
+            single = {"Depth": self.depth, "Normal": self.normal, "Sample Count": self.samples}
+            planes = np.asarray(single[name]).reshape(-1, self.height, self.width)
+        # a sum beyond float32's range is clipped, so no image ever holds an infinity
+        limit = float(np.finfo(np.float32).max)
+        flat = np.clip(np.moveaxis(planes, 0, -1), -limit, limit)
+        return np.ascontiguousarray(flat, dtype=np.float32).reshape(-1)

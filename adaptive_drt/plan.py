@@ -1,0 +1,196 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What this scene needs: its arrays, the effects in play, and what is skipped and why."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .camera import Lens, make_lens
+from .emitter import Emitter, make_emitter
+from .quad import QuadSet
+from .quadric import SphereSet
+from .scene import Motion, Quad, Scene, Sphere
+from .settings import Settings
+
+__all__ = ["Plan", "make_plan"]
+
+Array: TypeAlias = NDArray[np.float64]
+
+EMBREE_CROSSOVER = 1_000
+"""Objects beyond which embree finds occluders sooner than arrays do: `benchmarks/crossover.py`."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A scene ready for tracing. The tracer's origin is the camera, which stands still.
+
+    Objects are numbered: spheres first, then quads.
+
+    Attributes
+    ----------
+    color : (3, objects) albedo.
+    moves : (objects,) bool, whether the object's outline moves during the shutter.
+    lights : every light that shines.
+    penumbra, motion, edges : whether the effect is asked for and the scene has it.
+    embree : whether embree finds the candidate occluders.
+    threads : worker threads.
+    skipped : what is not done, and why.
+    """
+
+    settings: Settings
+    lens: Lens
+    region: tuple[int, int, int, int]
+    picture_width: int
+    spheres: SphereSet
+    quads: QuadSet
+    color: Array
+    moves: NDArray[np.bool_]
+    lights: tuple[Emitter, ...]
+    background: Array
+    transparent: bool
+    penumbra: bool
+    motion: bool
+    edges: bool
+    embree: bool
+    threads: int
+    skipped: tuple[dict[str, str], ...] = field(default=())
+
+    @property
+    def sphere_count(self) -> int:
+        """How many of the objects are spheres."""
+        return self.spheres.radius.size
+
+    @property
+    def object_count(self) -> int:
+        """How many objects there are."""
+        return self.color.shape[1]
+
+    def shadow_light(self, light: Emitter) -> Emitter:
+        """The light as it casts shadows: without penumbrae, from its centre."""
+        return light if self.penumbra else light.pinpoint()
+
+    def summary(self) -> dict[str, Any]:
+        """What was planned, for the statistics."""
+        return {
+            "spheres": self.sphere_count,
+            "quads": self.object_count - self.sphere_count,
+            "lights": len(self.lights),
+            "penumbra": self.penumbra,
+            "motion": self.motion,
+            "edges": self.edges,
+            "accelerator": "EMBREE" if self.embree else "ARRAYS",
+            "threads": self.threads,
+        }
+
+
+def make_plan(scene: Scene, settings: Settings) -> Plan:
+    """Return the plan of a validated scene."""
+    camera = scene.camera
+    assert camera is not None  # `validate` has seen to it
+    moving = settings.use_motion
+    lens = make_lens(camera)
+    drift = _displacement(camera.motion if moving else None)
+    spheres = [s for s in scene.shapes if isinstance(s, Sphere)]
+    quads = [q for q in scene.shapes if isinstance(q, Quad)]
+    shapes: list[Sphere | Quad] = [*spheres, *quads]
+    shift = [_displacement(s.motion if moving else None) - drift for s in shapes]
+    displacement = _columns(shift)
+    moves = displacement.any(axis=0)
+    skipped: list[dict[str, str]] = []
+    lights = _shining(scene, moving, lens.origin, drift, skipped)
+    penumbra = _has_penumbra(settings, lights, len(shift), skipped)
+    light_moves = any(light.displacement is not None for light in lights)
+    motion = moving and bool(moves.any() or light_moves)
+    skipped += _not_needed(settings, motion, len(shift))
+    count = len(spheres)
+    origin = lens.origin[:, None]
+    return Plan(
+        settings=settings,
+        lens=lens,
+        region=camera.region,
+        picture_width=camera.resolution[0],
+        spheres=SphereSet(
+            _columns([s.center for s in spheres]) - origin,
+            np.array([s.radius for s in spheres], dtype=np.float64),
+            displacement[:, :count].copy() if moves[:count].any() else None,
+        ),
+        quads=QuadSet(
+            _columns([q.corner for q in quads]) - origin,
+            _columns([q.edge_u for q in quads]),
+            _columns([q.edge_v for q in quads]),
+            displacement[:, count:].copy() if moves[count:].any() else None,
+        ),
+        color=_columns([s.material.color for s in shapes]),
+        moves=moves,
+        lights=lights,
+        background=np.array(scene.background, dtype=np.float64),
+        transparent=scene.transparent,
+        penumbra=penumbra,
+        motion=motion,
+        edges=settings.use_edges and bool(shift),
+        embree=_wants_embree(settings, len(shift)),
+        threads=settings.threads or os.cpu_count() or 1,
+        skipped=tuple(skipped),
+    )
+
+
+def _shining(
+    scene: Scene, moving: bool, origin: Array, drift: Array, skipped: list[dict[str, str]]
+) -> tuple[Emitter, ...]:
+    """The lights that shine, as emitters."""
+    kept = []
+    for light in scene.lights:
+        emitter = make_emitter(light, origin, drift, moving)
+        if emitter.power.any():
+            kept.append(emitter)
+        else:
+            skipped.append({"what": light.name, "why": "the light has no power"})
+    return tuple(kept)
+
+
+def _has_penumbra(
+    settings: Settings, lights: Sequence[Emitter], objects: int, skipped: list[dict[str, str]]
+) -> bool:
+    sized = any(light.extended and light.casts_shadow for light in lights)
+    for absent, why in (
+        (not settings.use_penumbra, "switched off: lights shadow from their centres"),
+        (not objects, "there is no object"),
+        (not sized, "no light with a size casts shadows"),
+    ):
+        if absent:
+            skipped.append({"what": "penumbrae", "why": why})
+            return False
+    return True
+
+
+def _not_needed(settings: Settings, motion: bool, objects: int) -> list[dict[str, str]]:
+    """What of motion blur and edges is skipped, and why."""
+    skipped = []
+    if not motion:
+        off = "switched off" if not settings.use_motion else "nothing moves during the shutter"
+        skipped.append({"what": "motion blur", "why": off})
+    if not settings.use_edges or not objects:
+        off = "switched off" if not settings.use_edges else "there is no object"
+        skipped.append({"what": "edges", "why": off})
+    return skipped
+
+
+def _wants_embree(settings: Settings, objects: int) -> bool:
+    if settings.accelerator == "AUTO":
+        return objects >= EMBREE_CROSSOVER
+    return settings.accelerator == "EMBREE" and objects > 0
+
+
+def _displacement(motion: Motion | None) -> Array:
+    return np.array((0.0, 0.0, 0.0) if motion is None else motion.displacement, dtype=np.float64)
+
+
+def _columns(vectors: Sequence[Sequence[float] | Array]) -> Array:
+    """Vectors as columns: (3, n), also for n = 0."""
+    return np.ascontiguousarray(np.array(vectors, dtype=np.float64).reshape(-1, 3).T)

@@ -1,0 +1,292 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Camera rays: which objects a pixel can see at all, and the nearest hit among them.
+
+Objects come to the pixels, not rays to the objects: each object's exact bounds on the picture
+(over the whole shutter) give the pairs (pixel, object) that are worth a test. The same pairs
+serve the centre ray, detection and the distributed rays.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .camera import Lens
+from .plan import Plan
+from .quad import edge_planes, hit_quad
+from .quadric import hit_sphere
+from .vector import cross, dot
+
+__all__ = [
+    "Pairs",
+    "Surface",
+    "Tile",
+    "find_pairs",
+    "nearest",
+    "pair_hits",
+    "screen_bounds",
+    "surface",
+]
+
+Array: TypeAlias = NDArray[np.float64]
+Ints: TypeAlias = NDArray[np.int64]
+
+BOUND_PADDING = 2.0**-16
+"""Pixels. Widens bounds on the picture by far more than the rounding behind them."""
+
+INNER_GAP = 2.0**-37
+"""Of the radius. Keeps hits on the inner side of a sphere inside it, clear of `quadric.GRAZE`: the
+camera is inside as well, so the hit is at most two radii away."""
+
+
+@dataclass(frozen=True)
+class Tile:
+    """Every `step`-th row of the rendered region, so that tiles share the hard places evenly.
+
+    Attributes
+    ----------
+    x, y : (n,) pixel coordinates of the pixels' centres in the picture.
+    index : (n,) numbers of the pixels in the whole picture: what their random points hang on.
+    first, step : the first row within the region, and the distance to the next.
+    """
+
+    x: Array
+    y: Array
+    index: Ints
+    first: int
+    step: int
+
+    @classmethod
+    def make(cls, plan: Plan, first: int, step: int) -> Tile:
+        """Rows first, first + step, ... of the plan's region."""
+        left, bottom, right, top = plan.region
+        j, i = np.mgrid[bottom + first : top : step, left:right]
+        i, j = i.ravel(), j.ravel()
+        return cls(i + 0.5, j + 0.5, j * plan.picture_width + i, first, step)
+
+
+@dataclass(frozen=True)
+class Pairs:
+    """Candidates: `pixel` (m,) within a batch and `item` (m,), the object each may see."""
+
+    pixel: Ints
+    item: Ints
+
+    def take(self, keep: NDArray[np.bool_] | Ints) -> Pairs:
+        """The pairs at a mask or an index."""
+        return Pairs(self.pixel[keep], self.item[keep])
+
+
+@dataclass(frozen=True)
+class Surface:
+    """What rays hit.
+
+    Attributes
+    ----------
+    point, normal : (3, n) metres, relative to the camera; unit normals turned to the viewer.
+    item : (n,) the object.
+    inside : (n,) whether the ray hit the inner side of a sphere.
+    """
+
+    point: Array
+    normal: Array
+    item: Ints
+    inside: NDArray[np.bool_]
+
+    def take(self, keep: NDArray[np.bool_] | Ints) -> Surface:
+        """The hits at a mask or an index."""
+        return Surface(
+            self.point[:, keep], self.normal[:, keep], self.item[keep], self.inside[keep]
+        )
+
+
+def screen_bounds(plan: Plan) -> Ints:
+    """Pixel ranges (left, bottom, right, top), (4, objects), ends exclusive, within the region.
+
+    An object that the camera's plane cuts may be seen anywhere and gets the whole region; one
+    behind it gets an empty range.
+    """
+    lens = plan.lens
+    left, bottom, right, top = plan.region
+    spans = []
+    for step, fixed, low, high in (
+        (lens.right, lens.up, left, right),
+        (lens.up, lens.right, bottom, top),
+    ):
+        a, b = _sphere_span(plan, lens, step, fixed)
+        c, d = _quad_span(plan, lens)[0 if step is lens.right else 1]
+        first = np.concatenate([a, c])
+        last = np.concatenate([b, d])
+        with np.errstate(invalid="ignore"):  # an empty span is (inf, -inf)
+            first = np.floor(np.clip(first - BOUND_PADDING, low, high))
+            last = np.floor(np.clip(last + BOUND_PADDING, low - 1, high - 1)) + 1.0
+        spans.append((first, np.maximum(first, last)))
+    (x0, x1), (y0, y1) = spans
+    bounds: Ints = np.stack([x0, y0, x1, y1]).astype(np.int64)
+    return bounds
+
+
+def _sphere_span(plan: Plan, lens: Lens, step: Array, fixed: Array) -> tuple[Array, Array]:
+    """Range of one pixel coordinate that spheres cover over the shutter, (n,) each.
+
+    The plane through the eye and a pixel column touches the sphere where
+    ((base + x step) x fixed . v)^2 = r^2 |(base + x step) x fixed|^2, a quadratic in x. The
+    sweep of a sphere is the hull of its ends, and so is its image.
+    """
+    n0, n1 = cross(lens.base, fixed), cross(step, fixed)
+    r = plan.spheres.radius
+    first, last = np.full(r.size, np.inf), np.full(r.size, -np.inf)
+    ends = (0.0,) if plan.spheres.displacement is None else (-0.5, 0.5)
+    index = np.arange(r.size)
+    whole = np.zeros(r.size, dtype=np.bool_)
+    behind = np.zeros(r.size, dtype=np.int64)
+    for time in ends:
+        v = plan.spheres.moved(index, time)
+        depth = dot(lens.forward[:, None], v)
+        a, b = dot(n0[:, None], v), dot(n1[:, None], v)
+        qa = b * b - r * r * dot(n1, n1)
+        qb = a * b - r * r * dot(n0, n1)
+        qc = a * a - r * r * dot(n0, n0)
+        ahead = (depth > r) & (qa > 0.0)
+        root = np.sqrt(np.maximum(qb * qb - qa * qc, 0.0))
+        safe = np.where(ahead, qa, 1.0)
+        first = np.where(ahead, np.minimum(first, (-qb - root) / safe), first)
+        last = np.where(ahead, np.maximum(last, (-qb + root) / safe), last)
+        back = depth < -r
+        behind += back
+        whole |= ~ahead & ~back
+    whole |= (behind > 0) & (behind < len(ends))
+    return np.where(whole, -np.inf, first), np.where(whole, np.inf, last)
+
+
+def _quad_span(plan: Plan, lens: Lens) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
+    """Ranges of x and of y that quads cover over the shutter."""
+    quads = plan.quads
+    count = quads.corner.shape[1]
+    ends = (0.0,) if quads.displacement is None else (-0.5, 0.5)
+    corners = []
+    for time in ends:
+        q = quads.moved(np.arange(count), time)
+        corners += [q, q + quads.edge_u, q + quads.edge_v, q + quads.edge_u + quads.edge_v]
+    depth = np.stack([dot(lens.forward[:, None], c) for c in corners])
+    behind = (depth <= 0.0).all(axis=0)
+    whole = (depth <= 0.0).any(axis=0) & ~behind
+    rows = np.linalg.inv(np.stack([lens.base, lens.right, lens.up], axis=1))
+    spans = []
+    for k in (1, 2):
+        safe = np.where(depth > 0.0, depth, 1.0)
+        with np.errstate(over="ignore"):  # a corner at the camera's plane: its image is at infinity
+            at = np.stack([dot(rows[k][:, None], c) for c in corners]) / safe
+        first = np.where(whole, -np.inf, np.where(behind, np.inf, at.min(axis=0, initial=np.inf)))
+        last = np.where(whole, np.inf, np.where(behind, -np.inf, at.max(axis=0, initial=-np.inf)))
+        spans.append((first, last))
+    return spans[0], spans[1]
+
+
+def find_pairs(plan: Plan, bounds: Ints, tile: Tile) -> Pairs:
+    """The candidates of a tile, in the order of the objects.
+
+    Parameters
+    ----------
+    bounds : (4, objects) as `screen_bounds` returns them.
+    """
+    left, bottom, right, _ = plan.region
+    width = right - left
+    # the tile's rows are bottom + first + step * k: the ranges of k (rounded up) per object
+    start = bottom + tile.first
+    k0 = np.maximum(-((start - bounds[1]) // tile.step), 0)
+    k1 = np.maximum(-((start - bounds[3]) // tile.step), 0)
+    items = np.flatnonzero((bounds[2] > bounds[0]) & (k1 > k0))
+    x0, y0 = bounds[0][items], k0[items]
+    wide = bounds[2][items] - x0
+    count = wide * (k1[items] - y0)
+    which = np.repeat(np.arange(items.size), count)
+    offset = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
+    row, column = np.divmod(offset, wide[which])
+    pixel = (y0[which] + row) * width + (x0[which] + column - left)
+    return Pairs(pixel, items[which])
+
+
+def pair_hits(plan: Plan, w: Array, item: Ints, time: Array | float = 0.0) -> Array:
+    """Ray parameters of hits of rays with their candidates, inf for a miss.
+
+    Parameters
+    ----------
+    w : (3, m) or (3, m, k) directions.  item : (m,) objects.
+    time : shutter time, a number or (m, k).
+
+    Returns
+    -------
+    (m,) or (m, k).
+    """
+    t = np.full(w.shape[1:], np.inf)
+    for chosen, is_sphere in ((item < plan.sphere_count, True), (item >= plan.sphere_count, False)):
+        rows = np.flatnonzero(chosen)
+        if not rows.size:
+            continue
+        when = time[rows] if isinstance(time, np.ndarray) else time
+        ids = item[rows, None] if w.ndim == 3 else item[rows]
+        if is_sphere:
+            t[rows] = hit_sphere(
+                w[:, rows], plan.spheres.moved(ids, when), plan.spheres.radius[ids]
+            )
+        else:
+            ids = ids - plan.sphere_count
+            q = plan.quads.moved(ids, when)
+            t[rows] = hit_quad(
+                w[:, rows], *edge_planes(q, plan.quads.edge_u[:, ids], plan.quads.edge_v[:, ids])
+            )
+    return t
+
+
+def nearest(count: int, pairs: Pairs, t: Array) -> tuple[Array, Ints]:
+    """Least ray parameter of each pixel and its object; inf and -1 where nothing is hit.
+
+    Of objects at the very same place the first wins, so the picture has one answer.
+    """
+    best = np.full(count, np.inf)
+    np.minimum.at(best, pairs.pixel, t)
+    item = np.full(count, np.iinfo(np.int64).max)
+    first = np.flatnonzero((t == best[pairs.pixel]) & np.isfinite(t))
+    np.minimum.at(item, pairs.pixel[first], pairs.item[first])
+    return best, np.where(np.isfinite(best), item, -1)
+
+
+def surface(plan: Plan, w: Array, t: Array, item: Ints, time: Array | float = 0.0) -> Surface:
+    """Points and normals of hits.
+
+    Parameters
+    ----------
+    w : (3, n) directions.  t : (n,) finite ray parameters.  item : (n,) objects.
+    time : shutter time, a number or (n,).
+    """
+    point = t * w
+    normal = np.empty_like(point)
+    inside = np.zeros(item.shape, dtype=np.bool_)
+    ball = np.flatnonzero(item < plan.sphere_count)
+    if ball.size:
+        ids = item[ball]
+        center = plan.spheres.moved(ids, _at(time, ball))
+        out = point[:, ball] - center
+        out /= np.sqrt(dot(out, out))
+        # back onto the sphere: the point is then off by roundoffs of its size, whatever t was
+        within = dot(center, center) < plan.spheres.radius[ids] ** 2
+        radius = plan.spheres.radius[ids] * np.where(within, 1.0 - INNER_GAP, 1.0)
+        point[:, ball] = center + radius * out
+        normal[:, ball] = np.where(within, -out, out)
+        inside[ball] = within
+    flat = np.flatnonzero(item >= plan.sphere_count)
+    if flat.size:
+        ids = item[flat] - plan.sphere_count
+        across = cross(plan.quads.edge_u[:, ids], plan.quads.edge_v[:, ids])
+        across /= np.sqrt(dot(across, across))
+        away = dot(across, w[:, flat]) > 0.0
+        normal[:, flat] = np.where(away, -across, across)
+    return Surface(point, normal, item, inside)
+
+
+def _at(time: Array | float, rows: Ints) -> Array | float:
+    return time[rows] if isinstance(time, np.ndarray) else time

@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Parallelograms: edge functions that are linear in a ray's direction.
+
+Seen from a ray's origin, the parallelogram q, q + a, q + a + b, q + b is the cone of directions w
+with w.m >= 0 for the four planes m through the origin and an edge. Oriented by the side the origin
+is on, the four also say that the hit lies ahead, so no division decides visibility.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .vector import cross, dot
+
+__all__ = ["QuadSet", "edge_planes", "hit_quad", "off_plane", "quad_blocks_segment"]
+
+Array: TypeAlias = NDArray[np.float64]
+Mask: TypeAlias = NDArray[np.bool_]
+Planes: TypeAlias = tuple[Array, Array, Array, Array]
+
+
+@dataclass(frozen=True)
+class QuadSet:
+    """Parallelograms as arrays, relative to the tracer's origin, at the middle of the shutter.
+
+    Attributes
+    ----------
+    corner, edge_u, edge_v : (3, n) metres.
+    displacement : (3, n) metres over the shutter, or None where nothing moves.
+    """
+
+    corner: Array
+    edge_u: Array
+    edge_v: Array
+    displacement: Array | None
+
+    def moved(self, index: NDArray[np.int64], time: Array | float) -> Array:
+        """Corners (3, ...) of quads `index` at shutter times that broadcast against it."""
+        place: Array = self.corner[:, index]
+        if self.displacement is None:
+            return place
+        return place + time * self.displacement[:, index]
+
+    @property
+    def bounds(self) -> tuple[Array, Array]:
+        """Centres (3, n) and radii (n,) of spheres around the quads."""
+        center = self.corner + 0.5 * (self.edge_u + self.edge_v)
+        plus, minus = self.edge_u + self.edge_v, self.edge_u - self.edge_v
+        return center, 0.5 * np.sqrt(np.maximum(dot(plus, plus), dot(minus, minus)))
+
+
+def edge_planes(q: Array, a: Array, b: Array) -> tuple[Planes, Array, Array]:
+    """The planes that bound the directions from the origin to a parallelogram.
+
+    Parameters
+    ----------
+    q : (3, ...) vector from the origin to the corner.  a, b : (3, ...) edges.
+
+    Returns
+    -------
+    planes : four (3, ...) inward normals, through the edges u = 0, v = 0, u = 1, v = 1.
+    normal : (3, ...) a x b, turned away from the origin (w.normal > 0 for hits ahead).
+    height : (...) q.normal >= 0, the distance of the plane times |a x b|; 0 where the origin
+        lies in the plane, from where the quad is not seen.
+    """
+    normal = cross(a, b)
+    height = dot(q, normal)
+    side = np.where(height < 0.0, -1.0, 1.0)
+    planes = (
+        side * cross(b, q),
+        side * cross(q, a),
+        side * cross(q + a, b),
+        side * cross(a, q + b),
+    )
+    return planes, side * normal, side * height
+
+
+def off_plane(height: Array, normal: Array, graze: Array | float) -> Array:
+    """The height, but 0 where the origin is within `graze` metres of the plane: it lies in it."""
+    size = np.sqrt(dot(normal, normal))
+    return np.where(height > graze * size, height, 0.0)
+
+
+def hit_quad(w: Array, planes: Planes, normal: Array, height: Array) -> Array:
+    """Ray parameter of the hit, inf for a miss; arguments as `edge_planes` returns them."""
+    inside = _inside(w, planes)
+    facing = dot(w, normal)
+    found = inside & (facing > 0.0) & (height > 0.0)
+    with np.errstate(over="ignore"):  # a grazing hit beyond float64's range is a miss
+        t: Array = np.where(found, height, np.inf) / np.where(found, facing, 1.0)
+    return t
+
+
+def quad_blocks_segment(w: Array, planes: Planes, normal: Array, height: Array) -> Mask:
+    """Whether a quad cuts the open segment from the origin to w."""
+    return _inside(w, planes) & (dot(w, normal) > height) & (height > 0.0)
+
+
+def _inside(w: Array, planes: Planes) -> Mask:
+    inside = dot(w, planes[0]) >= 0.0
+    for plane in planes[1:]:
+        inside = inside & (dot(w, plane) >= 0.0)
+    return inside

@@ -1,0 +1,333 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Tells which polygon meshes stand for a true sphere or a true parallelogram.
+
+All vertices of a cube, a cylinder and a tetrahedron lie on one sphere too, so position alone
+proves nothing. A mesh is taken for a sphere when it is, vertex for vertex and face for face, a
+UV sphere (segments * rings, any count from 3 up) or an icosphere (any subdivision, the plain
+icosahedron included, since that is what Blender's icosphere of subdivision 1 is). Whatever was
+cut, capped, dented or stretched has another structure or leaves the sphere. The tetrahedron,
+the octahedron, the cube and their triangulations are not spheres.
+A mesh is taken for a parallelogram when its faces, however many, tile one without overlap.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .scene import Vector
+
+__all__ = ["Ball", "Parallelogram", "recognise"]
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+RELATIVE_FIT = 2e-5
+"""Of the size: how far a vertex may stand off. Seen: Blender's UV spheres 2e-6 (float32), its
+icosahedron 7e-6 (its constants have six digits)."""
+
+ROUNDINGS = 8.0 * float(np.finfo(np.float32).eps)
+"""Of the largest coordinate: what float32 storage takes from a mesh far from its own origin."""
+
+STRAIGHT = 1e-4
+"""Radians: a smaller turn of the outline is rounding, not a corner."""
+
+ICOSAHEDRON_EDGE = 1.0 / math.sin(2.0 * math.pi / 5.0)
+"""Length of an icosahedron's edge, in circumradii."""
+
+ICOSPHERE_STRETCH = 1.4
+"""Longest edge of an icosphere, in edges of the icosahedron over 2**subdivision; seen: 1.26."""
+
+
+@dataclass(frozen=True)
+class Ball:
+    """Sphere in the mesh's own space: centre and radius in its units."""
+
+    center: Vector
+    radius: float
+
+
+@dataclass(frozen=True)
+class Parallelogram:
+    """`corner` + u * `edge_u` + v * `edge_v`, u and v in 0..1, in the mesh's own space."""
+
+    corner: Vector
+    edge_u: Vector
+    edge_v: Vector
+
+
+def recognise(
+    points: FloatArray, corners: IntArray, starts: IntArray
+) -> Ball | Parallelogram | str:
+    """Return the sphere or parallelogram that a mesh stands for, or why it is neither.
+
+    Parameters
+    ----------
+    points : (3, n) float64, vertex positions.
+    corners : (c,) int64, vertex of each face corner, face after face.
+    starts : (f,) int64, first corner of each face, ascending from 0.
+
+    Returns
+    -------
+    Ball, Parallelogram, or a reason for a person, which begins with "its" or "it".
+    """
+    if len(starts) == 0:
+        return "it has no faces"
+    # loose vertices are never rendered, so they are left out and the others numbered anew
+    used = np.bincount(corners, minlength=points.shape[1]) > 0
+    corners = (np.cumsum(used) - 1)[corners]
+    points = points[:, used]
+    if not np.isfinite(points).all():
+        return "its vertices are not finite numbers"
+    sizes = np.diff(starts, append=len(corners))
+    slack = ROUNDINGS * float(np.abs(points).max())
+    ball = _as_uv_sphere(points, corners, starts, sizes, slack) or _as_icosphere(
+        points, corners, sizes, slack
+    )
+    return ball or _as_parallelogram(points, corners, starts, sizes, slack)
+
+
+def _fit_sphere(points: FloatArray, slack: float) -> Ball | None:
+    """Return the sphere that all points lie on, or None; points (3, n), n >= 4.
+
+    |p|^2 = 2 c.p + (r^2 - |c|^2) is linear in its unknowns; solved by least squares around the
+    points' middle and in units of their extent.
+    """
+    middle = points.mean(axis=1)
+    local = points - middle[:, None]
+    extent = float(np.abs(local).max())
+    if extent == 0.0:
+        return None
+    local = local / extent
+    rows = np.concatenate([2.0 * local, np.ones((1, local.shape[1]))])
+    squares = (local * local).sum(axis=0)
+    solution, _, rank, _ = np.linalg.lstsq(rows.T, squares, rcond=None)
+    if rank < 4:
+        return None
+    distance = np.linalg.norm(local - solution[:3, None], axis=0)
+    radius = float(distance.mean())
+    allowed = RELATIVE_FIT * radius + slack / extent
+    if float(np.abs(distance - radius).max()) > allowed:
+        return None
+    center = middle + extent * solution[:3]
+    # a primitive's own rounding must not move it off its origin, or it would swing as it turns
+    if float(np.linalg.norm(center)) <= RELATIVE_FIT * radius * extent:
+        center = np.zeros(3)
+    return Ball(_vector(center), radius * extent)
+
+
+def _as_uv_sphere(
+    points: FloatArray, corners: IntArray, starts: IntArray, sizes: IntArray, slack: float
+) -> Ball | None:
+    """Return the sphere whose m segments and n rings the mesh is, or None.
+
+    Two poles, m * (n - 1) vertices between them at the angles k pi / n and j 2 pi / m, a
+    triangle for each of the 2 m cells at the poles and a quad for each other cell.
+    """
+    triangles, quads = int((sizes == 3).sum()), int((sizes == 4).sum())
+    segments = triangles // 2
+    if triangles % 2 or segments < 3 or triangles + quads != len(sizes) or quads % segments:
+        return None
+    rings = quads // segments + 2
+    count = points.shape[1]
+    if rings < 3 or count != segments * (rings - 1) + 2:
+        return None
+    quad_corners = corners[(starts[sizes == 4][:, None] + np.arange(4))]
+    triangle_corners = corners[(starts[sizes == 3][:, None] + np.arange(3))]
+    in_quad = np.zeros(count, dtype=np.bool_)
+    in_quad[quad_corners] = True
+    poles = np.flatnonzero(~in_quad)
+    ball = _fit_sphere(points, slack) if len(poles) == 2 else None
+    if ball is None:
+        return None
+    cell = _lattice(points, poles, ball, segments, rings, slack)
+    if cell is None:
+        return None
+    latitude, longitude = cell
+    if not _covers_cells(latitude[quad_corners], longitude[quad_corners], segments, (1, rings - 2)):
+        return None
+    return ball if _covers_fans(latitude, longitude, triangle_corners, segments, rings) else None
+
+
+def _lattice(
+    points: FloatArray, poles: IntArray, ball: Ball, segments: int, rings: int, slack: float
+) -> tuple[IntArray, IntArray] | None:
+    """Return each vertex's ring k (0 and n at the poles) and segment j, or None if one is off."""
+    local = (points - np.array(ball.center)[:, None]) / ball.radius
+    axis = (local[:, poles[0]] - local[:, poles[1]]) / 2.0
+    between = np.setdiff1d(np.arange(points.shape[1]), poles)
+    axis_length = float(np.linalg.norm(axis))
+    if axis_length < 0.5:  # the poles of a sphere are opposite, so this is 1
+        return None
+    axis = axis / axis_length
+    across = local[:, between[0]] - axis * (axis @ local[:, between[0]])
+    across_length = float(np.linalg.norm(across))
+    if across_length < RELATIVE_FIT:
+        return None
+    across = across / across_length
+    along, aside, third = (v @ local for v in (axis, across, np.cross(axis, across)))
+    k = np.rint(np.arctan2(np.hypot(aside, third), along) * rings / math.pi).astype(np.int64)
+    j = np.rint(np.arctan2(third, aside) * segments / math.tau).astype(np.int64) % segments
+    theta, phi = k * math.pi / rings, j * math.tau / segments
+    frame = np.stack([axis, across, np.cross(axis, across)], axis=1)
+    sine = np.sin(theta)
+    ideal = frame @ np.stack([np.cos(theta), sine * np.cos(phi), sine * np.sin(phi)])
+    # one vertex sets the frame's turn, so its own rounding is added to every other's
+    allowed = 4.0 * (RELATIVE_FIT + slack / ball.radius)
+    if float(np.linalg.norm(local - ideal, axis=0).max()) > allowed:
+        return None
+    keys = k[between] * segments + j[between]
+    if not np.array_equal(np.sort(keys), np.arange(segments, segments * rings)):
+        return None
+    return k, j
+
+
+def _first_of_pair(j: IntArray, segments: int) -> IntArray:
+    """Return the segment at which each row's pair of neighbours begins, around the wrap."""
+    low, high = j.min(axis=1), j.max(axis=1)
+    return np.where(high - low == segments - 1, high, low)
+
+
+def _covers_cells(k: IntArray, j: IntArray, segments: int, span: tuple[int, int]) -> bool:
+    """Whether quads of vertices (k, j), each (q, 4), are the cells from ring to ring, once each."""
+    k0, j0 = k.min(axis=1), _first_of_pair(j, segments)
+    place = 2 * (k - k0[:, None]) + (j - j0[:, None]) % segments
+    if not np.array_equal(np.sort(place, axis=1), np.tile(np.arange(4), (len(k), 1))):
+        return False
+    first, last = span
+    cells = np.sort(k0 * segments + j0)
+    return np.array_equal(cells, np.arange(first * segments, (last + 1) * segments))
+
+
+def _covers_fans(
+    latitude: IntArray, longitude: IntArray, faces: IntArray, segments: int, rings: int
+) -> bool:
+    """Whether triangles (2 m, 3) are the two fans around the poles, once each."""
+    k = latitude[faces]
+    order = np.argsort((k == 0) | (k == rings), axis=1, kind="stable")  # the pole goes last
+    k, j = np.take_along_axis(k, order, 1), np.take_along_axis(longitude[faces], order, 1)
+    north = (k == np.array([1, 1, 0])).all(axis=1)
+    south = (k == np.array([rings - 1, rings - 1, rings])).all(axis=1)
+    if not (north | south).all():
+        return False
+    pair = j[:, :2]
+    j0 = _first_of_pair(pair, segments)
+    if not np.array_equal(np.sort((pair - j0[:, None]) % segments, axis=1)[:, 1], np.ones(len(j))):
+        return False
+    return np.array_equal(np.sort(south * segments + j0), np.arange(2 * segments))
+
+
+def _as_icosphere(
+    points: FloatArray, corners: IntArray, sizes: IntArray, slack: float
+) -> Ball | None:
+    """Return the sphere that an icosphere of any subdivision stands for, or None.
+
+    Closed, 20 * 4^s triangles; 12 vertices of five edges, which are those of a regular
+    icosahedron, all others of six; no edge longer than such a subdivision has.
+    """
+    faces, count = len(sizes), points.shape[1]
+    level = round(math.log(faces / 20.0, 4.0)) if faces >= 20 else 0
+    if faces != 20 * 4**level or count != faces // 2 + 2 or not (sizes == 3).all():
+        return None
+    edges, uses = _edges(corners, np.arange(faces) * 3, sizes, count)
+    if not (uses == 2).all():
+        return None
+    valence = np.bincount(edges.ravel(), minlength=count)
+    roots = np.flatnonzero(valence == 5)
+    if len(roots) != 12 or not np.isin(valence, (5, 6)).all():
+        return None
+    ball = _fit_sphere(points, slack)
+    if ball is None:
+        return None
+    local = (points - np.array(ball.center)[:, None]) / ball.radius
+    apart = np.linalg.norm(local[:, roots, None] - local[:, None, roots], axis=0)
+    far = math.sqrt(4.0 - ICOSAHEDRON_EDGE**2)
+    ideal = np.array([0.0] + [ICOSAHEDRON_EDGE] * 5 + [far] * 5 + [2.0])
+    if float(np.abs(np.sort(apart, axis=1) - ideal).max()) > 4.0 * (
+        RELATIVE_FIT + slack / ball.radius
+    ):
+        return None
+    longest = float(np.linalg.norm(local[:, edges[0]] - local[:, edges[1]], axis=0).max())
+    return ball if longest <= ICOSPHERE_STRETCH * ICOSAHEDRON_EDGE / 2**level else None
+
+
+def _edges(
+    corners: IntArray, starts: IntArray, sizes: IntArray, count: int
+) -> tuple[IntArray, IntArray]:
+    """Return the edges (2, e) of all faces and how many faces use each (e,)."""
+    following = np.roll(corners, -1)
+    following[starts + sizes - 1] = corners[starts]
+    low, high = np.minimum(corners, following), np.maximum(corners, following)
+    keys, uses = np.unique(low * count + high, return_counts=True)
+    return np.stack(np.divmod(keys, count)), uses
+
+
+def _as_parallelogram(
+    points: FloatArray, corners: IntArray, starts: IntArray, sizes: IntArray, slack: float
+) -> Parallelogram | str:
+    neither = "its mesh is neither a UV sphere, an icosphere nor a flat parallelogram"
+    place = points - points[:, :1]
+    following = np.roll(corners, -1)
+    following[starts + sizes - 1] = corners[starts]
+    areas = 0.5 * np.add.reduceat(
+        np.cross(place[:, corners], place[:, following], axis=0), starts, axis=1
+    )
+    size = np.linalg.norm(areas, axis=0)
+    largest = int(size.argmax())
+    if size[largest] == 0.0:
+        return "it has no area"
+    normal = areas[:, largest] / size[largest]
+    extent = float(np.linalg.norm(np.ptp(points, axis=1)))
+    allowed = RELATIVE_FIT * extent + slack
+    if float(np.abs(normal @ place).max()) > allowed:
+        return neither
+    edges, uses = _edges(corners, starts, sizes, points.shape[1])
+    outline = _loop(edges[:, uses == 1]) if (uses <= 2).all() else None
+    bends = _bends(points, outline) if outline is not None else None
+    if bends is None or len(bends) != 4:
+        return "its outline is not a parallelogram"
+    a, b, c, d = (points[:, i] for i in bends)
+    if float(np.linalg.norm(a + c - b - d)) > allowed:
+        return "its outline is not a parallelogram"
+    whole = float(np.linalg.norm(np.cross(b - a, d - a)))
+    if abs(float(size.sum()) - whole) > allowed * extent:
+        return "its faces overlap"
+    return Parallelogram(_vector(a), _vector(b - a), _vector(d - a))
+
+
+def _loop(edges: IntArray) -> list[int] | None:
+    """Return the vertices of the one closed loop that edges (2, e) form, in order, or None."""
+    neighbours: dict[int, list[int]] = {}
+    for i, j in edges.T.tolist():
+        neighbours.setdefault(i, []).append(j)
+        neighbours.setdefault(j, []).append(i)
+    if not neighbours or any(len(n) != 2 for n in neighbours.values()):
+        return None
+    first = min(neighbours)
+    loop, before = [first], neighbours[first][1]
+    while True:
+        a, b = neighbours[loop[-1]]
+        after = b if a == before else a
+        if after == first:
+            break
+        before = loop[-1]
+        loop.append(after)
+    return loop if len(loop) == len(neighbours) else None
+
+
+def _bends(points: FloatArray, loop: list[int]) -> list[int]:
+    """Return the vertices of a loop at which it turns."""
+    place = points[:, loop]
+    entering = place - np.roll(place, 1, axis=1)
+    leaving = np.roll(entering, -1, axis=1)
+    turn = np.linalg.norm(np.cross(entering, leaving, axis=0), axis=0)
+    straight = STRAIGHT * np.linalg.norm(entering, axis=0) * np.linalg.norm(leaving, axis=0)
+    return [vertex for vertex, bent in zip(loop, turn > straight, strict=True) if bent]
+
+
+def _vector(array: FloatArray) -> Vector:
+    x, y, z = array.tolist()
+    return (x, y, z)

@@ -1,0 +1,236 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The driver: tiles over threads, a generator of progress that ends in a film."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Generator
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .cost import predicted_ratio
+from .detect import detect, everywhere, trace_center
+from .film import Film
+from .integrate import Pixels, Resolver, resolve
+from .occluder import Occluders
+from .plan import Plan, make_plan
+from .primary import Tile, screen_bounds
+from .scene import Issue, Scene, validate
+from .settings import Settings
+
+__all__ = ["Progress", "render", "render_image"]
+
+SAMPLE_ROWS = 8_192
+"""Pixels of the plain pass that measures t'n: enough that NumPy's calls do not dominate."""
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a render is: `done` of `total` pixels. `film` holds what is finished."""
+
+    done: int
+    total: int
+    stage: str
+    film: Film
+
+
+@dataclass
+class _TileResult:
+    tile: Tile
+    pixels: Pixels
+    mask: NDArray[np.bool_]
+    depth: NDArray[np.float64]
+    normal: NDArray[np.float64]
+    seconds: dict[str, float] = field(default_factory=dict)
+
+
+class _Clock:
+    """Seconds by stage: each call ends a stage."""
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+        self._last = time.perf_counter()
+
+    def __call__(self, stage: str) -> None:
+        now = time.perf_counter()
+        self.seconds[stage] = self.seconds.get(stage, 0.0) + now - self._last
+        self._last = now
+
+
+def render(scene: Scene, settings: Settings | None = None) -> Generator[Progress, None, Film]:
+    """Render a scene.
+
+    Yields progress after each tile and returns the film. Closing the generator cancels; the last
+    progress' film stays valid.
+
+    Raises
+    ------
+    SceneError
+        The scene has no camera that could form a picture.
+    """
+    settings = settings or Settings()
+    began = time.perf_counter()
+    scene = validate(scene)
+    plan = make_plan(scene, settings)
+    left, bottom, right, top = plan.region
+    film = Film(right - left, top - bottom)
+    bounds = screen_bounds(plan)
+    occluders = Occluders(plan)
+    tiles = _tile_count(plan)
+    totals = _Totals()
+    totals.seconds["prepare"] = time.perf_counter() - began
+    done = 0
+    with ThreadPoolExecutor(plan.threads) as pool:
+        waiting: deque[Future[_TileResult]] = deque()
+        first = 0
+        try:
+            while first < tiles or waiting:
+                while first < tiles and len(waiting) < 2 * plan.threads:
+                    waiting.append(pool.submit(_render_tile, plan, occluders, bounds, first, tiles))
+                    first += 1
+                result = waiting.popleft().result()
+                done += _write(film, result)
+                totals.add(result)
+                yield Progress(done, film.width * film.height, "Rendering", film)
+        finally:
+            for future in waiting:
+                future.cancel()
+    film.stats = totals.statistics(plan, film, scene.issues + _advice(plan))
+    plain = _plain_seconds(plan, occluders, bounds)
+    _cost_model(film, totals, plain)
+    totals.seconds["total"] = time.perf_counter() - began
+    film.stats["seconds"] = {k: round(v, 6) for k, v in totals.seconds.items()}
+    return film
+
+
+def render_image(scene: Scene, settings: Settings | None = None) -> Film:
+    """Render a scene to the end and return the film; raises as `render`."""
+    steps = render(scene, settings)
+    while True:
+        try:
+            next(steps)
+        except StopIteration as end:
+            film: Film = end.value
+            return film
+
+
+def _tile_count(plan: Plan) -> int:
+    """Tiles of at most `batch` pixels, the same number for every thread."""
+    left, bottom, right, top = plan.region
+    height = top - bottom
+    most = max(1, plan.settings.batch // (right - left))
+    count = -(-height // most)
+    return min(height, -(-count // plan.threads) * plan.threads)
+
+
+def _render_tile(
+    plan: Plan, occluders: Occluders, bounds: NDArray[np.int64], first: int, step: int
+) -> _TileResult:
+    clock = _Clock()
+    tile = Tile.make(plan, first, step)
+    center = trace_center(plan, bounds, tile)
+    clock("camera rays")
+    if plan.settings.distribution == "EVERYWHERE":
+        flags = everywhere(plan, center)
+    else:
+        flags = detect(plan, occluders, center, clock)
+    resolver = Resolver(plan, occluders, tile, center, flags)
+    resolver.plain()
+    clock("one-ray pixels and penumbrae")
+    resolver.distributed()
+    clock("motion and edges")
+    normal = np.zeros((3, tile.index.size))
+    normal[:, center.rows] = center.hits.normal
+    return _TileResult(tile, resolver.out, flags.mask, center.depth, normal, clock.seconds)
+
+
+def _write(film: Film, result: _TileResult) -> int:
+    rows = slice(result.tile.first, None, result.tile.step)
+    pixels = result.pixels
+    shape = (-1, film.width)
+    film.color[:, rows] = pixels.color.reshape(3, *shape)
+    film.alpha[rows] = pixels.alpha.reshape(shape)
+    film.mask[:, rows] = result.mask.reshape(3, *shape)
+    film.samples[rows] = pixels.samples.reshape(shape)
+    hit = np.isfinite(result.depth).reshape(shape)
+    film.depth[rows] = np.where(hit, result.depth.reshape(shape), film.depth[rows])
+    film.normal[:, rows] = result.normal.reshape(3, *shape)
+    return result.tile.index.size
+
+
+@dataclass
+class _Totals:
+    """Sums over tiles."""
+
+    rays: dict[str, int] = field(default_factory=dict)
+    seconds: dict[str, float] = field(default_factory=dict)
+
+    def add(self, result: _TileResult) -> None:
+        for kind, count in result.pixels.rays.items():
+            self.rays[kind] = self.rays.get(kind, 0) + count
+        for stage, span in result.seconds.items():
+            self.seconds[stage] = self.seconds.get(stage, 0.0) + span
+
+    def statistics(self, plan: Plan, film: Film, issues: tuple[Issue, ...]) -> dict[str, Any]:
+        penumbra, motion, edge = (int(m.sum()) for m in film.mask)
+        flagged = film.mask.any(axis=0)
+        return {
+            "pixels": int(film.mask[0].size),
+            "counts": {
+                "penumbra": penumbra,
+                "motion": motion,
+                "edge": edge,
+                "distributed": int(flagged.sum()),
+            },
+            "rays": self.rays,
+            "skipped": list(plan.skipped),
+            "issues": [{"name": i.name, "reason": i.reason} for i in issues],
+            "plan": plan.summary(),
+        }
+
+
+def _advice(plan: Plan) -> tuple[Issue, ...]:
+    """What a person should know of a scene that renders, but not to much."""
+    advice = []
+    if not plan.object_count:
+        advice.append(Issue("Scene", "there is no object to render: add a sphere or a plane"))
+    if not plan.lights:
+        advice.append(Issue("Scene", "there is no light that shines: objects stay black"))
+    return tuple(advice)
+
+
+def _plain_seconds(plan: Plan, occluders: Occluders, bounds: NDArray[np.int64]) -> float:
+    """Seconds a pixel takes in a tracer without derivatives: one camera ray, one ray a light."""
+    from dataclasses import replace
+
+    settings = replace(plan.settings, distribution="EVERYWHERE", light_rays=1)
+    plain = replace(plan, settings=settings, penumbra=False, motion=False, edges=False)
+    left, bottom, right, top = plan.region
+    rows = max(1, min(top - bottom, SAMPLE_ROWS // (right - left)))
+    tile = Tile.make(plain, 0, max(1, (top - bottom) // rows))
+    began = time.perf_counter()
+    center = trace_center(plain, bounds, tile)
+    resolve(plain, occluders, tile, center, everywhere(plain, center))
+    return (time.perf_counter() - began) / tile.index.size
+
+
+def _cost_model(film: Film, totals: _Totals, plain: float) -> None:
+    """Put a, b, c and equation 10's prediction into the statistics."""
+    pixels = film.mask[0].size
+    flagged = film.mask.any(axis=0)
+    a = float(flagged.sum()) / pixels
+    c = float(film.samples[flagged].mean()) if flagged.any() else 1.0
+    detection = sum(s for stage, s in totals.seconds.items() if stage.startswith("detect"))
+    traced = totals.seconds.get("camera rays", 0.0) + detection
+    shading = totals.seconds.get("one-ray pixels and penumbrae", 0.0)
+    red_only = film.mask[0] & ~film.mask[1] & ~film.mask[2]
+    # distributed light rays are not part of t_n
+    if red_only.any():
+        shading = 0.0
+    b = (traced + shading) / pixels / plain if plain > 0.0 else 1.0
+    film.stats.update(a=a, b=b, c=c, predicted_ratio=predicted_ratio(a, b, c))

@@ -1,0 +1,294 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What is rendered: objects, lights and a camera, in metres, as frozen records.
+
+Positions are stated at the middle of the shutter. `Motion` adds a straight line: at shutter
+time t, from -1/2 (opens) to +1/2 (closes), a thing stands at its position + t * displacement.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+from typing import TypeAlias, TypeVar
+
+__all__ = [
+    "Camera",
+    "DiskLight",
+    "Issue",
+    "Light",
+    "Material",
+    "Motion",
+    "PointLight",
+    "Quad",
+    "QuadLight",
+    "Scene",
+    "SceneError",
+    "Shape",
+    "Sphere",
+    "SphereLight",
+    "Vector",
+    "validate",
+]
+
+Vector: TypeAlias = tuple[float, float, float]
+ZERO: Vector = (0.0, 0.0, 0.0)
+
+LARGEST_COORDINATE = 1e30
+"""Metres. Beyond it the fourth powers inside discriminants leave float64's range."""
+
+
+class SceneError(ValueError):
+    """The scene cannot be rendered at all; the message says what to do."""
+
+
+@dataclass(frozen=True)
+class Issue:
+    """Something of the scene that is left out or changed: its name, and the reason for a person."""
+
+    name: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class Material:
+    """Lambert material: `color` is the diffuse albedo, scene-linear RGB."""
+
+    color: Vector = (0.8, 0.8, 0.8)
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Straight motion at constant speed: metres covered from shutter open to shutter close."""
+
+    displacement: Vector
+
+
+@dataclass(frozen=True)
+class Sphere:
+    """Sphere: centre and radius in metres. Both its sides shade alike."""
+
+    center: Vector
+    radius: float
+    material: Material = Material()
+    motion: Motion | None = None
+    name: str = "Sphere"
+
+
+@dataclass(frozen=True)
+class Quad:
+    """Parallelogram: `corner` + u * `edge_u` + v * `edge_v`, u and v in 0..1. Two-sided."""
+
+    corner: Vector
+    edge_u: Vector
+    edge_v: Vector
+    material: Material = Material()
+    motion: Motion | None = None
+    name: str = "Quad"
+
+
+@dataclass(frozen=True)
+class QuadLight:
+    """Parallelogram light: `center` + u * `half_u` + v * `half_v`, u and v in -1..1.
+
+    It emits `radiance` (W / m^2 / sr, RGB) on the side of cross(half_u, half_v) only.
+    """
+
+    center: Vector
+    half_u: Vector
+    half_v: Vector
+    radiance: Vector
+    motion: Motion | None = None
+    casts_shadow: bool = True
+    name: str = "Area"
+
+
+@dataclass(frozen=True)
+class SphereLight:
+    """Spherical light of uniform `radiance` (W / m^2 / sr, RGB). It blocks no light itself."""
+
+    center: Vector
+    radius: float
+    radiance: Vector
+    motion: Motion | None = None
+    casts_shadow: bool = True
+    name: str = "Point"
+
+
+@dataclass(frozen=True)
+class DiskLight:
+    """Blender's soft point light: a disk of `radius` that always faces the shaded point."""
+
+    center: Vector
+    radius: float
+    radiance: Vector
+    motion: Motion | None = None
+    casts_shadow: bool = True
+    name: str = "Point"
+
+
+@dataclass(frozen=True)
+class PointLight:
+    """Point light of radiant `intensity` (W / sr, RGB)."""
+
+    center: Vector
+    intensity: Vector
+    motion: Motion | None = None
+    casts_shadow: bool = True
+    name: str = "Point"
+
+
+Shape: TypeAlias = Sphere | Quad
+Light: TypeAlias = QuadLight | SphereLight | DiskLight | PointLight
+
+
+@dataclass(frozen=True)
+class Camera:
+    """Perspective camera in Blender's terms.
+
+    Attributes
+    ----------
+    matrix : world from camera, four rows of four, row-major; it looks along its -Z, +Y is up.
+        Its scale is ignored, as Blender does.
+    focal_length, sensor_width, sensor_height : millimetres.
+    sensor_fit : 'AUTO', 'HORIZONTAL' or 'VERTICAL'.
+    shift_x, shift_y : in units of the fitted sensor side.
+    pixel_aspect : width and height of a pixel, in any unit.
+    resolution : pixels (width, height) of the whole picture.
+    border : pixels (left, bottom, right, top) to render, right and top exclusive; None = all.
+    motion : the camera's own straight motion.
+    """
+
+    matrix: tuple[tuple[float, float, float, float], ...] = (
+        (1.0, 0.0, 0.0, 0.0),
+        (0.0, 1.0, 0.0, 0.0),
+        (0.0, 0.0, 1.0, 0.0),
+        (0.0, 0.0, 0.0, 1.0),
+    )
+    focal_length: float = 50.0
+    sensor_width: float = 36.0
+    sensor_height: float = 24.0
+    sensor_fit: str = "AUTO"
+    shift_x: float = 0.0
+    shift_y: float = 0.0
+    pixel_aspect: tuple[float, float] = (1.0, 1.0)
+    resolution: tuple[int, int] = (300, 300)
+    border: tuple[int, int, int, int] | None = None
+    motion: Motion | None = None
+
+    @property
+    def region(self) -> tuple[int, int, int, int]:
+        """Pixels (left, bottom, right, top) that are rendered."""
+        return self.border or (0, 0, *self.resolution)
+
+
+@dataclass(frozen=True)
+class Scene:
+    """All that a render sees. `background` is the radiance (RGB) seen where nothing is hit."""
+
+    camera: Camera | None = None
+    shapes: tuple[Shape, ...] = ()
+    lights: tuple[Light, ...] = ()
+    background: Vector = ZERO
+    transparent: bool = False
+    issues: tuple[Issue, ...] = field(default=())
+
+
+def validate(scene: Scene) -> Scene:
+    """Return the scene without what cannot be rendered, each thing left out as an `Issue`.
+
+    Raises
+    ------
+    SceneError
+        There is no camera, or the camera cannot form a picture.
+    """
+    if scene.camera is None:
+        raise SceneError("The scene has no camera: add one, or make one active")
+    _check_camera(scene.camera)
+    issues = list(scene.issues)
+    shapes, lights = _kept(scene.shapes, issues), _kept(scene.lights, issues)
+    background = scene.background
+    if not _finite(background):
+        issues.append(Issue("World", "its background colour is not a finite number; black is used"))
+        background = ZERO
+    return replace(scene, shapes=shapes, lights=lights, background=background, issues=tuple(issues))
+
+
+Thing = TypeVar("Thing", Sphere | Quad, QuadLight | SphereLight | DiskLight | PointLight)
+
+
+def _kept(things: Iterable[Thing], issues: list[Issue]) -> tuple[Thing, ...]:
+    kept: list[Thing] = []
+    for thing in things:
+        reason = _fault(thing)
+        if reason:
+            issues.append(Issue(thing.name, reason))
+        else:
+            kept.append(thing)
+    return tuple(kept)
+
+
+def _fault(thing: Shape | Light) -> str | None:
+    """Why a shape or light cannot be rendered, or None."""
+    vectors = {
+        Sphere: ("center",),
+        Quad: ("corner", "edge_u", "edge_v"),
+        QuadLight: ("center", "half_u", "half_v", "radiance"),
+        SphereLight: ("center", "radiance"),
+        DiskLight: ("center", "radiance"),
+        PointLight: ("center", "intensity"),
+    }[type(thing)]
+    for name in vectors:
+        if not _finite(getattr(thing, name)):
+            return f"its {name} is not finite (or beyond {LARGEST_COORDINATE:g} m)"
+    if thing.motion is not None and not _finite(thing.motion.displacement):
+        return f"its motion is not finite (or beyond {LARGEST_COORDINATE:g} m)"
+    if isinstance(thing, Sphere | Quad) and not _finite(thing.material.color):
+        return "its colour is not finite"
+    if isinstance(thing, Sphere | SphereLight | DiskLight):
+        if not math.isfinite(thing.radius) or not 0.0 < thing.radius < LARGEST_COORDINATE:
+            return f"its radius is {thing.radius:g}; it must be a positive number"
+    if isinstance(thing, Quad) and not _area(thing.edge_u, thing.edge_v):
+        return "it has no area"
+    if isinstance(thing, QuadLight) and not _area(thing.half_u, thing.half_v):
+        return "it has no area"
+    return None
+
+
+def _finite(vector: Vector) -> bool:
+    return len(vector) == 3 and all(abs(x) <= LARGEST_COORDINATE for x in vector)
+
+
+def _area(u: Vector, v: Vector) -> float:
+    """Area of the parallelogram of two edges, square metres."""
+    return math.hypot(
+        u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]
+    )
+
+
+def _check_camera(camera: Camera) -> None:
+    rows = camera.matrix
+    if len(rows) not in (3, 4) or any(len(row) != 4 for row in rows):
+        raise SceneError("The camera's matrix must have 3 or 4 rows of 4 numbers")
+    if not all(abs(x) <= LARGEST_COORDINATE for row in rows for x in row):
+        raise SceneError(
+            "The camera's matrix is not finite: check its location, rotation and scale"
+        )
+    axes = [tuple(row[k] for row in rows[:3]) for k in range(3)]
+    if any(math.hypot(*axis) == 0.0 for axis in axes):
+        raise SceneError("The camera is scaled to zero: set its scale to 1")
+    if camera.motion is not None and not _finite(camera.motion.displacement):
+        raise SceneError("The camera's motion is not finite: check its keyframes")
+    if min(camera.resolution) < 1:
+        raise SceneError("The picture has no pixels: raise the resolution or its percentage")
+    left, bottom, right, top = camera.region
+    width, height = camera.resolution
+    if not (0 <= left < right <= width and 0 <= bottom < top <= height):
+        raise SceneError("The render border holds no pixel: draw it again")
+    lens = (camera.focal_length, camera.sensor_width, camera.sensor_height, *camera.pixel_aspect)
+    if not all(math.isfinite(x) and x > 0.0 for x in lens):
+        raise SceneError("The camera's focal length, sensor and pixel aspect must be above zero")
+    if not (math.isfinite(camera.shift_x) and math.isfinite(camera.shift_y)):
+        raise SceneError("The camera's shift is not finite")
+    if camera.sensor_fit not in ("AUTO", "HORIZONTAL", "VERTICAL"):
+        raise SceneError(f"The camera's sensor fit is {camera.sensor_fit!r}, which is unknown")
