@@ -101,16 +101,17 @@ def detect(plan: Plan, occluders: Occluders, center: Center, clock: Clock) -> Fl
     count = center.depth.size
     mask = np.zeros((3, count), dtype=np.bool_)
     pairs, rows, hits = center.pairs, center.rows, center.hits
-    front_still = center.depth_still
+    front_still = clear = center.depth_still
     test = None
     if plan.edges:
         test = detect_edges(plan, count, pairs, center.w[:, pairs.pixel])
         mask[2] = test.edge
-        front_still = test.front_still
+        front_still, clear = test.front_still, test.nearest_still
         clock("detect edges")
     if plan.motion:
         moving = pairs.take(plan.moves[pairs.item])
-        motion, outline = outlines_pass(plan, count, moving, center.w[:, moving.pixel], front_still)
+        w = center.w[:, moving.pixel]
+        motion, outline = outlines_pass(plan, count, moving, w, front_still, clear)
         mask[1] = motion | moves_in_sight(plan, center.item)
         mask[2] |= outline
         clock("detect motion")

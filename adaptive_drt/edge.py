@@ -58,6 +58,7 @@ class EdgeTest:
     edge : (n,) whether the nearest object may change within the pixel.
     front : (n,) bound on the ray parameter of whatever covers the whole pixel first; inf if none.
     front_still : (n,) the same among objects that do not move.
+    nearest_still : (n,) the least ray parameter at which such an object may be seen; inf if none.
     seen : (m,) which candidates may be seen from somewhere in their pixel.
     near, far : (m,) bounds on the ray parameter of what is seen of them.
     """
@@ -65,6 +66,7 @@ class EdgeTest:
     edge: Mask
     front: Array
     front_still: Array
+    nearest_still: Array
     seen: Mask
     near: Array
     far: Array
@@ -96,8 +98,12 @@ def detect_edges(plan: Plan, count: int, pairs: Pairs, w: Array) -> EdgeTest:
     edge[pairs.pixel[seen & ~cover.full]] = True
     # two that cover the pixel, neither in front for sure: they may cut each other in it
     rivals = np.bincount(pairs.pixel[seen & cover.full], minlength=count)
+    nearest_still = np.full(count, np.inf)
+    some_still = np.flatnonzero(cover.some & ~plan.moves[pairs.item])
+    np.minimum.at(nearest_still, pairs.pixel[some_still], cover.near[some_still])
     far = np.minimum(cover.far, front[pairs.pixel])
-    return EdgeTest(edge | (rivals > 1), front, front_still, seen, cover.near, far)
+    edge |= rivals > 1
+    return EdgeTest(edge, front, front_still, nearest_still, seen, cover.near, far)
 
 
 def _covers(plan: Plan, pairs: Pairs, w: Array) -> Cover:

@@ -102,6 +102,7 @@ def gather_light(
     step = max(1, CHUNK // (samples * rays))
     bounds = np.searchsorted(pairs.pixel, np.arange(0, count + step, step))
     for index, first in enumerate(range(0, count, step)):
+        plan.go_on()
         rows = slice(first, min(first + step, count))
         own = slice(bounds[index], bounds[index + 1])
         local = Pairs(pairs.pixel[own] - first, pairs.item[own])

@@ -129,14 +129,14 @@ class Resolver:
         self._class(np.flatnonzero(~edge & motion), moves=True, spreads=False)
 
     def _class(self, pixels: Ints, moves: bool, spreads: bool) -> None:
-        settings = self.plan.settings
+        plan, settings = self.plan, self.plan.settings
         if not pixels.size:
             return
         count = max(settings.time_rays if moves else 1, settings.pixel_rays if spreads else 1)
         step = max(1, CHUNK // count)
         found = self.center.pairs
         if self.lean and not spreads:
-            found = found.take(self.plan.moves[found.item])
+            found = found.take(plan.moves[found.item])
         number = np.full(self.tile.index.size, -1)
         number[pixels] = np.arange(pixels.size)
         found = Pairs(number[found.pixel], found.item)
@@ -145,6 +145,7 @@ class Resolver:
         starts = np.arange(0, pixels.size + step, step)
         bounds = np.searchsorted(found.pixel, starts)
         for index, first in enumerate(range(0, pixels.size, step)):
+            plan.go_on()
             own = slice(bounds[index], bounds[index + 1])
             local = Pairs(found.pixel[own] - first, found.item[own])
             self._chunk(pixels[first : first + step], local, count, moves, spreads)

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import os
+import threading
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias
@@ -18,12 +19,16 @@ from .quadric import SphereSet
 from .scene import Motion, Quad, Scene, Sphere
 from .settings import Settings
 
-__all__ = ["Plan", "make_plan"]
+__all__ = ["Plan", "Stopped", "make_plan"]
 
 Array: TypeAlias = NDArray[np.float64]
 
 EMBREE_CROSSOVER = 1_000
 """Objects beyond which embree finds occluders sooner than arrays do: `benchmarks/crossover.py`."""
+
+
+class Stopped(Exception):
+    """The render was cancelled."""
 
 
 @dataclass(frozen=True)
@@ -41,6 +46,7 @@ class Plan:
     embree : whether embree finds the candidate occluders.
     threads : worker threads.
     skipped : what is not done, and why.
+    stop : set to end all work early: whoever works in chunks calls `go_on` before each.
     """
 
     settings: Settings
@@ -60,6 +66,12 @@ class Plan:
     embree: bool
     threads: int
     skipped: tuple[dict[str, str], ...] = field(default=())
+    stop: threading.Event = field(default_factory=threading.Event)
+
+    def go_on(self) -> None:
+        """Raise `Stopped` if the render was cancelled."""
+        if self.stop.is_set():
+            raise Stopped
 
     @property
     def sphere_count(self) -> int:

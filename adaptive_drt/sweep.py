@@ -34,7 +34,7 @@ ENDS = (-0.5, 0.5)
 
 
 def outlines_pass(
-    plan: Plan, count: int, pairs: Pairs, w: Array, depth: Array
+    plan: Plan, count: int, pairs: Pairs, w: Array, depth: Array, clear: Array
 ) -> tuple[Mask, Mask]:
     """Which pixels a moving object may be seen in at some time.
 
@@ -43,6 +43,7 @@ def outlines_pass(
     count : pixels.  pairs : (m) candidates that move.
     w : (3, m) directions through the pixels' centres, per pair.
     depth : (count,) ray parameter of what stands still in front, inf for none.
+    clear : (count,) ray parameter up to which nothing that stands still is seen.
 
     Returns
     -------
@@ -51,6 +52,7 @@ def outlines_pass(
     """
     motion = np.zeros(count, dtype=np.bool_)
     outline = np.zeros(count, dtype=np.bool_)
+    movers = np.zeros(count, dtype=np.int64)
     ball = pairs.item < plan.sphere_count
     for rows, part in (
         (np.flatnonzero(ball), _sphere_passes),
@@ -59,16 +61,21 @@ def outlines_pass(
         if not rows.size:
             continue
         chosen = pairs.take(rows)
-        seen, always, near, shifts = part(plan, chosen, w[:, rows])
+        seen, always, near, far, shifts = part(plan, chosen, w[:, rows])
         seen &= near <= depth[chosen.pixel]
         motion[chosen.pixel[seen & (shifts | ~always)]] = True
-        if plan.edges:
-            outline[chosen.pixel[seen & ~always]] = True
+        # an outline, or the seam where it cuts something that stands still
+        outline[chosen.pixel[seen & (~always | (far > clear[chosen.pixel]))]] = True
+        movers += np.bincount(chosen.pixel[seen], minlength=count)
+    # or where two that move cut each other
+    outline |= movers > 1
+    if not plan.edges:
+        outline[:] = False
     return motion, outline
 
 
-def _sphere_passes(plan: Plan, pairs: Pairs, w: Array) -> tuple[Mask, Mask, Array, Mask]:
-    """Seen at some time; at all times and everywhere; least ray parameter; moves by itself."""
+def _sphere_passes(plan: Plan, pairs: Pairs, w: Array) -> tuple[Mask, Mask, Array, Array, Mask]:
+    """Seen at some time; at all times and everywhere; bounds on its ray parameter; it shifts."""
     spheres = plan.spheres
     assert spheres.displacement is not None
     v, d = spheres.center[:, pairs.item], spheres.displacement[:, pairs.item]
@@ -98,10 +105,13 @@ def _sphere_passes(plan: Plan, pairs: Pairs, w: Array) -> tuple[Mask, Mask, Arra
     near = np.maximum(np.minimum(a0, a1) - np.sqrt(np.maximum(high, 0.0)) - widen * length, 0.0)
     near = near / (length + (half_pixel(plan) if plan.edges else 0.0)) ** 2
     seen = (high > -rounding) & ahead
-    return seen, always, near, np.ones_like(seen)
+    shortest = np.maximum(length - (half_pixel(plan) if plan.edges else 0.0), 0.5 * length)
+    far = np.maximum(a0, a1) - np.sqrt(np.maximum(low, 0.0)) + widen * length
+    far = np.where(always, far / (shortest * shortest), np.inf)
+    return seen, always, near, far, np.ones_like(seen)
 
 
-def _quad_passes(plan: Plan, pairs: Pairs, w: Array) -> tuple[Mask, Mask, Array, Mask]:
+def _quad_passes(plan: Plan, pairs: Pairs, w: Array) -> tuple[Mask, Mask, Array, Array, Mask]:
     """As `_sphere_passes`; edge functions are linear in time where the eye keeps to one side."""
     quads = plan.quads
     assert quads.displacement is not None
@@ -130,9 +140,12 @@ def _quad_passes(plan: Plan, pairs: Pairs, w: Array) -> tuple[Mask, Mask, Array,
             spread = spread + 0.5 * np.abs(dot(step[:, None], normal))
     facing = np.abs(dot(w, normal)) + spread
     near = np.minimum(np.abs(sides[0]), np.abs(sides[1])) / np.maximum(facing, TINY)
+    least = np.maximum(facing - 2.0 * spread, 0.0)
+    with np.errstate(over="ignore"):  # seen edge-on: unbounded
+        far = np.maximum(np.abs(sides[0]), np.abs(sides[1])) / np.maximum(least, TINY)
     seen = crosses | (first <= last)
     shifts = dot(d, normal) != 0.0
-    return seen, always, np.where(crosses, 0.0, near), shifts
+    return seen, always, np.where(crosses, 0.0, near), far, shifts
 
 
 TINY = float(np.finfo(np.float64).tiny)

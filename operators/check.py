@@ -1,0 +1,35 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Tells what a render would leave out, without rendering."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import bpy
+
+from ..adaptive_drt.scene import SceneError, validate
+from .export import export_scene
+from .state import issues_key, state
+
+
+class ADRT_OT_check(bpy.types.Operator):
+    """List what Adaptive Render would leave out of this scene at the current frame"""
+
+    bl_idname = "adaptive_drt.check"
+    bl_label = "Check Scene"
+
+    @classmethod
+    def poll(cls, context: Any) -> bool:
+        return context.scene is not None and state.job is None
+
+    def execute(self, context: Any) -> set[str]:
+        try:
+            # no motion: moving through time would lose edits that have no keyframe yet
+            scene = validate(export_scene(context.evaluated_depsgraph_get()))
+        except SceneError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        state.issues[issues_key(context.scene)] = scene.issues
+        found = len(scene.issues)
+        self.report({"INFO"}, f"{found} left out" if found else "Everything will be rendered")
+        return {"FINISHED"}

@@ -1,0 +1,180 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A whole Blender scene, through its depsgraph."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from ...adaptive_drt.scene import Camera, Issue, Light, Material, Scene, SceneError, Shape
+from .camera import camera_of
+from .instances import RENDERED, Visible, key_of, name_of
+from .light import light_of
+from .material import material_of, slot_material
+from .mesh import Form, mesh_form, shape_of
+from .shutter import Matrix, Shutter, Track, matrix_of, shutter_of
+from .world import background_of
+
+CAMERA_KEY = "camera"
+
+
+@dataclass
+class _Export:
+    """What has been gathered so far; meshes and materials are read once however often used."""
+
+    opens: dict[Hashable, Matrix] | None
+    closes: dict[Hashable, Matrix] | None
+    shapes: list[Shape] = field(default_factory=list)
+    lights: list[Light] = field(default_factory=list)
+    issues: list[Issue] = field(default_factory=list)
+    forms: dict[int, Form] = field(default_factory=dict)
+    known: dict[bytes, Form] = field(default_factory=dict)
+    materials: dict[str, Material] = field(default_factory=dict)
+
+    def track(self, key: Hashable, middle: Matrix, name: str, thing: Any) -> Track:
+        # Cycles' own switch; a change of it does not reach the evaluated copy
+        blurred = getattr(getattr(thing.original, "cycles", None), "use_motion_blur", True)
+        if self.opens is None or self.closes is None or not blurred:
+            return Track(middle)
+        opens, closes = self.opens.get(key), self.closes.get(key)
+        ends = [m for m in (opens, closes) if m is not None]
+        if len(ends) < 2 or not all(np.isfinite(m).all() for m in ends):
+            self.issues.append(Issue(name, "it is not there all the shutter; it is rendered still"))
+            return Track(middle)
+        return Track(middle, opens, closes)
+
+
+def export_scene(
+    depsgraph: Any, move: Callable[[float], None] | None = None, use_motion: bool = True
+) -> Scene:
+    """Return a depsgraph's scene as the tracer's records; whatever is left out is in its issues.
+
+    Parameters
+    ----------
+    depsgraph : an evaluated `bpy.types.Depsgraph`.
+    move : moves the scene to a time in frames; the caller puts the user's own frame back. It
+        is called only if the scene has motion blur and `use_motion` is set. None: no motion.
+    use_motion : whether motion blur is wanted at all.
+
+    Raises
+    ------
+    SceneError
+        There is no camera, or it is not a perspective one.
+    """
+    scene = depsgraph.scene.original
+    if scene.camera is None:
+        raise SceneError("The scene has no camera: add one, or make one active")
+    shutter = shutter_of(scene) if use_motion and move is not None else None
+    opens = closes = None
+    if shutter is not None and move is not None:
+        opens, closes = _ends(depsgraph, move, shutter)
+    gathered = _Export(opens, closes)
+    camera = _camera(depsgraph, gathered)
+    _gather(depsgraph, gathered)
+    background = background_of(depsgraph.scene_eval.world, gathered.issues)
+    return Scene(
+        camera=camera,
+        shapes=tuple(gathered.shapes),
+        lights=tuple(gathered.lights),
+        background=background,
+        transparent=bool(scene.render.film_transparent),
+        # an issue of a mesh or material is told once, however many instances share it
+        issues=tuple(dict.fromkeys(gathered.issues)),
+    )
+
+
+def _ends(
+    depsgraph: Any, move: Callable[[float], None], shutter: Shutter
+) -> tuple[dict[Hashable, Matrix], dict[Hashable, Matrix]]:
+    """Sample both ends of the shutter and leave the scene at its middle."""
+    move(shutter.opens)
+    opens = _matrices(depsgraph)
+    move(shutter.closes)
+    closes = _matrices(depsgraph)
+    move(shutter.middle)
+    return opens, closes
+
+
+def _matrices(depsgraph: Any) -> dict[Hashable, Matrix]:
+    found: dict[Hashable, Matrix] = {
+        key_of(instance): matrix_of(instance)
+        for instance in depsgraph.object_instances
+        if instance.object.type in ("MESH", "LIGHT")
+    }
+    found[CAMERA_KEY] = matrix_of(_active_camera(depsgraph))
+    return found
+
+
+def _active_camera(depsgraph: Any) -> Any:
+    return depsgraph.scene.original.camera.evaluated_get(depsgraph)
+
+
+def _camera(depsgraph: Any, gathered: _Export) -> Camera:
+    thing = _active_camera(depsgraph)
+    track = gathered.track(CAMERA_KEY, matrix_of(thing), thing.original.name, thing)
+    return camera_of(thing, track, depsgraph.scene.original.render, gathered.issues)
+
+
+def _gather(depsgraph: Any, gathered: _Export) -> None:
+    visible = Visible(depsgraph)
+    seen = set()
+    # an instance is valid only until the next one, so all of it is copied here
+    for instance in depsgraph.object_instances:
+        thing = instance.object
+        if not instance.is_instance:
+            seen.add(thing.original)
+        if thing.type not in RENDERED or not visible(instance):
+            continue
+        name = name_of(instance)
+        gathered.issues.extend(_unheeded(thing, name))
+        if thing.type == "LIGHT":
+            track = gathered.track(key_of(instance), matrix_of(instance), name, thing)
+            light = light_of(thing, track, name, gathered.issues)
+            if light is not None:
+                gathered.lights.append(light)
+        elif thing.type == "MESH":
+            _gather_mesh(instance, name, gathered)
+        else:
+            kind = thing.type.replace("_", " ").title()
+            gathered.issues.append(Issue(name, f"objects of type {kind} are left out"))
+    gathered.issues.extend(visible.missing(seen))
+
+
+def _gather_mesh(instance: Any, name: str, gathered: _Export) -> None:
+    thing = instance.object
+    mesh = thing.data
+    pointer = mesh.as_pointer()
+    if pointer not in gathered.forms:
+        gathered.forms[pointer] = mesh_form(mesh, gathered.known)
+    form = gathered.forms[pointer]
+    if isinstance(form, str):
+        gathered.issues.append(Issue(name, form))
+        return
+    worn = slot_material(thing, mesh, name, gathered.issues)
+    key = worn.name_full if worn is not None else ""
+    if key not in gathered.materials:
+        gathered.materials[key] = material_of(worn, gathered.issues)
+    track = gathered.track(key_of(instance), matrix_of(instance), name, thing)
+    shape = shape_of(form, track, gathered.materials[key], name, gathered.issues)
+    if shape is not None:
+        gathered.shapes.append(shape)
+
+
+def _unheeded(thing: Any, name: str) -> list[Issue]:
+    """Return what an object asks of a render beyond being there."""
+    found = []
+    if thing.type == "LIGHT":
+        if thing.visible_camera:
+            found.append("lights are not seen by the camera; its Ray Visibility is left out")
+    else:
+        if thing.is_holdout or thing.is_shadow_catcher:
+            found.append("its Holdout or Shadow Catcher setting is left out")
+        if not (thing.visible_camera and thing.visible_shadow):
+            found.append("its Ray Visibility is left out: camera and lights both see it")
+    linking = getattr(thing, "light_linking", None)
+    if linking is not None and (linking.receiver_collection or linking.blocker_collection):
+        found.append("its light linking is left out")
+    return [Issue(name, reason) for reason in found]

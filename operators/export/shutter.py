@@ -1,0 +1,141 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Where things stand while the shutter is open."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Hashable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...adaptive_drt.scene import Motion, Vector
+
+Matrix = NDArray[np.float64]
+
+CURVED = 0.01
+"""Of the way covered: a middle that stands further off than this is told to the user."""
+
+TURNED = 1e-5
+"""Of a thing's size: less change of its shape during the shutter is float32's rounding."""
+
+
+@dataclass(frozen=True)
+class Shutter:
+    """Shutter interval in frames."""
+
+    opens: float
+    closes: float
+
+    @property
+    def middle(self) -> float:
+        return (self.opens + self.closes) / 2.0
+
+
+@dataclass(frozen=True)
+class Track:
+    """World matrices (4, 4) of one thing: at the middle of the shutter, and at both its ends.
+
+    `opens` and `closes` are None where nothing was sampled, or the thing was not there.
+    """
+
+    middle: Matrix
+    opens: Matrix | None = None
+    closes: Matrix | None = None
+
+
+@dataclass(frozen=True)
+class Path:
+    """What a track makes of a thing: its middle, its straight motion and what to tell of it."""
+
+    position: Vector
+    motion: Motion | None = None
+    reason: str | None = None
+
+
+def shutter_of(scene: Any) -> Shutter | None:
+    """Return the shutter of a scene in frames, or None when nothing may move."""
+    render = scene.render
+    if not render.use_motion_blur or render.motion_blur_shutter <= 0.0:
+        return None
+    frame, length = scene.frame_current + scene.frame_subframe, render.motion_blur_shutter
+    early = {"START": 0.0, "CENTER": 0.5, "END": 1.0}[render.motion_blur_position]
+    return Shutter(frame - early * length, frame + (1.0 - early) * length)
+
+
+@contextmanager
+def kept_frame(scene: Any) -> Iterator[Callable[[float], None]]:
+    """Yield a function that moves `scene` to a time in frames; put the user's own back after.
+
+    The scene is left alone entirely when the function is never called.
+    """
+    frame, subframe = scene.frame_current, scene.frame_subframe
+    moved = False
+
+    def move(time: float) -> None:
+        nonlocal moved
+        moved = True
+        whole = math.floor(time)
+        scene.frame_set(whole, subframe=time - whole)
+
+    try:
+        yield move
+    finally:
+        if moved:
+            scene.frame_set(frame, subframe=subframe)
+
+
+def matrix_of(thing: Any) -> Matrix:
+    """Return a copy of an object's or instance's world matrix, (4, 4) float64."""
+    return np.array(thing.matrix_world, dtype=np.float64)
+
+
+def path_of(track: Track, point: Vector = (0.0, 0.0, 0.0), shape: Matrix | None = None) -> Path:
+    """Follow a point of a thing's own space through the shutter.
+
+    Parameters
+    ----------
+    point : in the thing's own space.
+    shape : (3, k), directions of its own space whose turning or stretching would show;
+        None where none would.
+    """
+    middle = _moved(track.middle, point)
+    if track.opens is None or track.closes is None:
+        return Path(_vector(middle))
+    start, end = _moved(track.opens, point), _moved(track.closes, point)
+    reason = _change(track, shape)
+    if np.array_equal(start, end):
+        if not np.array_equal(start, middle):
+            reason = reason or "it moves and comes back during the shutter; it is rendered still"
+        return Path(_vector(middle), None, reason)
+    way, mean = end - start, (start + end) / 2.0
+    if np.linalg.norm(middle - mean) > CURVED * np.linalg.norm(way):
+        reason = reason or (
+            "its path or speed changes during the shutter; it is rendered moving straight"
+        )
+    return Path(_vector(mean), Motion(_vector(way)), reason)
+
+
+def _change(track: Track, shape: Matrix | None) -> str | None:
+    if shape is None:
+        return None
+    at = [m[:3, :3] @ shape for m in (track.middle, track.opens, track.closes) if m is not None]
+    allowed = TURNED * float(np.abs(at[0]).max())
+    if all(float(np.abs(other - at[0]).max()) <= allowed for other in at[1:]):
+        return None
+    return "it turns or changes its size during the shutter; only its location is rendered moving"
+
+
+def _moved(matrix: Matrix, point: Vector) -> Matrix:
+    return matrix[:3, :3] @ np.array(point) + matrix[:3, 3]
+
+
+def _vector(array: Matrix) -> Vector:
+    x, y, z = array.tolist()
+    return (x, y, z)
+
+
+Tracks = dict[Hashable, Matrix]

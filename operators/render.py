@@ -1,0 +1,177 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The button: renders the scene into image datablocks."""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import replace
+from typing import Any
+
+import bpy
+
+from ..adaptive_drt.scene import SceneError
+from ..adaptive_drt.settings import SettingsError
+from .export import export_scene, kept_frame
+from .figures import gather_figures, issues_of, read_figures, summary
+from .images import MASK, find_image, frame_of, show_result, write_images
+from .job import Job
+from .settings import settings_of
+from .state import issues_key, state
+
+WINDOW_BATCH = 8_192
+"""Pixels of a batch while a window watches, so that progress moves often. The picture is the same
+for any; measured on the demo at 1200 x 800, 8,192 took no longer than 65,536."""
+
+log = logging.getLogger(__name__)
+
+TICK = 0.1
+"""Seconds between two looks at a render that runs in a window."""
+
+
+class ADRT_OT_render(bpy.types.Operator):
+    """Render the scene with rays distributed only where derivatives ask for it"""
+
+    bl_idname = "adaptive_drt.render"
+    bl_label = "Adaptive Render"
+
+    _timer: Any = None
+
+    @classmethod
+    def poll(cls, context: Any) -> bool:
+        if state.job is not None:
+            cls.poll_message_set("A render is running; ESC cancels it")
+            return False
+        return context.scene is not None
+
+    def execute(self, context: Any) -> set[str]:
+        """Render to the end; what a script and `blender -b` get."""
+        if not self._prepare(context):
+            return {"CANCELLED"}
+        job = state.job
+        try:
+            job.run()
+        finally:
+            state.job = None
+        return self._finish(job)
+
+    def invoke(self, context: Any, _event: Any) -> set[str]:
+        """Render in a thread while the window stays alive."""
+        if context.window is None or bpy.app.background:
+            return self.execute(context)
+        if not self._prepare(context, WINDOW_BATCH):
+            return {"CANCELLED"}
+        manager = context.window_manager
+        self._timer = manager.event_timer_add(TICK, window=context.window)
+        manager.modal_handler_add(self)
+        manager.progress_begin(0, 100)
+        state.job.start()
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context: Any, event: Any) -> set[str]:
+        job = state.job
+        if job is None:  # the add-on was switched off meanwhile
+            self._leave(context)
+            return {"CANCELLED"}
+        if event.type == "ESC" and event.value == "PRESS":
+            job.cancel()
+            return {"RUNNING_MODAL"}
+        if event.type != "TIMER":
+            return {"PASS_THROUGH"}
+        # a cancelled job ends within a chunk of rays; until then the window stays alive
+        if job.running:
+            context.window_manager.progress_update(int(100.0 * job.factor))
+            context.workspace.status_text_set(f"Adaptive Render: {job.text}   (ESC: cancel)")
+            redraw_panels()
+            return {"PASS_THROUGH"}
+        state.job = None
+        self._leave(context)
+        return self._finish(job)
+
+    def cancel(self, context: Any) -> None:
+        """Stop when Blender ends the operator itself: a file is loaded, a window closed."""
+        stop()
+        self._leave(context)
+
+    def _prepare(self, context: Any, batch: int | None = None) -> bool:
+        """Export the scene and make the job; report and return False if there is nothing to do."""
+        scene = context.scene
+        self._uid = issues_key(scene)
+        try:
+            self._settings = settings_of(scene)
+            with kept_frame(scene) as move:
+                self._scene = export_scene(
+                    context.evaluated_depsgraph_get(), move, self._settings.use_motion
+                )
+            crop = scene.render.use_border and scene.render.use_crop_to_border
+            self._frame = frame_of(self._scene.camera, crop)
+            settings = self._settings if batch is None else replace(self._settings, batch=batch)
+            state.job = Job(self._scene, settings)
+        except (SceneError, SettingsError) as error:
+            self.report({"ERROR"}, str(error))
+            return False
+        return True
+
+    def _finish(self, job: Job) -> set[str]:
+        """Write what the job left, and tell."""
+        job.wait()
+        if job.error is not None:
+            if not isinstance(job.error, (SceneError, SettingsError)):
+                log.error("render failed", exc_info=job.error)
+            self.report({"ERROR"}, str(job.error) or type(job.error).__name__)
+            return {"CANCELLED"}
+        if job.film is None:
+            self.report({"WARNING"}, "Cancelled before the first pixels; the images are as before")
+            return {"CANCELLED"}
+        stats = dict(job.film.stats)
+        if job.cancelled:
+            stats.update(cancelled=True, done=job.factor)
+            stats.setdefault("issues", [vars(issue) for issue in self._scene.issues])
+        before = read_figures(find_image(MASK))
+        figures = gather_figures(stats, self._scene, self._settings, before)
+        write_images(job.film, self._frame, figures)
+        self._tell(job, figures)
+        # a window must not change inside modal(): that would run its end a second time
+        if not bpy.app.background:
+            bpy.app.timers.register(show_result, first_interval=0.0)
+        return {"FINISHED"}
+
+    def _tell(self, job: Job, figures: dict[str, Any]) -> None:
+        issues = tuple(issues_of(figures))
+        state.issues[self._uid] = issues
+        for issue in issues:
+            log.warning("%s: %s", issue.name, issue.reason)
+        if issues:
+            self.report({"WARNING"}, f"{len(issues)} left out or changed: see the panel")
+        if job.cancelled:
+            self.report({"WARNING"}, f"Cancelled at {int(100.0 * job.factor)} %; that much is kept")
+        else:
+            self.report({"INFO"}, f"Adaptive Render: {summary(figures)}")
+
+    def _leave(self, context: Any) -> None:
+        manager = context.window_manager
+        if self._timer is not None:
+            manager.event_timer_remove(self._timer)
+            self._timer = None
+        manager.progress_end()
+        if context.workspace is not None:
+            context.workspace.status_text_set(None)
+        redraw_panels()
+
+
+def redraw_panels() -> None:
+    """Ask the regions that hold our panels to draw again, and not the 3D view beside them."""
+    held = {"PROPERTIES": "WINDOW", "VIEW_3D": "UI"}
+    for window in bpy.context.window_manager.windows:
+        for area in window.screen.areas:
+            for region in area.regions:
+                if region.type == held.get(area.type):
+                    region.tag_redraw()
+
+
+def stop() -> None:
+    """End a running render and wait for its thread; nothing of it is kept."""
+    job = state.job
+    if job is not None:
+        job.cancel()
+        job.wait()
+        state.job = None

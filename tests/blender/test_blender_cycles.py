@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""With direct light only, the picture is Cycles' to within Cycles' noise."""
+
+from __future__ import annotations
+
+import importlib
+import math
+
+import bpy
+import numpy as np
+import pytest
+import things
+
+AGREEMENT = 0.01
+"""Relative RMSE, of which Cycles' own noise at 1,024 samples is the greater part."""
+
+
+@pytest.fixture
+def stage(file, addon):
+    pytest.importorskip("embreex")
+    importlib.import_module(f"{addon.__name__}.adaptive_drt.render")
+    scene = bpy.context.scene
+    scene.render.resolution_x, scene.render.resolution_y = 60, 40
+    camera = scene.camera
+    camera.location, camera.rotation_euler = (0.0, -9.0, 5.0), (math.radians(62.0), 0.0, 0.0)
+    camera.data.lens = 40.0
+    floor = things.plane(size=20.0)
+    floor.data.materials.append(_matt("Floor", 0.6, 0.6, 0.55))
+    for name, place, radius in (
+        ("A", (-2.0, 0.0, 0.8), 0.8),
+        ("B", (0.0, 1.0, 1.0), 1.0),
+        ("C", (1.9, -0.8, 0.6), 0.6),
+    ):
+        # fine enough that Cycles' polygons are as good as spheres
+        ball = things.uv_sphere(name, radius, segments=256, rings=128)
+        ball.data.shade_smooth()
+        ball.location = place
+        ball.data.materials.append(_matt(name, *np.roll((0.8, 0.3, 0.2), ord(name))))
+    return scene
+
+
+def _matt(name, *color):
+    return things.material(name, "ShaderNodeBsdfDiffuse", Color=(*color, 1.0), Roughness=0.0)
+
+
+def _area():
+    lamp = things.light("AREA", energy=300.0, shape="RECTANGLE", size=1.6, size_y=1.0)
+    lamp.location, lamp.rotation_euler = (-1.5, -1.0, 5.0), (0.2, -0.3, 0.1)
+
+
+def _soft_point(soft=True):
+    lamp = things.light("POINT", energy=200.0, shadow_soft_size=0.4, use_soft_falloff=soft)
+    lamp.location = (2.5, -2.0, 4.0)
+
+
+def _moving():
+    _area()
+    things.keyed(bpy.data.objects["B"], "location", (-5.0, 1.0, 1.0), (5.0, 1.0, 1.0))
+    bpy.context.scene.render.use_motion_blur = True
+    bpy.context.scene.render.motion_blur_shutter = 1.0
+    bpy.context.scene.frame_set(6)
+
+
+SCENES = {
+    "area": _area,
+    "soft point": _soft_point,
+    "sphere point": lambda: _soft_point(False),
+    "point": lambda: setattr(things.light("POINT", energy=200.0), "location", (2.5, -2.0, 4.0)),
+    "moving": _moving,
+}
+
+
+@pytest.mark.parametrize(
+    "kind", ["area", *(pytest.param(k, marks=pytest.mark.slow) for k in SCENES if k != "area")]
+)
+def test_agrees(stage, tmp_path, kind):
+    from peer import render_cycles
+
+    SCENES[kind]()
+    chosen = stage.adaptive_drt
+    # many rays: this is about light and geometry, not about how few will do
+    chosen.light_rays, chosen.time_rays, chosen.pixel_rays = 256, 1024, 1024
+    bpy.ops.adaptive_drt.render()
+    image = bpy.data.images["Adaptive Render"]
+    flat = np.empty(len(image.pixels), dtype=np.float32)
+    image.pixels.foreach_get(flat)
+    ours = flat.reshape(image.size[1], image.size[0], 4)[..., :3]
+    theirs = render_cycles(tmp_path)
+    difference = math.sqrt(((ours - theirs) ** 2).mean()) / theirs.mean()
+    assert difference < AGREEMENT
+    # noise has no bias: the pictures' means agree far better
+    assert ours.mean() == pytest.approx(theirs.mean(), rel=2e-3)

@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Lights: units, sizes, directions, and those that are left out."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+import things
+
+PI = math.pi
+
+
+def test_square_area(export, core):
+    lamp = things.light("AREA", energy=100.0, shape="SQUARE", size=2.0)
+    lamp.location, lamp.scale = (0.0, 0.0, 4.0), (1.0, 3.0, 1.0)
+    scene = export()
+    (light,) = scene.lights
+    assert isinstance(light, core.QuadLight) and scene.issues == ()
+    assert light.center == pytest.approx((0.0, 0.0, 4.0))
+    # power over pi times the area, the scale included: 2 x 6 m
+    assert light.radiance == pytest.approx((100.0 / (PI * 12.0),) * 3)
+    assert np.cross(light.half_u, light.half_v) == pytest.approx((0.0, 0.0, -3.0))
+
+
+@pytest.mark.parametrize("scale", [(1, 1, 1), (-1, 1, 1), (1, 1, -1), (-1, -1, -1)])
+@pytest.mark.parametrize("turn", [(0.0, 0.0, 0.0), (0.4, -1.2, 2.5)])
+def test_area_emits_along_its_own_minus_z(export, scale, turn):
+    lamp = things.light("AREA", shape="RECTANGLE", size=1.0, size_y=0.5)
+    lamp.scale, lamp.rotation_euler = scale, turn
+    (light,) = export().lights
+    forward = -np.array(lamp.matrix_world)[:3, 2]
+    facing = np.cross(light.half_u, light.half_v)
+    assert facing / np.linalg.norm(facing) == pytest.approx(forward, abs=1e-6)
+    assert np.linalg.norm(facing) == pytest.approx(0.125)
+
+
+def test_factors(export):
+    lamp = things.light("AREA", energy=10.0, shape="SQUARE", size=1.0, color=(1.0, 0.5, 0.25))
+    gain = 1.0
+    if hasattr(lamp.data, "exposure"):
+        lamp.data.exposure, gain = 2.0, 4.0
+    (light,) = export().lights
+    assert light.radiance == pytest.approx(tuple(gain * 10.0 / PI * c for c in (1, 0.5, 0.25)))
+    if hasattr(lamp.data, "normalize"):
+        lamp.data.size, lamp.data.normalize = 3.0, False
+        (light,) = export().lights
+        assert light.radiance[0] == pytest.approx(gain * 10.0 / PI)
+    if hasattr(lamp.data, "use_temperature"):
+        lamp.data.use_temperature, lamp.data.temperature = True, 3000.0
+        warm = lamp.data.temperature_color
+        (light,) = export().lights
+        assert light.radiance[2] == pytest.approx(gain * 10.0 / PI * 0.25 * warm[2])
+
+
+def test_point(export, core):
+    things.light("POINT", energy=40.0, shadow_soft_size=0.0)
+    (light,) = export().lights
+    assert isinstance(light, core.PointLight)
+    assert light.intensity == pytest.approx((10.0 / PI,) * 3)
+
+
+@pytest.mark.parametrize("soft", [True, False])
+def test_point_with_radius(export, core, soft):
+    lamp = things.light("POINT", energy=40.0, shadow_soft_size=0.5, use_soft_falloff=soft)
+    lamp.scale = (3.0, 3.0, 3.0)  # does not change a point light
+    (light,) = export().lights
+    assert type(light) is (core.DiskLight if soft else core.SphereLight)
+    assert light.radius == pytest.approx(0.5)
+    assert light.radiance == pytest.approx((40.0 / (4.0 * PI**2 * 0.25),) * 3)
+
+
+def test_without_shadow(export):
+    things.light("POINT", use_shadow=False)
+    (light,) = export().lights
+    assert light.casts_shadow is False
+
+
+def test_emission_nodes_multiply(export):
+    lamp = things.light("POINT", energy=4.0 * PI, shadow_soft_size=0.0)
+    lamp.data.use_nodes = True
+    node = next(n for n in lamp.data.node_tree.nodes if n.type == "EMISSION")
+    node.inputs["Strength"].default_value = 2.0
+    node.inputs["Color"].default_value = (1.0, 0.5, 0.0, 1.0)
+    (light,) = export().lights
+    assert light.intensity == pytest.approx((2.0, 1.0, 0.0))
+
+
+@pytest.mark.parametrize(
+    "kind, settings, said",
+    [
+        ("SUN", {}, "Sun"),
+        ("SPOT", {}, "Spot"),
+        ("AREA", {"shape": "DISK"}, "Disk"),
+        ("AREA", {"shape": "ELLIPSE"}, "Ellipse"),
+        ("AREA", {"spread": 1.0}, "spread"),
+        ("AREA", {"size": 0.0}, "size is zero"),
+    ],
+)
+def test_left_out(export, kind, settings, said):
+    things.light(kind, "Odd", **settings)
+    things.light("POINT", "Kept")
+    scene = export()
+    assert [light.name for light in scene.lights] == ["Kept"]
+    assert said in things.reasons(scene)["Odd"][0]
+
+
+def test_zero_scale(export):
+    things.light("AREA", "Flat").scale = (0.0, 1.0, 1.0)
+    scene = export()
+    assert scene.lights == () and "zero" in things.reasons(scene)["Flat"][0]
+
+
+def test_radiometry_against_flux(addon):
+    """Flux from radiance, by integration, is the light's power: exitance pi L over its surface."""
+    import importlib
+
+    radiometry = importlib.import_module(f"{addon.__name__}.adaptive_drt.radiometry")
+    power = radiometry.light_power(7.0, (1.0, 1.0, 1.0))
+    radiance = radiometry.sphere_radiance(power, 0.3)[0]
+    assert radiance * PI * 4.0 * PI * 0.3**2 == pytest.approx(7.0, rel=1e-14)
+    assert radiometry.area_radiance(power, 0.7)[0] * PI * 0.7 == pytest.approx(7.0, rel=1e-14)
+    assert radiometry.point_intensity(power)[0] * 4.0 * PI == pytest.approx(7.0, rel=1e-14)

@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Materials and the world, and what of them is left out."""
+
+from __future__ import annotations
+
+import bpy
+import pytest
+import things
+
+COLOR = (0.1, 0.2, 0.3, 1.0)
+
+
+def _worn(export, material):
+    ball = things.uv_sphere()
+    ball.data.materials.append(material)
+    scene = export()
+    (sphere,) = scene.shapes
+    return sphere.material.color, things.reasons(scene)
+
+
+def test_none_is_cycles_grey(export):
+    assert _worn(export, None) == (pytest.approx((0.8, 0.8, 0.8)), {})
+
+
+def test_diffuse(export):
+    color, told = _worn(
+        export, things.material(node="ShaderNodeBsdfDiffuse", Color=COLOR, Roughness=0.0)
+    )
+    assert color == pytest.approx(COLOR[:3]) and told == {}
+
+
+def test_rough_diffuse_is_told(export):
+    _, told = _worn(export, things.material(node="ShaderNodeBsdfDiffuse", Roughness=0.5))
+    assert "Roughness is left out" in told["Material"][0]
+
+
+def test_principled_without_its_other_terms(export):
+    matt = things.material(Base_Color=COLOR, Specular_IOR_Level=0.0)
+    color, told = _worn(export, matt)
+    assert color == pytest.approx(COLOR[:3]) and told == {}
+
+
+def test_principled_terms_are_told(export):
+    rich = things.material(
+        Base_Color=COLOR, Metallic=0.5, Coat_Weight=1.0, Alpha=0.5, Emission_Strength=2.0
+    )
+    color, told = _worn(export, rich)
+    assert color == pytest.approx(COLOR[:3])
+    (reason,) = told["Material"]
+    assert reason.startswith("Metallic, Specular, Coat, Alpha, Emission are left out")
+
+
+def test_principled_default_has_specular(export):
+    _, told = _worn(export, things.material())
+    assert told["Material"] == ["Specular is left out: only its base colour is used"]
+
+
+def test_linked_colour(export):
+    textured = things.material(Base_Color=COLOR, Specular_IOR_Level=0.0)
+    tree = textured.node_tree
+    shader = next(n for n in tree.nodes if n.type == "BSDF_PRINCIPLED")
+    tree.links.new(tree.nodes.new("ShaderNodeTexNoise").outputs["Color"], shader.inputs[0])
+    color, told = _worn(export, textured)
+    assert color == pytest.approx(COLOR[:3])
+    assert "linked to its Base Color" in told["Material"][0]
+
+
+def test_rgb_node_through_a_reroute(export):
+    matt = things.material(node="ShaderNodeBsdfDiffuse", Roughness=0.0)
+    tree = matt.node_tree
+    shader = next(n for n in tree.nodes if n.type == "BSDF_DIFFUSE")
+    source, bend = tree.nodes.new("ShaderNodeRGB"), tree.nodes.new("NodeReroute")
+    source.outputs[0].default_value = COLOR
+    tree.links.new(source.outputs[0], bend.inputs[0])
+    tree.links.new(bend.outputs[0], shader.inputs["Color"])
+    color, told = _worn(export, matt)
+    assert color == pytest.approx(COLOR[:3]) and told == {}
+
+
+def test_other_shaders_are_told(export):
+    glass = things.material(node="ShaderNodeBsdfGlass")
+    glass.diffuse_color = COLOR
+    color, told = _worn(export, glass)
+    assert color == pytest.approx(COLOR[:3])
+    assert "Glass BSDF node is left out" in told["Material"][0]
+
+
+def test_object_slot_and_several_materials(export):
+    ball = things.uv_sphere()
+    for name, shade in (("One", 0.1), ("Two", 0.9)):
+        ball.data.materials.append(
+            things.material(name, "ShaderNodeBsdfDiffuse", Color=(shade,) * 3 + (1.0,), Roughness=0)
+        )
+    for face in ball.data.polygons[:400]:
+        face.material_index = 1
+    scene = export()
+    assert scene.shapes[0].material.color == pytest.approx((0.9, 0.9, 0.9))
+    assert "several materials" in things.reasons(scene)["Sphere"][0]
+    ball.material_slots[1].link = "OBJECT"
+    ball.material_slots[1].material = bpy.data.materials["One"]
+    assert export().shapes[0].material.color == pytest.approx((0.1, 0.1, 0.1))
+
+
+def _world(color, strength):
+    world = bpy.data.worlds.new("World")
+    world.use_nodes = True
+    node = next(n for n in world.node_tree.nodes if n.type == "BACKGROUND")
+    node.inputs["Color"].default_value = color
+    node.inputs["Strength"].default_value = strength
+    bpy.context.scene.world = world
+    return world
+
+
+def test_world(export):
+    assert export().background == (0.0, 0.0, 0.0)
+    _world(COLOR, 2.0)
+    scene = export()
+    assert scene.background == pytest.approx((0.2, 0.4, 0.6))
+    assert "left out" in things.reasons(scene)["World"][0]
+
+
+def test_black_world_leaves_nothing_out(export):
+    _world((0.0, 0.0, 0.0, 1.0), 1.0)
+    scene = export()
+    assert scene.background == (0.0, 0.0, 0.0) and scene.issues == ()
+
+
+def test_world_without_nodes(export):
+    world = bpy.data.worlds.new("World")
+    world.color = COLOR[:3]
+    bpy.context.scene.world = world
+    if bpy.app.version < (5, 0, 0):
+        world.use_nodes = False
+        assert export().background == pytest.approx(COLOR[:3])
+
+
+def test_names_in_the_list(export):
+    _, told = _worn(export, things.material("Gold"))
+    assert list(told) == ["Material Gold"]
+
+
+def test_transparent_film(export):
+    assert export().transparent is False
+    bpy.context.scene.render.film_transparent = True
+    assert export().transparent is True

@@ -1,0 +1,280 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Meshes that are spheres and parallelograms, and those that are not."""
+
+from __future__ import annotations
+
+import math
+
+import bmesh
+import bpy
+import pytest
+import things
+
+
+@pytest.mark.parametrize("size", [(3, 3), (4, 3), (5, 4), (7, 9), (32, 16), (64, 64)])
+@pytest.mark.parametrize("smooth", [False, True])
+def test_uv_sphere(export, size, smooth):
+    ball = things.uv_sphere(segments=size[0], rings=size[1], radius=1.5)
+    ball.data.shade_smooth() if smooth else ball.data.shade_flat()
+    ball.location = (1.0, 2.0, -3.0)
+    scene = export()
+    (sphere,) = scene.shapes
+    assert sphere.center == pytest.approx((1.0, 2.0, -3.0), abs=1e-6)
+    assert sphere.radius == pytest.approx(1.5, rel=1e-6)
+    assert sphere.name == "Sphere" and sphere.motion is None
+    assert scene.issues == ()
+
+
+@pytest.mark.parametrize("level", [1, 2, 3, 4, 5, 6])
+def test_icosphere(export, level):
+    things.ico_sphere(subdivisions=level, radius=0.25)
+    (sphere,) = export().shapes
+    assert sphere.center == pytest.approx((0.0, 0.0, 0.0), abs=1e-6)
+    assert sphere.radius == pytest.approx(0.25, rel=1e-5)  # its constants have six digits
+
+
+@pytest.mark.parametrize("operator", ["uv", "ico"])
+def test_spheres_of_the_add_menu(export, operator):
+    add = {
+        "uv": bpy.ops.mesh.primitive_uv_sphere_add,
+        "ico": bpy.ops.mesh.primitive_ico_sphere_add,
+    }[operator]
+    add(radius=2.0, location=(1.0, 0.0, 0.0), rotation=(0.3, 0.2, 0.1))
+    (sphere,) = export().shapes
+    assert sphere.radius == pytest.approx(2.0, rel=1e-6)
+
+
+def test_sphere_moved_within_its_mesh(export):
+    ball = things.uv_sphere(radius=0.5)
+    for vertex in ball.data.vertices:
+        vertex.co.x += 100.0
+    (sphere,) = export().shapes
+    assert sphere.center == pytest.approx((100.0, 0.0, 0.0), abs=1e-4)
+    assert sphere.radius == pytest.approx(0.5, rel=1e-4)
+
+
+def test_loose_vertices_do_not_matter(export):
+    ball = things.uv_sphere()
+    ball.data.vertices.add(1)
+    ball.data.vertices[-1].co = (9.0, 9.0, 9.0)
+    assert len(export().shapes) == 1
+
+
+def test_scale_turn_mirror_and_parents(export):
+    parent = things.link(bpy.data.objects.new("Parent", None))
+    parent.location, parent.scale = (0.0, 0.0, 5.0), (2.0, 2.0, 2.0)
+    ball = things.uv_sphere()
+    ball.parent = parent
+    ball.location, ball.scale = (1.0, 0.0, 0.0), (-0.5, 0.5, 0.5)
+    ball.rotation_euler = (0.5, 0.4, 0.3)
+    (sphere,) = export().shapes
+    assert sphere.center == pytest.approx((2.0, 0.0, 5.0), abs=1e-6)
+    assert sphere.radius == pytest.approx(1.0, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    "scale, said",
+    [((1.0, 1.0, 2.0), "no sphere"), ((0.0, 0.0, 0.0), "zero"), ((1.0, 0.0, 1.0), "zero")],
+)
+def test_scales_that_leave_no_sphere(export, scale, said):
+    things.uv_sphere().scale = scale
+    scene = export()
+    assert scene.shapes == ()
+    assert said in things.reasons(scene)["Sphere"][0]
+
+
+def test_sheared_by_parents(export):
+    parent = things.link(bpy.data.objects.new("Parent", None))
+    parent.scale = (1.0, 3.0, 1.0)
+    ball = things.uv_sphere()
+    ball.parent, ball.rotation_euler = parent, (0.0, 0.0, 0.7)
+    scene = export()
+    assert scene.shapes == () and "no sphere" in things.reasons(scene)["Sphere"][0]
+
+
+def test_not_a_number(export):
+    things.uv_sphere().location.x = math.nan
+    scene = export()
+    assert scene.shapes == () and "not finite" in things.reasons(scene)["Sphere"][0]
+
+
+def _cube(work):
+    bmesh.ops.create_cube(work, size=2.0)
+
+
+def _cube_of_triangles(work):
+    _cube(work)
+    bmesh.ops.triangulate(work, faces=work.faces[:])
+
+
+def _cylinder(work):
+    bmesh.ops.create_cone(
+        work, segments=32, radius1=1.0, radius2=1.0, depth=2.0, cap_ends=True, cap_tris=True
+    )
+
+
+def _cone(work):
+    bmesh.ops.create_cone(
+        work, segments=32, radius1=1.0, radius2=0.0, depth=2.0, cap_ends=True, cap_tris=True
+    )
+
+
+def _tetrahedron(work):
+    corners = [work.verts.new(c) for c in ((1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1))]
+    for skipped in range(4):
+        work.faces.new([c for i, c in enumerate(corners) if i != skipped])
+
+
+def _cut(make, cap):
+    def cut(work):
+        make(work)
+        lowest = min(work.verts, key=lambda v: v.co.z)
+        rim = [e for f in lowest.link_faces for e in f.edges if lowest not in e.verts]
+        bmesh.ops.delete(work, geom=[lowest], context="VERTS")
+        if cap:
+            bmesh.ops.contextual_create(work, geom=[e for e in rim if e.is_valid])
+
+    return cut
+
+
+def _uv(work):
+    bmesh.ops.create_uvsphere(work, u_segments=32, v_segments=16, radius=1.0)
+
+
+def _ico(work):
+    bmesh.ops.create_icosphere(work, subdivisions=3, radius=1.0)
+
+
+def _hemisphere(work):
+    _uv(work)
+    below = [v for v in work.verts if v.co.z < -1e-4]
+    bmesh.ops.delete(work, geom=below, context="VERTS")
+
+
+def _hole(work):
+    _uv(work)
+    work.faces.ensure_lookup_table()
+    bmesh.ops.delete(work, geom=[work.faces[40]], context="FACES")
+
+
+def _dented(work):
+    _ico(work)
+    work.verts.ensure_lookup_table()
+    work.verts[17].co *= 0.99
+
+
+def _slid(work):
+    """A ring moved along the sphere: every vertex is still on it."""
+    _uv(work)
+    for vertex in work.verts:
+        if abs(vertex.co.z) < 1e-4:
+            vertex.co.z = 0.15
+            vertex.co.xy = vertex.co.xy.normalized() * math.sqrt(1.0 - 0.15**2)
+
+
+def _two(work):
+    _uv(work)
+    bmesh.ops.create_uvsphere(work, u_segments=8, v_segments=4, radius=1.0)
+
+
+def _subdivided(work):
+    _uv(work)
+    bmesh.ops.subdivide_edges(work, edges=work.edges[:], cuts=1, use_grid_fill=True)
+
+
+NO_SPHERES = {
+    "cube": _cube,
+    "cube of triangles": _cube_of_triangles,
+    "cylinder": _cylinder,
+    "cone": _cone,
+    "tetrahedron": _tetrahedron,
+    "uv sphere cut open": _cut(_uv, False),
+    "uv sphere cut and capped": _cut(_uv, True),
+    "icosphere cut open": _cut(_ico, False),
+    "icosphere cut and capped": _cut(_ico, True),
+    "hemisphere": _hemisphere,
+    "hole": _hole,
+    "dented": _dented,
+    "ring slid": _slid,
+    "two in one mesh": _two,
+    "faceted by subdivision": _subdivided,
+}
+
+
+@pytest.mark.parametrize("kind", NO_SPHERES)
+def test_no_sphere(export, kind):
+    things.made("Thing", NO_SPHERES[kind])
+    scene = export()
+    assert scene.shapes == ()
+    assert "neither" in things.reasons(scene)["Thing"][0]
+
+
+def test_torus_is_left_out(export):
+    bpy.ops.mesh.primitive_torus_add()
+    scene = export()
+    assert scene.shapes == () and list(things.reasons(scene)) == ["Torus"]
+
+
+def test_plane(export):
+    floor = things.plane(size=2.0)
+    floor.location, floor.scale = (1.0, 2.0, 3.0), (2.0, 3.0, 1.0)
+    scene = export()
+    (quad,) = scene.shapes
+    corners = {
+        tuple(round(quad.corner[i] + u * quad.edge_u[i] + v * quad.edge_v[i], 6) for i in range(3))
+        for u in (0, 1)
+        for v in (0, 1)
+    }
+    assert corners == {(-1, -1, 3), (3, -1, 3), (-1, 5, 3), (3, 5, 3)}
+    assert scene.issues == ()
+
+
+@pytest.mark.parametrize("change", ["grid", "triangles", "ngon", "sheared"])
+def test_planes_of_other_makes(export, change):
+    square = [(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)]
+    if change == "grid":
+        things.plane(segments=7)
+    elif change == "triangles":
+        things.mesh_object("Plane", square, [(0, 1, 2), (0, 3, 2)])  # one faces down
+    elif change == "ngon":
+        things.mesh_object("Plane", [*square[:2], (1, 0, 0), *square[2:]], [(0, 1, 2, 3, 4)])
+    else:
+        things.mesh_object("Plane", [(0, 0, 0), (2, 0, 0), (3, 2, 0), (1, 2, 0)], [(0, 1, 2, 3)])
+    scene = export()
+    (quad,) = scene.shapes
+    area = abs(quad.edge_u[0] * quad.edge_v[1] - quad.edge_u[1] * quad.edge_v[0])
+    assert area == pytest.approx(4.0, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    "vertices, faces, said",
+    [
+        ([(0, 0, 0), (2, 0, 0), (1.5, 1, 0), (0, 1, 0)], [(0, 1, 2, 3)], "parallelogram"),
+        ([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)], "parallelogram"),
+        ([(0, 0, 0), (1, 0, 0), (1, 1, 0.2), (0, 1, 0)], [(0, 1, 2, 3)], "neither"),
+        ([(0, 0, 0), (1, 0, 0), (2, 0, 0), (3, 0, 0)], [(0, 1, 2, 3)], "no area"),
+        ([(0, 0, 0), (1, 0, 0)], [], "no faces"),
+        (
+            [(x, y, 0) for a in (0, 3) for x, y in ((a, 0), (a + 1, 0), (a + 1, 1), (a, 1))],
+            [(0, 1, 2, 3), (4, 5, 6, 7)],
+            "parallelogram",
+        ),
+        (
+            [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0.5, 1.5, 0)],
+            [(0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4)],
+            "overlap",
+        ),
+    ],
+)
+def test_no_plane(export, vertices, faces, said):
+    things.mesh_object("Face", vertices, faces)
+    scene = export()
+    assert scene.shapes == ()
+    assert said in things.reasons(scene)["Face"][0]
+
+
+def test_modifiers_are_heeded(export):
+    ball = things.uv_sphere()
+    ball.modifiers.new("Triangulate", "TRIANGULATE")
+    scene = export()
+    assert scene.shapes == () and "neither" in things.reasons(scene)["Sphere"][0]

@@ -1,0 +1,153 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Motion during the shutter, and the user's own frame."""
+
+from __future__ import annotations
+
+import math
+
+import bpy
+import pytest
+import things
+
+
+@pytest.fixture
+def shutter(file):
+    scene = bpy.context.scene
+    scene.render.use_motion_blur = True
+    scene.render.motion_blur_shutter = 0.5
+    scene.frame_set(6)
+    return scene
+
+
+@pytest.mark.parametrize("position, middle", [("START", 5.25), ("CENTER", 5.0), ("END", 4.75)])
+def test_positions(export, shutter, position, middle):
+    ball = things.uv_sphere()
+    things.keyed(ball, "location", (0.0, 0.0, 0.0), (10.0, 0.0, 0.0))
+    lamp = things.light("POINT", shadow_soft_size=0.0)
+    things.keyed(lamp, "location", (0.0, 0.0, 0.0), (0.0, -10.0, 0.0))
+    shutter.render.motion_blur_position = position
+    shutter.frame_set(6)
+    scene = export()
+    (sphere,), (light,) = scene.shapes, scene.lights
+    assert sphere.center == pytest.approx((middle, 0.0, 0.0), abs=1e-5)
+    assert sphere.motion.displacement == pytest.approx((0.5, 0.0, 0.0), abs=1e-5)
+    assert light.center == pytest.approx((0.0, -middle, 0.0), abs=1e-5)
+    assert light.motion.displacement == pytest.approx((0.0, -0.5, 0.0), abs=1e-5)
+    assert scene.issues == ()
+
+
+def test_all_kinds_move_through_a_parent(export, shutter):
+    parent = things.link(bpy.data.objects.new("Parent", None))
+    things.keyed(parent, "location", (0.0, 0.0, 0.0), (10.0, 0.0, 0.0))
+    moved = [things.uv_sphere(), things.plane(), things.light("AREA"), things.light("POINT")]
+    for thing in moved:
+        thing.parent = parent
+    shutter.frame_set(6)
+    scene = export()
+    for thing in (*scene.shapes, *scene.lights):
+        assert thing.motion.displacement == pytest.approx((0.5, 0.0, 0.0), abs=1e-5), thing.name
+    assert scene.issues == ()
+
+
+def test_still_things_have_no_motion(export, shutter):
+    things.uv_sphere().location = (0.1, 0.2, 0.3)
+    assert export().shapes[0].motion is None
+
+
+def test_an_object_may_be_left_unblurred(export, shutter):
+    ball = things.uv_sphere()
+    things.keyed(ball, "location", (0.0, 0.0, 0.0), (10.0, 0.0, 0.0))
+    shutter.frame_set(6)
+    if hasattr(ball, "cycles"):  # Cycles is an add-on, and may be switched off
+        ball.cycles.use_motion_blur = False
+        scene = export()
+        assert scene.shapes[0].motion is None and scene.issues == ()
+
+
+def test_sphere_may_turn(export, shutter):
+    ball = things.uv_sphere()
+    things.keyed(ball, "rotation_euler", (0.0, 0.0, 0.0), (3.0, 2.0, 1.0))
+    shutter.frame_set(6)
+    scene = export()
+    assert scene.shapes[0].motion is None and scene.issues == ()
+
+
+def test_plane_and_area_that_turn_are_told(export, shutter):
+    for thing in (things.plane(), things.light("AREA")):
+        things.keyed(thing, "rotation_euler", (0.0, 0.0, 0.0), (0.0, 0.0, 3.0))
+    shutter.frame_set(6)
+    scene = export()
+    (quad,) = scene.shapes
+    # half a turn's share, 1.5 radians, is where it stands in the middle of the shutter
+    turned = math.atan2(quad.edge_u[1], quad.edge_u[0]) % (math.pi / 2.0)
+    assert quad.motion is None and turned == pytest.approx(1.5, abs=1e-5)
+    assert "turns" in things.reasons(scene)["Plane"][0]
+    assert "turns" in things.reasons(scene)["Area"][0]
+
+
+def test_sphere_that_grows_is_told(export, shutter):
+    ball = things.uv_sphere()
+    things.keyed(ball, "scale", (1.0, 1.0, 1.0), (2.0, 2.0, 2.0))
+    shutter.frame_set(6)
+    scene = export()
+    assert scene.shapes[0].radius == pytest.approx(1.5, rel=1e-5)
+    assert "size" in things.reasons(scene)["Sphere"][0]
+
+
+def test_curved_path_is_told(export, shutter):
+    shutter.render.motion_blur_shutter = 1.0
+    parent = things.link(bpy.data.objects.new("Parent", None))
+    things.keyed(parent, "rotation_euler", (0.0, 0.0, 0.0), (0.0, 0.0, 10.0))
+    ball = things.uv_sphere()
+    ball.parent, ball.location = parent, (5.0, 0.0, 0.0)
+    shutter.frame_set(6)
+    scene = export()
+    assert scene.shapes[0].motion is not None
+    assert "path" in things.reasons(scene)["Sphere"][0]
+
+
+def test_appearing_during_the_shutter(export, shutter):
+    ball = things.uv_sphere()
+    ball.hide_viewport = True
+    ball.keyframe_insert("hide_viewport", frame=1)
+    ball.hide_viewport = False
+    ball.keyframe_insert("hide_viewport", frame=6)
+    shutter.frame_set(6)
+    scene = export()
+    assert scene.shapes[0].motion is None
+    assert "not there" in things.reasons(scene)["Sphere"][0]
+
+
+@pytest.mark.parametrize("why", ["blur off", "not wanted", "no shutter"])
+def test_still_scenes_never_move_the_frame(export, shutter, why):
+    ball = things.uv_sphere()
+    things.keyed(ball, "location", (0.0, 0.0, 0.0), (10.0, 0.0, 0.0))
+    shutter.frame_set(6)
+    ball.location.x = 77.0  # an edit that has no keyframe yet
+    bpy.context.view_layer.update()
+    if why == "blur off":
+        shutter.render.use_motion_blur = False
+    elif why == "no shutter":
+        shutter.render.motion_blur_shutter = 0.0
+    seen = []
+    handler = lambda *_: seen.append(1)  # noqa: E731
+    bpy.app.handlers.frame_change_pre.append(handler)
+    try:
+        scene = export(use_motion=why != "not wanted")
+    finally:
+        bpy.app.handlers.frame_change_pre.remove(handler)
+    assert seen == [] and scene.shapes[0].motion is None
+    assert scene.shapes[0].center[0] == 77.0
+
+
+@pytest.mark.parametrize("fail", [False, True])
+def test_frame_and_subframe_come_back(export, shutter, core, fail):
+    things.uv_sphere()
+    shutter.frame_set(3, subframe=0.25)
+    if fail:
+        shutter.camera.data.type = "ORTHO"
+        with pytest.raises(core.SceneError):
+            export()
+    else:
+        export()
+    assert (shutter.frame_current, shutter.frame_subframe) == (3, 0.25)

@@ -1,0 +1,105 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Makes objects for the tests, without operators and the selections they change."""
+
+from __future__ import annotations
+
+import bmesh
+import bpy
+
+
+def link(thing, collection=None):
+    (collection or bpy.context.scene.collection).objects.link(thing)
+    return thing
+
+
+def mesh_object(name, vertices, faces, collection=None):
+    mesh = bpy.data.meshes.new(name)
+    mesh.from_pydata(vertices, [], faces)
+    mesh.update()
+    return link(bpy.data.objects.new(name, mesh), collection)
+
+
+def made(name, make, collection=None):
+    """An object of a mesh that `make` builds in a bmesh."""
+    mesh = bpy.data.meshes.new(name)
+    work = bmesh.new()
+    make(work)
+    work.to_mesh(mesh)
+    work.free()
+    return link(bpy.data.objects.new(name, mesh), collection)
+
+
+def uv_sphere(name="Sphere", radius=1.0, segments=32, rings=16, collection=None):
+    return made(
+        name,
+        lambda b: bmesh.ops.create_uvsphere(
+            b, u_segments=segments, v_segments=rings, radius=radius
+        ),
+        collection,
+    )
+
+
+def ico_sphere(name="Ico", radius=1.0, subdivisions=2):
+    return made(
+        name,
+        lambda b: bmesh.ops.create_icosphere(b, subdivisions=subdivisions, radius=radius),
+    )
+
+
+def plane(name="Plane", size=2.0, segments=1):
+    return made(
+        name,
+        lambda b: bmesh.ops.create_grid(
+            b, x_segments=segments, y_segments=segments, size=size / 2.0
+        ),
+    )
+
+
+def light(kind, name=None, **settings):
+    data = bpy.data.lights.new(name or kind.title(), kind)
+    for key, value in settings.items():
+        setattr(data, key, value)
+    return link(bpy.data.objects.new(data.name, data))
+
+
+def material(name="Material", node="ShaderNodeBsdfPrincipled", **inputs):
+    """A material with one shader node; inputs by name, blanks written as underscores."""
+    made_material = bpy.data.materials.new(name)
+    made_material.use_nodes = True
+    tree = made_material.node_tree
+    tree.nodes.clear()
+    output = tree.nodes.new("ShaderNodeOutputMaterial")
+    shader = tree.nodes.new(node)
+    tree.links.new(shader.outputs[0], output.inputs["Surface"])
+    for key, value in inputs.items():
+        shader.inputs[key.replace("_", " ")].default_value = value
+    return made_material
+
+
+def keyed(thing, path, *values):
+    """Key a property at frames 1, 11, 21 … with straight lines between."""
+    for index, value in enumerate(values):
+        setattr(thing, path, value)
+        thing.keyframe_insert(path, frame=1 + 10 * index)
+    for curve in curves(thing):
+        for point in curve.keyframe_points:
+            point.interpolation = "LINEAR"
+        curve.extrapolation = "LINEAR"
+
+
+def curves(thing):
+    from bpy_extras import anim_utils
+
+    data = thing.animation_data
+    if hasattr(anim_utils, "action_get_channelbag_for_slot"):
+        bag = anim_utils.action_get_channelbag_for_slot(data.action, data.action_slot)
+        return bag.fcurves
+    return data.action.fcurves
+
+
+def reasons(scene):
+    """The issues of an exported scene, by name."""
+    found = {}
+    for issue in scene.issues:
+        found.setdefault(issue.name, []).append(issue.reason)
+    return found

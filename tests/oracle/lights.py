@@ -1,0 +1,143 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Points of lights as a shaded point sees them, and what each of them sends."""
+
+import numpy as np
+
+from adaptive_drt.scene import PointLight, QuadLight, SphereLight
+
+from .trace import dot, moved, norm
+
+__all__ = ["aim", "emitted", "facing", "is_area", "is_dark", "place"]
+
+TINY = 1e-30
+"""Replaces a length of zero in a quotient whose result is then not used, or clamped."""
+
+
+def is_area(light):
+    """Whether it has an extent."""
+    return not isinstance(light, PointLight)
+
+
+def is_dark(light):
+    """Whether it sends nothing at all."""
+    return not any(light.intensity if isinstance(light, PointLight) else light.radiance)
+
+
+def _basis(axis):
+    """Two unit vectors (n, 3) that complete unit axes (n, 3), by the smallest component."""
+    least = np.eye(3)[np.abs(axis).argmin(axis=1)]
+    first = np.cross(axis, least)
+    first /= np.linalg.norm(first, axis=1, keepdims=True)
+    return first, np.cross(axis, first)
+
+
+def _axis(light, p, t):
+    """Unit axis from p to the light's centre, distance, two side vectors, sine of its radius."""
+    offset = moved(light, light.center, t) - p
+    distance = norm(offset)
+    axis = offset / np.where(distance > 0.0, distance, 1.0)[:, None]
+    axis[distance == 0.0] = (0.0, 0.0, 1.0)
+    sine = np.minimum(light.radius / np.where(distance > 0.0, distance, 1.0), 1.0)
+    return (axis, distance, *_basis(axis), sine)
+
+
+def facing(light, p, t):
+    """Height in metres of p over the front of a quad light; infinite for all others."""
+    if not isinstance(light, QuadLight):
+        return np.full(len(p), np.inf)
+    normal = np.cross(light.half_u, light.half_v)
+    normal = normal / np.linalg.norm(normal)
+    return (p - moved(light, light.center, t)) @ normal
+
+
+def place(light, p, t, uv):
+    """Points (n, 3) of a light at time t: uv (n, 2) in the square -1..1, or in the unit disk.
+
+    For a disk and a sphere the points are those that face p; a sphere's uv is the sine of the
+    angle from the axis to its centre, as a share of its outline's.
+    """
+    if isinstance(light, QuadLight):
+        return moved(light, light.center, t) + uv @ np.array([light.half_u, light.half_v])
+    if isinstance(light, PointLight):
+        return moved(light, light.center, t)
+    axis, distance, first, second, sine = _axis(light, p, t)
+    if isinstance(light, SphereLight):
+        side = uv * sine[:, None]
+        ahead = np.sqrt(np.maximum(1.0 - (side**2).sum(axis=1), 0.0))
+        toward = side[:, :1] * first + side[:, 1:] * second + ahead[:, None] * axis
+        rho2 = np.minimum((uv**2).sum(axis=1), 1.0)
+        reach = distance * ahead - light.radius * np.sqrt(1.0 - rho2)
+        return p + reach[:, None] * toward
+    disk = light.radius * (uv[:, :1] * first + uv[:, 1:] * second)
+    return moved(light, light.center, t) + disk
+
+
+def aim(light, p, t, q):
+    """The uv (n, 2) of the light's point that lies nearest the line from p through q (n, 3)."""
+    toward = q - p
+    if isinstance(light, PointLight):
+        return np.zeros((len(p), 2))
+    if isinstance(light, QuadLight):
+        u, v = np.array(light.half_u), np.array(light.half_v)
+        columns = np.stack([np.broadcast_to(u, p.shape), np.broadcast_to(v, p.shape), -toward], 2)
+        flat = np.abs(np.linalg.det(columns)) < np.finfo(float).tiny
+        columns[flat] = np.eye(3)
+        start = p - moved(light, light.center, t)
+        # columns . (u, v, s) = p - center, as center + u U + v V = p + s toward
+        uvs = np.linalg.solve(columns, start[:, :, None])[:, :, 0]
+        uvs[flat | (uvs[:, 2] < 0.0)] = 0.0
+        return np.clip(uvs[:, :2], -1.0, 1.0)
+    axis, distance, first, second, sine = _axis(light, p, t)
+    ahead = dot(toward, axis)
+    side = np.stack([dot(toward, first), dot(toward, second)], axis=1)
+    if isinstance(light, SphereLight):
+        scale = norm(toward) * sine
+    else:
+        scale = np.where(ahead > 0.0, ahead, 0.0) * light.radius / np.maximum(distance, TINY)
+    uv = side / np.maximum(scale, TINY)[:, None]
+    rho = norm(uv)
+    outside = (rho > 1.0) | (ahead <= 0.0)
+    return np.where(outside[:, None], uv / np.maximum(rho, TINY)[:, None], uv)
+
+
+def emitted(light, p, normals, t, square):
+    """Point (n, 3) and estimate (n,) of its irradiance at p per unit radiance (or intensity).
+
+    `square` (n, 2) in 0..1 chooses the point; the mean over the square is the irradiance of the
+    unoccluded light.
+    """
+    if isinstance(light, SphereLight):
+        return _emitted_sphere(light, p, normals, t, square)
+    if isinstance(light, QuadLight):
+        uv = 2.0 * square - 1.0
+        area = 4.0 * np.linalg.norm(np.cross(light.half_u, light.half_v))
+    else:
+        rho, phi = np.sqrt(square[:, :1]), 2.0 * np.pi * square[:, 1:]
+        uv = rho * np.concatenate([np.cos(phi), np.sin(phi)], axis=1)
+        area = np.pi * getattr(light, "radius", 0.0) ** 2
+    point = place(light, p, t, uv)
+    toward = point - p
+    distance2 = dot(toward, toward)
+    distance = np.sqrt(distance2)
+    cosine = np.maximum(dot(toward, normals) / distance, 0.0)
+    if isinstance(light, PointLight):
+        return point, cosine / distance2
+    if isinstance(light, QuadLight):
+        height = facing(light, p, t)
+    else:
+        height = norm(moved(light, light.center, t) - p)
+    return point, area * cosine * np.maximum(height / distance, 0.0) / distance2
+
+
+def _emitted_sphere(light, p, normals, t, square):
+    """Directions uniform over the cone of the sphere's outline."""
+    *_, sine = _axis(light, p, t)
+    lowest = np.sqrt(np.maximum(1.0 - sine**2, 0.0))
+    height = 1.0 - square[:, 0] * (1.0 - lowest)
+    rho = np.sqrt(np.maximum(1.0 - height**2, 0.0)) / sine
+    phi = 2.0 * np.pi * square[:, 1]
+    uv = rho[:, None] * np.stack([np.cos(phi), np.sin(phi)], axis=1)
+    point = place(light, p, t, uv)
+    toward = point - p
+    cosine = dot(toward, normals) / norm(toward)
+    return point, 2.0 * np.pi * (1.0 - lowest) * np.maximum(cosine, 0.0)

@@ -1,0 +1,172 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Seeded random scenes: all kinds of shapes, lights and motion, over wide ranges."""
+
+import numpy as np
+
+from adaptive_drt.scene import (
+    Camera,
+    DiskLight,
+    Material,
+    Motion,
+    PointLight,
+    Quad,
+    QuadLight,
+    Scene,
+    Sphere,
+    SphereLight,
+)
+
+__all__ = ["look_at", "random_scene", "scaled"]
+
+
+def look_at(location, target, **fields):
+    """Camera at a location (3,) that looks at a target, upright as far as that is possible."""
+    back = np.subtract(location, target)
+    back = back / np.linalg.norm(back)
+    up = (0.0, 0.0, 1.0) if abs(back[2]) < 0.99 else (0.0, 1.0, 0.0)
+    right = np.cross(up, back)
+    right /= np.linalg.norm(right)
+    columns = np.stack([right, np.cross(back, right), back, np.array(location, dtype=float)], 1)
+    rows = (*(tuple(float(x) for x in row) for row in columns), (0.0, 0.0, 0.0, 1.0))
+    return Camera(matrix=rows, **fields)
+
+
+def random_scene(seed):
+    """Scene of a seed: the same on every machine."""
+    rng = np.random.default_rng(seed)
+    shapes = [_floor(rng)] if rng.random() < 0.85 else []
+    shapes += [_sphere(rng) for _ in range(rng.integers(1, 6))]
+    shapes += [_quad(rng) for _ in range(rng.integers(0, 3))]
+    lights = []
+    while len(lights) < 1 + (rng.random() < 0.5) + (rng.random() < 0.3):
+        light = _light(rng)
+        if not any(_touch(light, shape) for shape in shapes):
+            lights.append(light)
+    scene = Scene(_camera(rng), tuple(shapes), tuple(lights), tuple(rng.random(3).tolist()))
+    return scaled(scene, 10.0 ** rng.uniform(-2, 3)) if rng.random() < 0.3 else scene
+
+
+def _vector(values):
+    return tuple(float(x) for x in values)
+
+
+def _material(rng):
+    return Material(_vector(rng.uniform(0.1, 1.0, 3)))
+
+
+def _motion(rng, share, size=1.5):
+    """A motion for a share of things; some go along an axis, as keyframed things do."""
+    if rng.random() >= share:
+        return None
+    move = rng.normal(size=3) * size * rng.random()
+    if rng.random() < 0.4:
+        move *= np.eye(3)[rng.integers(3)]
+    return Motion(_vector(move))
+
+
+def _floor(rng):
+    half = rng.uniform(3.0, 20.0)
+    motion = _motion(rng, 0.05)
+    corner, u, v = (-half, -half, 0.0), (2.0 * half, 0.0, 0.0), (0.0, 2.0 * half, 0.0)
+    return Quad(corner, u, v, _material(rng), motion, "Floor")
+
+
+def _sphere(rng):
+    radius = float(10.0 ** rng.uniform(-1.8, 0.3))
+    center = rng.uniform((-2.0, -2.0, 0.0), (2.0, 2.0, 3.0))
+    if rng.random() < 0.4:
+        center[2] = radius  # rests on the floor: contact shadows
+    return Sphere(_vector(center), radius, _material(rng), _motion(rng, 0.3))
+
+
+def _quad(rng):
+    u, v = rng.normal(size=(2, 3)) * rng.uniform(0.1, 1.5, (2, 1))
+    if rng.random() < 0.5:
+        v = np.cross(u, v) / np.linalg.norm(u)
+    corner = rng.uniform((-2.0, -2.0, 0.0), (2.0, 2.0, 3.0)) - (u + v) / 2.0
+    return Quad(_vector(corner), _vector(u), _vector(v), _material(rng), _motion(rng, 0.3))
+
+
+def _light(rng):
+    center = rng.uniform((-4.0, -4.0, 1.5), (4.0, 4.0, 7.0))
+    color = _vector(rng.uniform(0.5, 20.0, 3))
+    motion, shadow = _motion(rng, 0.15), bool(rng.random() < 0.95)
+    radius = float(10.0 ** rng.uniform(-1.5, 0.2))
+    kind = rng.integers(4)
+    if kind == 0:
+        down = -center / np.linalg.norm(center) + 0.4 * rng.normal(size=3)
+        u = np.cross(down, rng.normal(size=3))
+        u *= radius / np.linalg.norm(u)
+        v = np.cross(down, u)
+        v *= radius * rng.uniform(0.2, 2.0) / np.linalg.norm(v)
+        if rng.random() < 0.2:
+            v = v + 0.5 * u
+        return QuadLight(_vector(center), _vector(u), _vector(v), color, motion, shadow)
+    if kind == 1:
+        return SphereLight(_vector(center), radius, color, motion, shadow)
+    if kind == 2:
+        return DiskLight(_vector(center), radius, color, motion, shadow)
+    return PointLight(_vector(center), color, motion, shadow)
+
+
+def _touch(light, shape):
+    """Whether a light might meet a shape on the way of either; the floor's plane may cut it."""
+    reach = getattr(light, "radius", 0.0)
+    if isinstance(light, QuadLight):
+        reach = np.linalg.norm(np.abs(light.half_u) + np.abs(light.half_v))
+    way = [
+        np.zeros(3) if x.motion is None else np.array(x.motion.displacement) / 2.0
+        for x in (light, shape)
+    ]
+    if isinstance(shape, Sphere):
+        middle, size = np.array(shape.center), shape.radius
+    else:
+        middle = np.array(shape.corner) + np.add(shape.edge_u, shape.edge_v) / 2.0
+        size = np.linalg.norm(np.abs(shape.edge_u) + np.abs(shape.edge_v)) / 2.0
+        if shape.name == "Floor":
+            return light.center[2] - reach < abs(way[0][2]) + abs(way[1][2]) + 0.01
+    apart = np.linalg.norm(middle - np.array(light.center))
+    return apart < (reach + size + sum(np.linalg.norm(w) for w in way)) * 1.01
+
+
+def _camera(rng):
+    location = rng.normal(size=3)
+    location[2] = abs(location[2]) + 0.2
+    location *= rng.uniform(5.0, 12.0) / np.linalg.norm(location)
+    width, height = (int(x) for x in rng.integers(24, 41, 2))
+    fields = {"focal_length": float(rng.uniform(20.0, 90.0)), "resolution": (width, height)}
+    if rng.random() < 0.3:
+        fields["sensor_fit"] = str(rng.choice(["HORIZONTAL", "VERTICAL"]))
+        fields["shift_x"], fields["shift_y"] = (float(x) for x in rng.uniform(-0.2, 0.2, 2))
+        fields["pixel_aspect"] = (1.0, float(rng.uniform(0.6, 1.7)))
+    if rng.random() < 0.08:
+        fields["motion"] = _motion(rng, 1.0, 0.3)
+    target = rng.uniform((-1.0, -1.0, 0.0), (1.0, 1.0, 1.0))
+    return look_at(_vector(location), _vector(target), **fields)
+
+
+def scaled(scene, factor):
+    """The same picture from a scene `factor` times as large (point lights get brighter)."""
+
+    def grow(thing):
+        changes = {}
+        for name in ("center", "corner", "edge_u", "edge_v", "half_u", "half_v"):
+            if hasattr(thing, name):
+                changes[name] = _vector(np.array(getattr(thing, name)) * factor)
+        if hasattr(thing, "radius"):
+            changes["radius"] = thing.radius * factor
+        if hasattr(thing, "intensity"):
+            changes["intensity"] = _vector(np.array(thing.intensity) * factor**2)
+        if thing.motion is not None:
+            changes["motion"] = Motion(_vector(np.array(thing.motion.displacement) * factor))
+        return type(thing)(**{**thing.__dict__, **changes})
+
+    rows = [list(row) for row in scene.camera.matrix]
+    for row in rows[:3]:
+        row[3] *= factor
+    fields = {**scene.camera.__dict__, "matrix": tuple(tuple(row) for row in rows)}
+    if scene.camera.motion is not None:
+        move = np.array(scene.camera.motion.displacement) * factor
+        fields["motion"] = Motion(_vector(move))
+    shapes, lights = (tuple(grow(x) for x in group) for group in (scene.shapes, scene.lights))
+    return Scene(Camera(**fields), shapes, lights, scene.background, scene.transparent)

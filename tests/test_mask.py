@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The mask leaves out no pixel that depends on a domain: random scenes against the oracle."""
+
+import numpy as np
+import pytest
+
+from adaptive_drt.render import render_image
+from adaptive_drt.settings import Settings
+from oracle.truth import masks
+from random_scenes import random_scene
+
+FEW = {"light_rays": 2, "time_rays": 2, "pixel_rays": 2, "threads": 1}
+NAMES = ("penumbra", "motion", "edge")
+RESULTS = {}
+"""Flagged and truly dependent pixels by effect, gathered for the report at the end."""
+
+
+def missing(scene, switches, orders=(2, 1)):
+    """Pixels of the truth that the mask of each order leaves out, and of order 2 that 1 does."""
+    truth = masks(scene, **switches)
+    found = {k: render_image(scene, Settings(order=k, **FEW, **switches)).mask for k in orders}
+    for index, name in enumerate(NAMES):
+        count = RESULTS.setdefault(name, np.zeros(3, dtype=int))
+        count += [truth[index].sum(), *(found[k][index].sum() for k in (2, 1))]
+    faults = []
+    for index, name in enumerate(NAMES):
+        for order in orders:
+            gone = truth[index] & ~found[order][index]
+            if gone.any():
+                faults.append(f"order {order}, {name}: (row, column) {np.argwhere(gone).tolist()}")
+        narrower = found[2][index] & ~found[1][index]
+        if narrower.any():
+            faults.append(f"order 1 < order 2, {name}: {np.argwhere(narrower).tolist()}")
+    return faults
+
+
+SWITCHES = (
+    {},
+    {"use_motion": False, "use_edges": False},
+    {"use_penumbra": False, "use_edges": False},
+    {"use_penumbra": False, "use_motion": False},
+)
+"""All effects at once, and each of them alone; a scene gets all at once, or one in turn."""
+
+
+def check(seed):
+    scene = random_scene(seed)
+    for switches in (SWITCHES[0], SWITCHES[1 + seed % 3]):
+        faults = missing(scene, switches)
+        assert not faults, f"seed {seed}, {switches or 'all effects'}: " + "; ".join(faults)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_no_pixel_is_left_out(seed):
+    check(seed)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(40, 200))
+def test_no_pixel_is_left_out_of_many_scenes(seed):
+    check(seed)
+
+
+def test_report_how_much_is_flagged(capsys):
+    """Flags over truly dependent pixels; the oracle may miss some, so 1 is the least."""
+    with capsys.disabled():
+        for name, (true, second, first) in RESULTS.items():
+            over = [x / max(true, 1) for x in (second, first)]
+            print(f"\n{name}: {true} depend; order 2 flags {over[0]:.3f}, order 1 {over[1]:.3f}")

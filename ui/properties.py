@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Settings of a scene: `scene.adaptive_drt`."""
+
+import bpy
+from bpy.props import BoolProperty, EnumProperty, IntProperty, PointerProperty
+
+METHODS = (
+    (
+        "RAYS",
+        "Distributed Rays",
+        "Distribute a given number of rays where the derivatives of one ray ask for it",
+        0,
+    ),
+)
+ORDERS = (
+    ("1", "First", "Gradients alone: cheaper to carry, flags more pixels", 1),
+    ("2", "Second", "Gradients and Hessians: flags no pixel that could have been spared", 2),
+)
+DISTRIBUTIONS = (
+    ("ADAPTIVE", "Adaptive", "Distribute rays only where the result could change", 0),
+    ("EVERYWHERE", "Everywhere", "Distribute rays in every pixel, for comparison", 1),
+)
+
+
+class ADRT_PG_settings(bpy.types.PropertyGroup):
+    """How Adaptive Render renders a scene."""
+
+    method: EnumProperty(
+        name="Method",
+        description="How flagged pixels are resolved",
+        items=METHODS,
+        default="RAYS",
+    )
+    order: EnumProperty(
+        name="Order",
+        description="Order of the derivatives that decide where rays are distributed",
+        items=ORDERS,
+        default="2",
+    )
+    distribution: EnumProperty(
+        name="Distribution",
+        description="Which pixels get distributed rays",
+        items=DISTRIBUTIONS,
+        default="ADAPTIVE",
+    )
+    light_rays: IntProperty(
+        name="Light Rays",
+        description="Rays to each light in a pixel that lies in a penumbra",
+        default=49,
+        min=1,
+        soft_max=1024,
+        max=1 << 20,
+    )
+    time_rays: IntProperty(
+        name="Time Rays",
+        description="Rays over the shutter in a pixel that sees motion",
+        default=128,
+        min=1,
+        soft_max=1024,
+        max=1 << 20,
+    )
+    pixel_rays: IntProperty(
+        name="Pixel Rays",
+        description="Rays over the area of a pixel that holds an edge",
+        default=16,
+        min=1,
+        soft_max=256,
+        max=1 << 20,
+    )
+    use_penumbra: BoolProperty(
+        name="Penumbrae",
+        description="Soft shadows of lights that have a size; otherwise shadows fall "
+        "from each light's centre",
+        default=True,
+    )
+    use_motion: BoolProperty(
+        name="Motion Blur",
+        description="Blur what moves while the shutter is open, if the scene's own motion blur "
+        "is on",
+        default=True,
+    )
+    use_edges: BoolProperty(
+        name="Edges",
+        description="Anti-aliasing; otherwise a pixel is what its centre sees",
+        default=True,
+    )
+    seed: IntProperty(
+        name="Seed",
+        description="Choice of the low-discrepancy points; the same seed gives the same picture",
+        default=0,
+    )
+    threads: IntProperty(
+        name="Threads",
+        description="Processor threads to use, 0 for all",
+        default=0,
+        min=0,
+        max=1024,
+    )
+
+
+def register() -> None:
+    bpy.utils.register_class(ADRT_PG_settings)
+    bpy.types.Scene.adaptive_drt = PointerProperty(type=ADRT_PG_settings)
+
+
+def unregister() -> None:
+    del bpy.types.Scene.adaptive_drt
+    bpy.utils.unregister_class(ADRT_PG_settings)
