@@ -8,14 +8,14 @@ for no point of the light at no time. Blocks of neighbouring points are tested a
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .embree import ProxyScene
-from .emitter import QUAD, Emitter, view_cone
+from .emitter import QUAD, Cone, Emitter, view_cone
 from .plan import Plan
 from .primary import Pairs, Surface
 from .quadric import cone_touch
@@ -25,9 +25,15 @@ __all__ = ["Occluders", "every_pair"]
 
 Array: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
+Mask: TypeAlias = NDArray[np.bool_]
 
 BLOCK = 128
 """Points that share one culling test: a compromise, measured flat between 64 and 256."""
+DENSE_OBJECTS = 48
+"""Up to so many objects each is tested against all points: 15 ns a pair, where gathering the points
+of pairs costs 250."""
+CACHED = 1 << 13
+"""Points at a time in such a test: its arrays stay in the second-level cache."""
 MATRIX = 1 << 20
 """Block-object tests at a time, to bound memory."""
 
@@ -68,87 +74,131 @@ class Occluders:
         reach : (n,) metres; the candidates also serve all points within it of each point.
         """
         count = surface.item.size
+        none = np.zeros(0, dtype=np.int64)
         if not count or not self.radius.size or not light.casts_shadow:
-            return Pairs(np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64))
+            return Pairs(none, none)
         reach = np.broadcast_to(np.asarray(reach, dtype=np.float64), (count,))
+        sight = _Sight.make(light, surface, reach, self._bend[surface.item])
         proxies = None if (reach > 0.0).any() else self._proxies.get(_key(light))
-        if proxies is None:
-            pairs = self._shafts(light, surface, reach, 0)
-        else:
+        first = 0
+        parts: list[Pairs] = []
+        if proxies is not None:
             # quads have wide bounding spheres: embree would find them everywhere
-            pairs = self._shafts(light, surface, reach, self._plan.sphere_count)
-            pixel, item = proxies.along(surface.point, light.center)
-            pairs = Pairs(np.concatenate([pixel, pairs.pixel]), np.concatenate([item, pairs.item]))
-        pairs = pairs.take(self._matter(light, surface, reach, pairs))
-        return pairs.take(np.lexsort((pairs.item, pairs.pixel)))
+            first = self._plan.sphere_count
+            parts.append(self._kept(sight, Pairs(*proxies.along(surface.point, light.center))))
+        if self.radius.size - first <= DENSE_OBJECTS:
+            parts += self._one_by_one(sight, first)
+        else:
+            parts.append(self._kept(sight, self._shafts(sight, first)))
+        pixel = np.concatenate([part.pixel for part in parts])
+        item = np.concatenate([part.item for part in parts])
+        order = np.lexsort((item, pixel))
+        return Pairs(pixel[order], item[order])
 
-    def _shafts(self, light: Emitter, surface: Surface, reach: Array, begin_item: int) -> Pairs:
-        """Candidates from object `begin_item` on, of blocks of points, spread to their points."""
-        count = surface.item.size
+    def _one_by_one(self, sight: _Sight, first: int) -> list[Pairs]:
+        """Candidates from object `first` on, each tested against all points: no gathering."""
+        parts = []
+        count = sight.reach.size
+        for begin in range(0, count, CACHED):
+            rows = slice(begin, min(begin + CACHED, count))
+            for item in range(first, self.radius.size):
+                pixel = begin + np.flatnonzero(self._matters(sight, rows, item))
+                parts.append(Pairs(pixel, np.full(pixel.size, item)))
+        return parts
+
+    def _kept(self, sight: _Sight, pairs: Pairs) -> Pairs:
+        """The pairs that stay when each point is tested by itself."""
+        return pairs.take(self._matters(sight, pairs.pixel, pairs.item))
+
+    def _shafts(self, sight: _Sight, first_item: int) -> Pairs:
+        """Candidates from object `first_item` on, of blocks of points, spread to their points."""
+        point = sight.surface.point
+        count = point.shape[1]
         starts = np.arange(0, count, BLOCK)
-        low = np.minimum.reduceat(surface.point, starts, axis=1)
-        high = np.maximum.reduceat(surface.point, starts, axis=1)
+        low = np.minimum.reduceat(point, starts, axis=1)
+        high = np.maximum.reduceat(point, starts, axis=1)
         middle = 0.5 * (low + high)
-        span = 0.5 * np.sqrt(dot(high - low, high - low)) + np.maximum.reduceat(reach, starts)
+        span = 0.5 * np.sqrt(dot(high - low, high - low)) + np.maximum.reduceat(sight.reach, starts)
         pixels, items = [], []
-        items_from = slice(begin_item, None)
-        center, radius = self.center[:, items_from], self.radius[items_from]
+        center, radius = self.center[:, first_item:], self.radius[first_item:]
         step = max(1, MATRIX // max(radius.size, 1))
         for first in range(0, starts.size, step):
             rows = slice(first, first + step)
-            seen = _seen(light, middle[:, rows], span[rows], center, radius)
+            seen = _seen(sight.ball, middle[:, rows], span[rows], center, radius)
             block, item = np.nonzero(seen)
             begin = starts[block + first]
             size = np.minimum(begin + BLOCK, count) - begin
             offset = np.arange(size.sum()) - np.repeat(np.cumsum(size) - size, size)
             pixels.append(np.repeat(begin, size) + offset)
-            items.append(np.repeat(item + begin_item, size))
+            items.append(np.repeat(item + first_item, size))
         return Pairs(np.concatenate(pixels), np.concatenate(items))
 
-    def _matter(
-        self, light: Emitter, surface: Surface, reach: Array, pairs: Pairs
-    ) -> NDArray[np.bool_]:
-        """Which pairs stay when each point is tested by itself."""
-        p = pairs.pixel
-        point, item = surface.point[:, p], pairs.item
-        center, radius = self.center[:, item], self.radius[item] + reach[p]
+    def _matters(self, sight: _Sight, at: Ints | slice, item: Ints | int) -> Mask:
+        """Whether objects may hide light that counts from points `at`: one object, or one each."""
+        surface, cone = sight.surface, sight.cone
+        chosen = np.atleast_1d(item)
+        center, radius = self.center[:, chosen], self.radius[chosen] + sight.reach[at]
+        point = surface.point[:, at]
         v = center - point
         vv = dot(v, v)
-        ball = _swept(light)
-        cone = view_cone(ball, ball.center, point)
-        touch, _, _ = cone_touch(cone.axis, cone.cosine, cone.sine, v, radius)
-        keep: NDArray[np.bool_] = (vv <= radius * radius) | (
-            touch & (np.sqrt(vv) - radius < cone.far)
-        )
+        touch, _, _ = cone_touch(cone.axis[:, at], cone.cosine[at], cone.sine[at], v, radius)
+        # beyond the light; an object around the point is in front in any case
+        limit = cone.far[at] + radius
+        keep: Mask = ((vv < limit * limit) & touch) | (vv <= radius * radius)
         # what lies below the point's horizon hides only light that does not count
         # (a sphere's normal turns by reach / r within reach)
-        turn = self._bend[surface.item[p]] * reach[p] * np.sqrt(vv)
-        keep &= dot(surface.normal[:, p], v) > -(radius + turn)
-        if light.kind == QUAD:
-            # a quad light emits to its front: what lies behind its plane is never between
-            drift = (
-                0.0
-                if light.displacement is None
-                else 0.5 * float(np.abs(dot(light.normal, light.displacement))[0])
-            )
-            keep &= dot(light.normal, center - light.center) > -(radius + drift)
+        lowest = -radius
+        if sight.spread:
+            lowest = lowest - sight.bend[at] * sight.reach[at] * np.sqrt(vv)
+        keep &= dot(surface.normal[:, at], v) > lowest
+        keep &= sight.front(center, radius)
         # an object does not shadow itself but for the inner side of a sphere
-        own = (item == surface.item[p]) & ~surface.inside[p]
-        keep &= ~own
+        keep &= (item != surface.item[at]) | surface.inside[at]
         return keep
 
 
-def _seen(
-    light: Emitter, point: Array, span: Array, center: Array, radius: Array
-) -> NDArray[np.bool_]:
+@dataclass(frozen=True)
+class _Sight:
+    """A light from n points, during the whole shutter.
+
+    `ball` holds the light and its path, `cone` is how it is seen; `reach` (n,) and `bend` (n,) are
+    the extent and the curvature of the surfaces around the points; `spread`: any reach at all.
+    """
+
+    light: Emitter
+    ball: Emitter
+    cone: Cone
+    surface: Surface
+    reach: Array
+    bend: Array
+    spread: bool
+
+    @classmethod
+    def make(cls, light: Emitter, surface: Surface, reach: Array, bend: Array) -> _Sight:
+        ball = _swept(light)
+        cone = view_cone(ball, ball.center, surface.point)
+        return cls(light, ball, cone, surface, reach, bend, bool((reach > 0.0).any()))
+
+    def front(self, center: Array, radius: Array) -> Mask | bool:
+        """A quad light emits to its front: what lies behind its plane is never between."""
+        light = self.light
+        if light.kind != QUAD:
+            return True
+        drift = 0.0
+        if light.displacement is not None:
+            drift = 0.5 * float(np.abs(dot(light.normal, light.displacement))[0])
+        front: Mask = dot(light.normal, center - light.center) > -(radius + drift)
+        return front
+
+
+def _seen(ball: Emitter, point: Array, span: Array, center: Array, radius: Array) -> Mask:
     """Whether balls (blocks,) of points may have objects before the light: (blocks, objects)."""
-    ball = _swept(light)
     cone = view_cone(ball, ball.center[:, :, None], point[:, :, None])
     v = center[:, None, :] - point[:, :, None]
     wide = radius + span[:, None]
     touch, _, _ = cone_touch(cone.axis, cone.cosine, cone.sine, v, wide)
     vv = dot(v, v)
-    seen: NDArray[np.bool_] = (vv <= wide * wide) | (touch & (np.sqrt(vv) - wide < cone.far))
+    seen: Mask = (vv <= wide * wide) | (touch & (np.sqrt(vv) - wide < cone.far))
     return seen
 
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from .camera import Lens
 from .plan import Plan
-from .quad import edge_planes, hit_quad
+from .quad import Planes, edge_planes, hit_quad
 from .quadric import hit_sphere
 from .vector import cross, dot
 
@@ -234,12 +234,21 @@ def pair_hits(plan: Plan, w: Array, item: Ints, time: Array | float = 0.0) -> Ar
                 w[:, rows], plan.spheres.moved(ids, when), plan.spheres.radius[ids]
             )
         else:
-            ids = ids - plan.sphere_count
-            q = plan.quads.moved(ids, when)
-            t[rows] = hit_quad(
-                w[:, rows], *edge_planes(q, plan.quads.edge_u[:, ids], plan.quads.edge_v[:, ids])
-            )
+            t[rows] = hit_quad(w[:, rows], *_quad_planes(plan, ids - plan.sphere_count, when))
     return t
+
+
+def _quad_planes(plan: Plan, ids: Ints, time: Array | float) -> tuple[Planes, Array, Array]:
+    """`edge_planes` of quads as the camera sees them; once a quad where they stand still."""
+    quads = plan.quads
+    if isinstance(time, np.ndarray) and quads.displacement is not None:
+        q = quads.moved(ids, time)
+        return edge_planes(q, quads.edge_u[:, ids], quads.edge_v[:, ids])
+    every = np.arange(quads.corner.shape[1])
+    when = 0.0 if isinstance(time, np.ndarray) else time
+    planes, normal, height = edge_planes(quads.moved(every, when), quads.edge_u, quads.edge_v)
+    a, b, c, d = (plane[:, ids] for plane in planes)
+    return (a, b, c, d), normal[:, ids], height[ids]
 
 
 def nearest(count: int, pairs: Pairs, t: Array) -> tuple[Array, Ints]:
@@ -281,8 +290,9 @@ def surface(plan: Plan, w: Array, t: Array, item: Ints, time: Array | float = 0.
     flat = np.flatnonzero(item >= plan.sphere_count)
     if flat.size:
         ids = item[flat] - plan.sphere_count
-        across = cross(plan.quads.edge_u[:, ids], plan.quads.edge_v[:, ids])
-        across /= np.sqrt(dot(across, across))
+        unit = cross(plan.quads.edge_u, plan.quads.edge_v)
+        unit /= np.sqrt(dot(unit, unit))
+        across = unit[:, ids]
         away = dot(across, w[:, flat]) > 0.0
         normal[:, flat] = np.where(away, -across, across)
     return Surface(point, normal, item, inside)

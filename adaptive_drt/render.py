@@ -8,7 +8,7 @@ from collections import deque
 from collections.abc import Generator
 from concurrent.futures import Future, ThreadPoolExecutor
 from concurrent.futures import TimeoutError as FutureTimeout
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -20,9 +20,10 @@ from .film import Film
 from .integrate import Pixels, Resolver, resolve
 from .occluder import Occluders
 from .plan import Plan, make_plan
-from .primary import Tile, screen_bounds
+from .primary import Pairs, Tile, screen_bounds
 from .scene import Issue, Scene, validate
 from .settings import Settings
+from .shadow import Shadow
 
 __all__ = ["Progress", "render", "render_image"]
 
@@ -116,8 +117,7 @@ def render(scene: Scene, settings: Settings | None = None) -> Generator[Progress
                 future.cancel()
     plan.stop.clear()
     film.stats = totals.statistics(plan, film, scene.issues + _advice(plan))
-    plain = _plain_seconds(plan, occluders, bounds)
-    _cost_model(film, totals, plain)
+    _cost_model(film, totals, _sample_seconds(plan, occluders, bounds))
     totals.seconds["total"] = time.perf_counter() - began
     film.stats["seconds"] = {k: round(v, 6) for k, v in totals.seconds.items()}
     return film
@@ -191,6 +191,11 @@ class _Totals:
         for stage, span in result.seconds.items():
             self.seconds[stage] = self.seconds.get(stage, 0.0) + span
 
+    def finish(self, film: Film, began: float) -> None:
+        """Put the seconds into the statistics; `began` is when the render did."""
+        self.seconds["total"] = time.perf_counter() - began
+        film.stats["seconds"] = {k: round(v, 6) for k, v in self.seconds.items()}
+
     def statistics(self, plan: Plan, film: Film, issues: tuple[Issue, ...]) -> dict[str, Any]:
         penumbra, motion, edge = (int(m.sum()) for m in film.mask)
         flagged = film.mask.any(axis=0)
@@ -219,33 +224,51 @@ def _advice(plan: Plan) -> tuple[Issue, ...]:
     return tuple(advice)
 
 
-def _plain_seconds(plan: Plan, occluders: Occluders, bounds: NDArray[np.int64]) -> float:
-    """Seconds a pixel takes in a tracer without derivatives: one camera ray, one ray a light."""
-    from dataclasses import replace
+def _sample_seconds(
+    plan: Plan, occluders: Occluders, bounds: NDArray[np.int64]
+) -> tuple[float, float]:
+    """What a pixel takes without derivatives, and its shading alone, on a sample of the rows.
 
+    Returns
+    -------
+    plain : seconds a pixel in a tracer that knows nothing: one camera ray, one ray a light.
+    shading : seconds to shade a pixel whose lights are known to be visible.
+    """
     settings = replace(plan.settings, distribution="EVERYWHERE", light_rays=1)
     plain = replace(plan, settings=settings, penumbra=False, motion=False, edges=False)
     left, bottom, right, top = plan.region
     rows = max(1, min(top - bottom, SAMPLE_ROWS // (right - left)))
     tile = Tile.make(plain, 0, max(1, (top - bottom) // rows))
-    began = time.perf_counter()
+    clock = _Clock()
     center = trace_center(plain, bounds, tile)
-    resolve(plain, occluders, tile, center, everywhere(plain, center))
-    return (time.perf_counter() - began) / tile.index.size
+    flags = everywhere(plain, center)
+    resolve(plain, occluders, tile, center, flags)
+    clock("plain")
+    none = np.zeros(center.rows.size, dtype=np.bool_)
+    nothing = np.zeros(0, dtype=np.int64)
+    known = Shadow(none, none, none, Pairs(nothing, nothing))
+    shadows = (known,) * len(plain.lights)
+    resolve(plain, occluders, tile, center, replace(flags, shadows=shadows))
+    clock("shading")
+    count = tile.index.size
+    return clock.seconds["plain"] / count, clock.seconds["shading"] / count
 
 
-def _cost_model(film: Film, totals: _Totals, plain: float) -> None:
-    """Put a, b, c and equation 10's prediction into the statistics."""
+def _cost_model(film: Film, totals: _Totals, sample: tuple[float, float]) -> None:
+    """Put a, b, c and equation 10's prediction into the statistics.
+
+    b is t_n over t'_n: camera ray, detection and shading, nothing distributed, over the plain
+    tracer's pixel. Where rays are distributed everywhere no derivatives are carried: b = 1.
+    """
+    plain, shading = sample
     pixels = film.mask[0].size
     flagged = film.mask.any(axis=0)
     a = float(flagged.sum()) / pixels
     c = float(film.samples[flagged].mean()) if flagged.any() else 1.0
     detection = sum(s for stage, s in totals.seconds.items() if stage.startswith("detect"))
-    traced = totals.seconds.get("camera rays", 0.0) + detection
-    shading = totals.seconds.get("one-ray pixels and penumbrae", 0.0)
-    red_only = film.mask[0] & ~film.mask[1] & ~film.mask[2]
-    # distributed light rays are not part of t_n
-    if red_only.any():
-        shading = 0.0
-    b = (traced + shading) / pixels / plain if plain > 0.0 else 1.0
+    b = 1.0
+    if detection and plain > 0.0:
+        traced = totals.seconds.get("camera rays", 0.0) + detection
+        b = (traced / pixels + shading) / plain
     film.stats.update(a=a, b=b, c=c, predicted_ratio=predicted_ratio(a, b, c))
+    film.stats["pixel_seconds"] = {"plain": plain, "shading": shading}

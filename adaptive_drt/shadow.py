@@ -140,13 +140,14 @@ def curvature(plan: Plan, surface: Surface) -> Array:
 
 
 def classify_pairs(
-    plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, time: float
+    plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, time: Array | float
 ) -> tuple[Mask, Mask]:
     """Whether each occluder hides nothing of the light for sure, or all of it for sure.
 
     Parameters
     ----------
-    pairs : (m) points and objects.  time : shutter time of light and occluders.
+    pairs : (m) points and objects.
+    time : shutter time of light and occluders, a number or (m,).
 
     Returns
     -------
@@ -154,17 +155,17 @@ def classify_pairs(
     """
     m = pairs.item.size
     none, full = np.zeros(m, dtype=np.bool_), np.zeros(m, dtype=np.bool_)
-    center = light.moved(time)
     ball = pairs.item < plan.sphere_count
     for rows, part in ((np.flatnonzero(ball), _by_sphere), (np.flatnonzero(~ball), _by_quad)):
         if rows.size:
             chosen = pairs.take(rows)
-            none[rows], full[rows] = part(plan, surface, light, center, chosen, time)
+            when = time[rows] if isinstance(time, np.ndarray) else time
+            none[rows], full[rows] = part(plan, surface, light, light.moved(when), chosen, when)
     return none, full
 
 
 def _by_sphere(
-    plan: Plan, surface: Surface, light: Emitter, center: Array, pairs: Pairs, time: float
+    plan: Plan, surface: Surface, light: Emitter, center: Array, pairs: Pairs, time: Array | float
 ) -> tuple[Mask, Mask]:
     point = surface.point[:, pairs.pixel]
     r = plan.spheres.radius[pairs.item]
@@ -226,7 +227,7 @@ def _over_quad(
 
 
 def _by_quad(
-    plan: Plan, surface: Surface, light: Emitter, center: Array, pairs: Pairs, time: float
+    plan: Plan, surface: Surface, light: Emitter, center: Array, pairs: Pairs, time: Array | float
 ) -> tuple[Mask, Mask]:
     point = surface.point[:, pairs.pixel]
     ids = pairs.item - plan.sphere_count
