@@ -104,7 +104,7 @@ def detect(plan: Plan, occluders: Occluders, center: Center, clock: Clock) -> Fl
     front_still = clear = center.depth_still
     test = None
     if plan.edges:
-        test = detect_edges(plan, count, pairs, center.w[:, pairs.pixel])
+        test = detect_edges(plan, count, pairs, center.w[:, pairs.pixel], center.t)
         mask[2] = test.edge
         front_still, clear = test.front_still, test.nearest_still
         clock("detect edges")

@@ -17,9 +17,10 @@ from numpy.typing import NDArray
 from .bounds import rectangle_range
 from .jet import Jet
 from .plan import Plan
-from .primary import Pairs
+from .primary import Pairs, nearest
 from .quad import edge_planes
 from .quadric import discriminant, discriminant_rounding
+from .seam import detect_seams
 from .vector import cross, dot
 
 __all__ = ["Cover", "EdgeTest", "detect_edges", "half_pixel"]
@@ -78,13 +79,14 @@ def half_pixel(plan: Plan) -> float:
     return 0.5 * float(np.sqrt(dot(lens.right, lens.right)) + np.sqrt(dot(lens.up, lens.up)))
 
 
-def detect_edges(plan: Plan, count: int, pairs: Pairs, w: Array) -> EdgeTest:
+def detect_edges(plan: Plan, count: int, pairs: Pairs, w: Array, t: Array) -> EdgeTest:
     """Find the pixels where an object's outline, or the order of two, may be seen.
 
     Parameters
     ----------
     count : pixels in the batch.  pairs : their candidates (m).
     w : (3, m) directions through the pixels' centres, per pair.
+    t : (m,) ray parameters of the centres' hits.
     """
     cover = _covers(plan, pairs, w)
     front = np.full(count, np.inf)
@@ -96,14 +98,34 @@ def detect_edges(plan: Plan, count: int, pairs: Pairs, w: Array) -> EdgeTest:
     seen = cover.some & (cover.near <= front[pairs.pixel])
     edge = np.zeros(count, dtype=np.bool_)
     edge[pairs.pixel[seen & ~cover.full]] = True
-    # two that cover the pixel, neither in front for sure: they may cut each other in it
-    rivals = np.bincount(pairs.pixel[seen & cover.full], minlength=count)
+    both = seen & cover.full
+    edge |= _seams(plan, count, pairs.take(both), w, t, both)
     nearest_still = np.full(count, np.inf)
     some_still = np.flatnonzero(cover.some & ~plan.moves[pairs.item])
     np.minimum.at(nearest_still, pairs.pixel[some_still], cover.near[some_still])
     far = np.minimum(cover.far, front[pairs.pixel])
-    edge |= rivals > 1
     return EdgeTest(edge, front, front_still, nearest_still, seen, cover.near, far)
+
+
+def _seams(plan: Plan, count: int, pairs: Pairs, w: Array, t: Array, chosen: Mask) -> Mask:
+    """Where objects that cover a pixel, neither in front for sure, cut each other in it: (count,).
+
+    It is enough to hold the one that the centre sees first against each of the others.
+    """
+    w, t = w[:, chosen], t[chosen]
+    rivals = np.bincount(pairs.pixel, minlength=count)
+    _, front = nearest(count, pairs, t)
+    rows = np.flatnonzero((rivals[pairs.pixel] > 1) & (pairs.item != front[pairs.pixel]))
+    seam = np.zeros(count, dtype=np.bool_)
+    other = front[pairs.pixel[rows]]
+    # no hit at the centre, though the pixel is covered: rounding has the last word
+    found = other >= 0
+    cut = ~found
+    cut[found] = detect_seams(
+        plan, w[:, rows[found]], other[found], pairs.item[rows[found]], half_pixel(plan)
+    )
+    seam[pairs.pixel[rows[cut]]] = True
+    return seam
 
 
 def _covers(plan: Plan, pairs: Pairs, w: Array) -> Cover:

@@ -18,7 +18,8 @@ ORDER = (
     "scene settings film "  # leaf data
     "partials jet elementary vector bounds "
     "radiometry recognise quadric quad embree camera sampling emitter light "
-    "plan primary edge shadow shadow_edge visibility occluder sweep detect "
+    "arcs outline visible_light "
+    "plan primary seam edge shadow shadow_edge visibility occluder sweep detect "
     "gather radiance integrate cost render"
 ).split()
 """The core's files by rank: each imports only names to its left. Put a new file in its place."""
