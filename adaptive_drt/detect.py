@@ -100,7 +100,7 @@ def detect(plan: Plan, occluders: Occluders, center: Center, clock: Clock) -> Fl
     """
     count = center.depth.size
     mask = np.zeros((3, count), dtype=np.bool_)
-    pairs, rows, hits = center.pairs, center.rows, center.hits
+    pairs = center.pairs
     front_still = clear = center.depth_still
     test = None
     if plan.edges:
@@ -115,6 +115,23 @@ def detect(plan: Plan, occluders: Occluders, center: Center, clock: Clock) -> Fl
         mask[1] = motion | moves_in_sight(plan, center.item)
         mask[2] |= outline
         clock("detect motion")
+    shadows = _detect_light(plan, occluders, center, test, mask, clock)
+    if test is not None and plan.motion:
+        mask[1] |= _outline_light(plan, occluders, center, test, mask)
+        clock("detect moving shadows")
+    return Flags(mask, shadows)
+
+
+def _detect_light(
+    plan: Plan,
+    occluders: Occluders,
+    center: Center,
+    test: EdgeTest | None,
+    mask: Mask,
+    clock: Clock,
+) -> tuple[Shadow, ...]:
+    """Add to the mask what every light asks for at the centres' hits; return how they see it."""
+    rows, hits = center.rows, center.hits
     reach = np.zeros(rows.size)
     if test is not None:
         reach = _reach(plan, center, test)
@@ -138,10 +155,7 @@ def detect(plan: Plan, occluders: Occluders, center: Center, clock: Clock) -> Fl
             changes = light_changes(plan, hits, shape, candidates, reach)
             mask[1, rows] |= changes
             clock("detect moving shadows")
-    if test is not None and plan.motion:
-        mask[1] |= _outline_light(plan, occluders, center, test, mask)
-        clock("detect moving shadows")
-    return Flags(mask, tuple(shadows))
+    return tuple(shadows)
 
 
 def _reach(plan: Plan, center: Center, test: EdgeTest) -> Array:

@@ -25,8 +25,8 @@ FLOAT32_ROUNDOFF = 2.0**-24
 INFLATION = 64.0 * FLOAT32_ROUNDOFF
 """Relative to the scene's size: rounding of corners, rays and hits in float32, generously."""
 ADVANCE = 16.0 * FLOAT32_ROUNDOFF
-"""Relative to the scene's size: how far behind a hit a ray goes on. Below INFLATION, so it leaves
-no object unseen: whatever lies in the gap is hit by its own inflated proxy's far side."""
+"""Relative to the scene's size: how far behind a hit a ray goes on. A proxy that is entered in this
+gap is met on its far side; one that is left in it as well is only grazed, within INFLATION."""
 
 
 class ProxyScene:
@@ -59,10 +59,19 @@ class ProxyScene:
         )
         self._faces = len(faces)
         self._count = radius.size
+        self._outer = reach * self._size
         self._widest = 2.0 * float(reach.max())
 
+    @property
+    def outer(self) -> Array:
+        """Radii (n,) metres around the proxies: from within, a proxy may be missed."""
+        return self._outer
+
     def along(self, start: Array, end: Array) -> tuple[Ints, Ints]:
-        """Every proxy that the segments from `start` (3, n) to `end` (3, 1) may pass.
+        """Every proxy that the segments from `start` (3, n) to `end` (3, 1) enter.
+
+        Not those around their starts (within `outer` of a centre): all that is left of these is
+        a far side, which may lie right behind another hit.
 
         Returns
         -------

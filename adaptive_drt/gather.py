@@ -20,9 +20,10 @@ from .light import irradiance_factor
 from .plan import Plan
 from .primary import Pairs, Surface
 from .sampling import points
+from .vector import dot
 from .visibility import blocked_segments
 
-__all__ = ["LightSums", "gather_light", "light_points"]
+__all__ = ["LightSums", "gather_light", "light_points", "ratio", "unblocked"]
 
 Array: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
@@ -133,7 +134,7 @@ def _gather(
     if center.ndim == 2:
         center = center[:, :, None]
     samples = time.shape[1] if isinstance(time, np.ndarray) else 1
-    closed = _closed_form(light, center, surface)
+    closed = _closed_form(plan, light, center, surface)
     point, normal = surface.point[:, :, None], surface.normal[:, :, None]
     if spots is None:
         to = center - point
@@ -151,12 +152,22 @@ def _gather(
     return closed, every, (weight * free).reshape(shape).sum(axis=2) / rays
 
 
-def _closed_form(light: Emitter, center: Array, surface: Surface) -> Array:
+def unblocked(light: Emitter, shape: Emitter, center: Array, surface: Surface) -> Array:
+    """Irradiance factors (n,) of a light that nothing but the points' own horizons hide.
+
+    Without penumbrae (`shape` is the light's centre) a light is there if its centre is.
+    """
+    factor = irradiance_factor(light, center, surface.point, surface.normal)
+    if light.extended and not shape.extended and light.casts_shadow:
+        factor = np.where(dot(surface.normal, center - surface.point) > 0.0, factor, 0.0)
+    return factor
+
+
+def _closed_form(plan: Plan, light: Emitter, center: Array, surface: Surface) -> Array:
     """Irradiance factors (n, 1) or, where the light moves, (n, k)."""
-    k = center.shape[2]
+    k, shape = center.shape[2], plan.shadow_light(light)
     if k == 1:
-        return irradiance_factor(light, center[:, :, 0], surface.point, surface.normal)[:, None]
-    n = surface.item.size
-    flat = np.broadcast_to(center, (3, n, k)).reshape(3, -1)
-    point, normal = np.repeat(surface.point, k, axis=1), np.repeat(surface.normal, k, axis=1)
-    return irradiance_factor(light, flat, point, normal).reshape(n, k)
+        return unblocked(light, shape, center[:, :, 0], surface)[:, None]
+    flat = np.broadcast_to(center, (3, surface.item.size, k)).reshape(3, -1)
+    many = surface.take(np.repeat(np.arange(surface.item.size), k))
+    return unblocked(light, shape, flat, many).reshape(-1, k)

@@ -17,12 +17,13 @@ from numpy.typing import NDArray
 
 from .detect import Center, Flags
 from .emitter import Emitter
-from .gather import CHUNK, gather_light, light_points, ratio
-from .light import irradiance_factor
+from .gather import CHUNK, gather_light, light_points, ratio, unblocked
 from .occluder import Occluders, every_pair
 from .plan import Plan
 from .primary import Pairs, Surface, Tile, pair_hits, surface
 from .sampling import points
+from .shadow import classify_pairs
+from .vector import dot
 from .visibility import ranked
 
 __all__ = ["Pixels", "resolve"]
@@ -87,10 +88,10 @@ class Resolver:
     def _direct(self, index: int, light: Emitter, hits: Surface, keep: Ints, rows: Ints) -> Array:
         """Irradiance factors (n,) of one light at hits of centre rays."""
         plan = self.plan
-        factor = irradiance_factor(light, light.center, hits.point, hits.normal)
+        shape = plan.shadow_light(light)
+        factor = unblocked(light, shape, light.center, hits)
         if not light.casts_shadow:
             return factor
-        shape = plan.shadow_light(light)
         if self.flags.shadows:
             shadow = self.flags.shadows[index]
             factor = np.where(shadow.blocked[keep], 0.0, factor)
@@ -115,7 +116,7 @@ class Resolver:
         """Occluders of a tracer that knows nothing beforehand."""
         if not shape.casts_shadow:
             return Pairs(np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64))
-        if self.lean or self.plan.object_count > PLAIN_OBJECTS:
+        if self.plan.object_count > PLAIN_OBJECTS:
             return self.occluders.find(shape, hits)
         return every_pair(self.plan, hits)
 
@@ -165,7 +166,13 @@ class Resolver:
         total = self.out.color[:, pixels] * miss
         self.out.alpha[pixels] = 1.0 if not plan.transparent else hit
         light_rays = -(-plan.settings.light_rays // count) if plan.penumbra else 1
-        total += self._kept_light(rays, kept, light_rays) / count
+        if self.lean:
+            total += self._kept_light(rays, kept, light_rays) / count
+        else:
+            # the paper's tracer knows nothing beforehand: it shades each sample anew
+            row, sample = np.nonzero(kept)
+            again = rays.surfaces(plan, depth, item, row, sample)
+            total += self._flat_light(rays, again, row, sample, light_rays) / count
         total += self._flat_light(rays, flat, flat_row, flat_sample, light_rays) / count
         self.out.color[:, pixels] = total
         self.out.samples[pixels] = count * light_rays
@@ -183,16 +190,45 @@ class Resolver:
         hits = surface(plan, self.center.w[:, at], self.center.depth_still[at], item)
         for index, light in enumerate(plan.lights):
             shape = plan.shadow_light(light)
-            pairs = self._plain_pairs(shape, hits)
+            pairs, blocked = self._busy_pairs(shape, hits)
+            factor = np.zeros(rows.size)
+            busy = np.zeros(rows.size, dtype=np.bool_)
+            busy[pairs.pixel] = True
+            busy |= light.displacement is not None
+            busy &= ~blocked
+            calm = np.flatnonzero(~busy & ~blocked)
+            rest = hits.take(calm)
+            known = unblocked(light, shape, light.center, rest)
+            factor[calm] = known * kept[rows[calm]].sum(axis=1)
+            some = np.flatnonzero(busy)
             spots = None
             if shape.extended:
-                pixel = self.tile.index[at]
+                pixel = self.tile.index[at[some]]
                 spots = light_points(plan, pixel, index, rays.count, light_rays)
-            sums = gather_light(plan, hits, light, pairs, spots, rays.time[rows], kept[rows])
-            self.out.count("light", rows.size * rays.count * light_rays)
-            total[:, rows] += light.power[:, None] * sums.estimate()
+            part, when, used = hits.take(some), rays.time[rows[some]], kept[rows[some]]
+            sums = gather_light(plan, part, light, _narrow(pairs, some), spots, when, used)
+            self.out.count("light", some.size * rays.count * light_rays)
+            factor[some] = sums.estimate()
+            total[:, rows] += light.power[:, None] * factor
         total[:, rows] *= plan.color[:, item] / np.pi
         return total
+
+    def _busy_pairs(self, shape: Emitter, hits: Surface) -> tuple[Pairs, Mask]:
+        """Occluders whose shadow on hits may change or is partial, and which hits are hidden.
+
+        What stands still and hides none or all of a light that does needs no ray.
+        """
+        plan = self.plan
+        pairs = self.occluders.find(shape, hits)
+        blocked = np.zeros(hits.item.size, dtype=np.bool_)
+        if shape.displacement is not None:
+            return pairs, blocked
+        still = np.flatnonzero(~plan.moves[pairs.item])
+        none, full = classify_pairs(plan, hits, shape, pairs.take(still), 0.0)
+        blocked[pairs.pixel[still[full]]] = True
+        keep = np.ones(pairs.item.size, dtype=np.bool_)
+        keep[still[none | full]] = False
+        return pairs.take(keep), blocked
 
     def _flat_light(
         self, rays: _Rays, flat: Surface, row: Ints, sample: Ints, light_rays: int
@@ -207,7 +243,9 @@ class Resolver:
         time = rays.time[row, sample][:, None]
         for index, light in enumerate(plan.lights):
             shape = plan.shadow_light(light)
-            pairs = self._plain_pairs(shape, flat)
+            pairs = (
+                self._patch_pairs(shape, flat, row) if self.lean else self._plain_pairs(shape, flat)
+            )
             spots = None
             if shape.extended:
                 pixel = self.tile.index[rays.pixel]
@@ -223,6 +261,34 @@ class Resolver:
                 )
                 total[channel] += light.power[channel] * ratio(closed, every, visible)
         return total
+
+    def _patch_pairs(self, shape: Emitter, flat: Surface, row: Ints) -> Pairs:
+        """Occluders for samples, found for the ball around each pixel's samples at once.
+
+        `row` (m,) is ascending: the pixel of each sample.
+        """
+        starts = np.flatnonzero(np.diff(row, prepend=-1))
+        sizes = np.diff(starts, append=row.size)
+        low = np.minimum.reduceat(flat.point, starts, axis=1)
+        high = np.maximum.reduceat(flat.point, starts, axis=1)
+        span = high - low
+        reach = 0.5 * np.sqrt(dot(span, span))
+        # no horizon and no own object: a pixel's samples may lie on several
+        ball = Surface(
+            0.5 * (low + high),
+            np.zeros_like(low),
+            np.full(starts.size, -1),
+            np.zeros(starts.size, dtype=np.bool_),
+        )
+        found = self.occluders.find(shape, ball, reach)
+        copies = sizes[found.pixel]
+        first = np.repeat(starts[found.pixel], copies)
+        offset = np.arange(copies.sum()) - np.repeat(np.cumsum(copies) - copies, copies)
+        sample, item = first + offset, np.repeat(found.item, copies)
+        keep = (item != flat.item[sample]) | flat.inside[sample]
+        sample, item = sample[keep], item[keep]
+        order = np.argsort(sample, kind="stable")
+        return Pairs(sample[order], item[order])
 
 
 def _sum_by(row: Ints, values: Array, count: int) -> Array:

@@ -8,6 +8,7 @@ for no point of the light at no time. Blocks of neighbouring points are tested a
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
@@ -27,8 +28,11 @@ Array: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
 Mask: TypeAlias = NDArray[np.bool_]
 
-BLOCK = 128
-"""Points that share one culling test: a compromise, measured flat between 64 and 256."""
+BLOCK = 32
+"""Points that share one culling test, neighbours along a curve that fills space."""
+CURVE_BITS = 10
+CURVE_CELLS = 1 << CURVE_BITS
+"""Cells on a side of that curve."""
 DENSE_OBJECTS = 48
 """Up to so many objects each is tested against all points: 15 ns a pair, where gathering the points
 of pairs costs 250."""
@@ -85,15 +89,26 @@ class Occluders:
         if proxies is not None:
             # quads have wide bounding spheres: embree would find them everywhere
             first = self._plan.sphere_count
-            parts.append(self._kept(sight, Pairs(*proxies.along(surface.point, light.center))))
+            parts.append(self._kept(sight, self._around(sight, proxies)))
+            met = Pairs(*proxies.along(surface.point, light.center))
+            parts.append(self._kept(sight, met))
         if self.radius.size - first <= DENSE_OBJECTS:
             parts += self._one_by_one(sight, first)
         else:
             parts.append(self._kept(sight, self._shafts(sight, first)))
-        pixel = np.concatenate([part.pixel for part in parts])
-        item = np.concatenate([part.item for part in parts])
-        order = np.lexsort((item, pixel))
-        return Pairs(pixel[order], item[order])
+        return _sorted(parts, self.radius.size)
+
+    def _around(self, sight: _Sight, proxies: ProxyScene) -> Pairs:
+        """Pairs whose point lies within the object's proxy, or in one block with such a point."""
+        center, outer = self.center[:, : proxies.outer.size], proxies.outer
+
+        def near(middle: Array, span: Array) -> Mask:
+            gap = center[:, None, :] - middle[:, :, None]
+            wide = outer + span[:, None]
+            close: Mask = dot(gap, gap) <= wide * wide
+            return close
+
+        return _by_blocks(sight, outer.size, near)
 
     def _one_by_one(self, sight: _Sight, first: int) -> list[Pairs]:
         """Candidates from object `first` on, each tested against all points: no gathering."""
@@ -112,26 +127,13 @@ class Occluders:
 
     def _shafts(self, sight: _Sight, first_item: int) -> Pairs:
         """Candidates from object `first_item` on, of blocks of points, spread to their points."""
-        point = sight.surface.point
-        count = point.shape[1]
-        starts = np.arange(0, count, BLOCK)
-        low = np.minimum.reduceat(point, starts, axis=1)
-        high = np.maximum.reduceat(point, starts, axis=1)
-        middle = 0.5 * (low + high)
-        span = 0.5 * np.sqrt(dot(high - low, high - low)) + np.maximum.reduceat(sight.reach, starts)
-        pixels, items = [], []
         center, radius = self.center[:, first_item:], self.radius[first_item:]
-        step = max(1, MATRIX // max(radius.size, 1))
-        for first in range(0, starts.size, step):
-            rows = slice(first, first + step)
-            seen = _seen(sight.ball, middle[:, rows], span[rows], center, radius)
-            block, item = np.nonzero(seen)
-            begin = starts[block + first]
-            size = np.minimum(begin + BLOCK, count) - begin
-            offset = np.arange(size.sum()) - np.repeat(np.cumsum(size) - size, size)
-            pixels.append(np.repeat(begin, size) + offset)
-            items.append(np.repeat(item + first_item, size))
-        return Pairs(np.concatenate(pixels), np.concatenate(items))
+
+        def seen(middle: Array, span: Array) -> Mask:
+            return _seen(sight.ball, middle, span, center, radius)
+
+        pairs = _by_blocks(sight, radius.size, seen)
+        return Pairs(pairs.pixel, pairs.item + first_item)
 
     def _matters(self, sight: _Sight, at: Ints | slice, item: Ints | int) -> Mask:
         """Whether objects may hide light that counts from points `at`: one object, or one each."""
@@ -200,6 +202,54 @@ def _seen(ball: Emitter, point: Array, span: Array, center: Array, radius: Array
     vv = dot(v, v)
     seen: Mask = (vv <= wide * wide) | (touch & (np.sqrt(vv) - wide < cone.far))
     return seen
+
+
+def _by_blocks(sight: _Sight, objects: int, test: Callable[[Array, Array], Mask]) -> Pairs:
+    """Pairs of points and objects that a test of blocks of points lets through.
+
+    Parameters
+    ----------
+    test : from middles (3, b) and radii (b,) of balls around blocks to (b, objects) bool.
+    """
+    order = _along_curve(sight.surface.point)
+    point, reach = sight.surface.point[:, order], sight.reach[order]
+    count = point.shape[1]
+    starts = np.arange(0, count, BLOCK)
+    low = np.minimum.reduceat(point, starts, axis=1)
+    high = np.maximum.reduceat(point, starts, axis=1)
+    middle = 0.5 * (low + high)
+    span = 0.5 * np.sqrt(dot(high - low, high - low)) + np.maximum.reduceat(reach, starts)
+    pixels, items = [], []
+    step = max(1, MATRIX // max(objects, 1))
+    for first in range(0, starts.size, step):
+        rows = slice(first, first + step)
+        block, item = np.nonzero(test(middle[:, rows], span[rows]))
+        begin = starts[block + first]
+        size = np.minimum(begin + BLOCK, count) - begin
+        offset = np.arange(size.sum()) - np.repeat(np.cumsum(size) - size, size)
+        pixels.append(np.repeat(begin, size) + offset)
+        items.append(np.repeat(item, size))
+    return Pairs(order[np.concatenate(pixels)], np.concatenate(items))
+
+
+def _along_curve(point: Array) -> Ints:
+    """An order (n,) of points (3, n) in which neighbours lie near each other (Morton 1966)."""
+    low = point.min(axis=1, keepdims=True)
+    size = float((point.max(axis=1, keepdims=True) - low).max()) or 1.0
+    cell = ((point - low) * (CURVE_CELLS / size)).astype(np.int64)
+    cell = np.minimum(cell, CURVE_CELLS - 1)
+    key = np.zeros(point.shape[1], dtype=np.int64)
+    for bit in range(CURVE_BITS):
+        for axis in range(3):
+            key |= ((cell[axis] >> bit) & 1) << (3 * bit + axis)
+    return np.argsort(key, kind="stable")
+
+
+def _sorted(parts: list[Pairs], objects: int) -> Pairs:
+    """Pairs of several lists, each once, by point and then by object."""
+    pixel = np.concatenate([part.pixel for part in parts])
+    key = pixel * objects + np.concatenate([part.item for part in parts])
+    return Pairs(*np.divmod(np.unique(key), objects))
 
 
 def every_pair(plan: Plan, surface: Surface) -> Pairs:

@@ -8,6 +8,7 @@ from collections import deque
 from collections.abc import Generator
 from concurrent.futures import Future, ThreadPoolExecutor
 from concurrent.futures import TimeoutError as FutureTimeout
+from contextlib import closing
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -90,31 +91,15 @@ def render(scene: Scene, settings: Settings | None = None) -> Generator[Progress
     film = Film(right - left, top - bottom)
     bounds = screen_bounds(plan)
     occluders = Occluders(plan)
-    tiles = _tile_count(plan)
     totals = _Totals()
     totals.seconds["prepare"] = time.perf_counter() - began
     done = 0
-    with ThreadPoolExecutor(plan.threads) as pool:
-        waiting: deque[Future[_TileResult]] = deque()
-        first = 0
-        try:
-            while first < tiles or waiting:
-                while first < tiles and len(waiting) < 2 * plan.threads:
-                    waiting.append(pool.submit(_render_tile, plan, occluders, bounds, first, tiles))
-                    first += 1
-                try:
-                    result = waiting[0].result(HEARTBEAT)
-                except FutureTimeout:
-                    pass
-                else:
-                    waiting.popleft()
-                    done += _write(film, result)
-                    totals.add(result)
-                yield Progress(done, film.width * film.height, "Rendering", film)
-        finally:
-            plan.stop.set()
-            for future in waiting:
-                future.cancel()
+    with closing(_render_tiles(plan, occluders, bounds)) as results:
+        for result in results:
+            if result is not None:
+                done += _write(film, result)
+                totals.add(result)
+            yield Progress(done, film.width * film.height, "Rendering", film)
     plan.stop.clear()
     film.stats = totals.statistics(plan, film, scene.issues + _advice(plan))
     _cost_model(film, totals, _sample_seconds(plan, occluders, bounds))
@@ -141,6 +126,32 @@ def _tile_count(plan: Plan) -> int:
     most = max(1, plan.settings.batch // (right - left))
     count = -(-height // most)
     return min(height, -(-count // plan.threads) * plan.threads)
+
+
+def _render_tiles(
+    plan: Plan, occluders: Occluders, bounds: NDArray[np.int64]
+) -> Generator[_TileResult | None, None, None]:
+    """The tiles in order, by threads; None where one lets wait for longer than a heartbeat."""
+    tiles = _tile_count(plan)
+    with ThreadPoolExecutor(plan.threads) as pool:
+        waiting: deque[Future[_TileResult]] = deque()
+        first = 0
+        try:
+            while first < tiles or waiting:
+                while first < tiles and len(waiting) < 2 * plan.threads:
+                    waiting.append(pool.submit(_render_tile, plan, occluders, bounds, first, tiles))
+                    first += 1
+                try:
+                    result = waiting[0].result(HEARTBEAT)
+                except FutureTimeout:
+                    yield None
+                else:
+                    waiting.popleft()
+                    yield result
+        finally:
+            plan.stop.set()
+            for future in waiting:
+                future.cancel()
 
 
 def _render_tile(
