@@ -57,6 +57,12 @@ class Emitter:
         """Whether the light has a size, so that penumbrae exist."""
         return self.kind != POINT
 
+    @property
+    def ball(self) -> float:
+        """Radius (metres) of the ball around the centre that holds the light and its path."""
+        d = self.displacement
+        return self.radius if d is None else self.radius + 0.5 * _length(d)
+
     def pinpoint(self) -> Emitter:
         """The light as its centre alone: where its shadows fall without penumbrae."""
         return replace(self, kind=POINT, radius=0.0)

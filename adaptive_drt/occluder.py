@@ -60,13 +60,12 @@ class Occluders:
         self._bend = np.concatenate([1.0 / plan.spheres.radius, flat])
         self._proxies: dict[str, ProxyScene] = {}
         balls = plan.sphere_count
-        if plan.embree and balls:
-            for light in plan.lights:
-                if light.casts_shadow:
-                    reach = plan.shadow_light(light).radius + _half_path(light)
-                    self._proxies[_key(light)] = ProxyScene(
-                        self.center[:, :balls], self.radius[:balls] + reach
-                    )
+        for light in plan.lights:
+            if plan.embree_finds(light):
+                reach = plan.shadow_light(light).ball
+                self._proxies[_key(light)] = ProxyScene(
+                    self.center[:, :balls], self.radius[:balls] + reach
+                )
 
     def find(self, light: Emitter, surface: Surface, reach: Array | float = 0.0) -> Pairs:
         """Candidate pairs (point, object) for a light, sorted by point.
@@ -263,13 +262,7 @@ def every_pair(plan: Plan, surface: Surface) -> Pairs:
 
 def _swept(light: Emitter) -> Emitter:
     """A spherical light around a light and its path."""
-    return replace(light, kind="BALL", radius=light.radius + _half_path(light))
-
-
-def _half_path(light: Emitter) -> float:
-    if light.displacement is None:
-        return 0.0
-    return 0.5 * float(np.sqrt(dot(light.displacement, light.displacement))[0])
+    return replace(light, kind="BALL", radius=light.ball)
 
 
 def _key(light: Emitter) -> str:

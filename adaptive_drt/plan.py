@@ -23,8 +23,11 @@ __all__ = ["Plan", "Stopped", "make_plan"]
 
 Array: TypeAlias = NDArray[np.float64]
 
-EMBREE_CROSSOVER = 1_000
-"""Objects beyond which embree finds occluders sooner than arrays do: `benchmarks/crossover.py`."""
+EMBREE_CROSSOVER = 100
+"""Spheres from which embree finds occluders sooner than arrays do: `benchmarks/crossover.py`."""
+EMBREE_REACH = 4.0
+"""Of the spheres' mean radius: the widest light for which it does. Its proxies are inflated by
+the light's size, so towards wide lights every ray meets a crowd of them, one at a time."""
 
 
 class Stopped(Exception):
@@ -43,7 +46,7 @@ class Plan:
     moves : (objects,) bool, whether the object's outline moves during the shutter.
     lights : every light that shines.
     penumbra, motion, edges : whether the effect is asked for and the scene has it.
-    embree : whether embree finds the candidate occluders.
+    embree : whether embree may find candidate occluders; `embree_finds` says of which lights.
     threads : worker threads.
     skipped : what is not done, and why.
     stop : set to end all work early: whoever works in chunks calls `go_on` before each.
@@ -83,6 +86,14 @@ class Plan:
         """How many objects there are."""
         return self.color.shape[1]
 
+    def embree_finds(self, light: Emitter) -> bool:
+        """Whether embree finds the candidate occluders of a light, rather than arrays."""
+        if not self.embree or not self.sphere_count or not light.casts_shadow:
+            return False
+        if self.settings.accelerator == "EMBREE":
+            return True
+        return self.shadow_light(light).ball <= EMBREE_REACH * float(self.spheres.radius.mean())
+
     def shadow_light(self, light: Emitter) -> Emitter:
         """The light as it casts shadows: without penumbrae, from its centre."""
         return light if self.penumbra else light.pinpoint()
@@ -96,7 +107,9 @@ class Plan:
             "penumbra": self.penumbra,
             "motion": self.motion,
             "edges": self.edges,
-            "accelerator": "EMBREE" if self.embree else "ARRAYS",
+            "accelerator": sorted(
+                {"EMBREE" if self.embree_finds(light) else "ARRAYS" for light in self.lights}
+            ),
             "threads": self.threads,
         }
 
@@ -146,7 +159,7 @@ def make_plan(scene: Scene, settings: Settings) -> Plan:
         penumbra=penumbra,
         motion=motion,
         edges=settings.use_edges and bool(shift),
-        embree=_wants_embree(settings, len(shift)),
+        embree=_wants_embree(settings, count),
         threads=settings.threads or os.cpu_count() or 1,
         skipped=tuple(skipped),
     )
@@ -193,10 +206,10 @@ def _not_needed(settings: Settings, motion: bool, objects: int) -> list[dict[str
     return skipped
 
 
-def _wants_embree(settings: Settings, objects: int) -> bool:
+def _wants_embree(settings: Settings, spheres: int) -> bool:
     if settings.accelerator == "AUTO":
-        return objects >= EMBREE_CROSSOVER
-    return settings.accelerator == "EMBREE" and objects > 0
+        return spheres >= EMBREE_CROSSOVER
+    return settings.accelerator == "EMBREE" and spheres > 0
 
 
 def _displacement(motion: Motion | None) -> Array:
