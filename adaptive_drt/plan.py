@@ -7,6 +7,7 @@ import os
 import threading
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from importlib.util import find_spec
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -208,7 +209,8 @@ def _not_needed(settings: Settings, motion: bool, objects: int) -> list[dict[str
 
 def _wants_embree(settings: Settings, spheres: int) -> bool:
     if settings.accelerator == "AUTO":
-        return spheres >= EMBREE_CROSSOVER
+        # without embreex the picture is the same, only later
+        return spheres >= EMBREE_CROSSOVER and find_spec("embreex") is not None
     return settings.accelerator == "EMBREE" and spheres > 0
 
 

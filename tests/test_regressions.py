@@ -74,3 +74,37 @@ def test_closing_the_generator_ends_the_work_within_a_chunk():
     assert time.perf_counter() - began < 0.5 * whole
     assert first.done < first.total
     assert threading.active_count() == before
+
+
+def test_without_embreex_arrays_do_its_work(monkeypatch):
+    """A scene of many spheres renders where embreex is not installed, and to the same picture."""
+    rng = np.random.default_rng(11)
+    balls = tuple(Sphere(tuple(c), 0.1) for c in rng.uniform((-2, -2, 0.1), (2, 2, 1), (150, 3)))
+    scene = Scene(CAMERA, (*balls, FLOOR), (LAMP,))
+    one = render_image(scene, Settings(**FEW))
+    assert one.stats["plan"]["accelerator"] == ["EMBREE"]
+    monkeypatch.setattr("adaptive_drt.plan.find_spec", lambda name: None)
+    two = render_image(scene, Settings(**FEW))
+    assert two.stats["plan"]["accelerator"] == ["ARRAYS"]
+    np.testing.assert_array_equal(one.color, two.color)
+
+
+@pytest.mark.parametrize("half", [0.02, 0.6])
+def test_embree_finds_what_arrays_find_in_a_crowd(half):
+    """Rays that start inside inflated proxies, and proxies whose sides nearly coincide."""
+    rng = np.random.default_rng(12)
+    balls = tuple(
+        Sphere(tuple(c), r)
+        for c, r in zip(
+            rng.uniform((-2, -2, 0.1), (2, 2, 1.5), (200, 3)),
+            rng.uniform(0.03, 0.1, 200),
+            strict=True,
+        )
+    )
+    light = QuadLight((0.0, 0.0, 5.0), (0.0, half, 0.0), (half, 0.0, 0.0), (9.0,) * 3)
+    scene = Scene(CAMERA, (*balls, FLOOR), (light,))
+    pictures = [
+        render_image(scene, Settings(accelerator=name, use_edges=False, light_rays=9)).color
+        for name in ("ARRAYS", "EMBREE")
+    ]
+    np.testing.assert_array_equal(*pictures)
