@@ -7,7 +7,7 @@ READY := $(VENV)/.ready
 BIN := $(VENV)/bin
 
 .DEFAULT_GOAL := help
-.PHONY: help venv demo test test-all lint format bench-paper clean distclean
+.PHONY: help venv demo test test-all lint format bench-paper package blender blender-venvs pictures compositor clean distclean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 20
@@ -40,6 +40,22 @@ format: $(READY)  ## format the code, fix what ruff can fix
 
 bench-paper: $(READY)  ## run the paper's table, write docs/paper-table.md
 	$(BIN)/python benchmarks/paper.py
+
+package: $(READY)  ## build the extension's zips in dist/, with embreex's wheels inside
+	$(BIN)/python scripts/package.py
+
+blender:  ## make Blender 5.2 and 4.3 as programs, outside the repository; needs root, debootstrap
+	bash scripts/blender.sh build 5.2
+	bash scripts/blender.sh build 4.3
+
+blender-venvs: $(READY)  ## make Blender 4.2 and 5.0 as modules, outside the repository
+	bash scripts/venvs.sh
+
+pictures: $(READY)  ## take the screenshots in docs/pictures again, in Blender 5.2's own window
+	ADAPTIVE_DRT_PICTURES=docs/pictures $(BIN)/python -m pytest tests/gui/test_window.py -k 5.2
+
+compositor: $(READY)  ## build and render the example of the mask in the compositor
+	$(BIN)/python demo/compositor.py
 
 clean:  ## remove caches
 	rm -rf .pytest_cache tests/.pytest_cache .mypy_cache .ruff_cache .hypothesis

@@ -147,8 +147,7 @@ def _detect_light(
             dark = contributes(shape, shape.center, hits, reach, curvature(plan, hits))[0]
             open_ = ~dark & ~mask[2, rows]
             live = candidates.take(open_[candidates.pixel])
-            w = center.w[:, rows]
-            mask[2, rows] |= detect_shadow_edges(plan, hits, shape, live, reach, w)
+            mask[2, rows] |= detect_shadow_edges(plan, hits, shape, live, reach)
             mask[2, rows] |= detect_steep_light(light, hits, reach) & ~dark
             clock("detect shadow edges")
         if plan.motion:

@@ -84,16 +84,17 @@ class Film:
         -------
         (height * width * channels,) float32, C-contiguous.
         """
-        ones = np.ones((1, self.height, self.width))
-        planes: NDArray[Any]
-        if name == "Combined":
-            planes = np.concatenate([self.color, self.alpha[None]])
-        elif name == "Adaptive Mask":
-            planes = np.concatenate([self.mask, ones])
-        else:
-            single = {"Depth": self.depth, "Normal": self.normal, "Sample Count": self.samples}
-            planes = np.asarray(single[name]).reshape(-1, self.height, self.width)
+        ones = np.broadcast_to(1.0, (self.height, self.width))
+        planes: list[NDArray[Any]] = {
+            "Combined": [*self.color, self.alpha],
+            "Depth": [self.depth],
+            "Normal": [*self.normal],
+            "Adaptive Mask": [*self.mask, ones],
+            "Sample Count": [self.samples],
+        }[name]
         # a sum beyond float32's range is clipped, so no image ever holds an infinity
         limit = float(np.finfo(np.float32).max)
-        flat = np.clip(np.moveaxis(planes, 0, -1), -limit, limit)
-        return np.ascontiguousarray(flat, dtype=np.float32).reshape(-1)
+        out = np.empty((self.height, self.width, len(planes)), dtype=np.float32)
+        for k, plane in enumerate(planes):
+            out[..., k] = np.clip(plane, -limit, limit) if plane.dtype == np.float64 else plane
+        return out.reshape(-1)

@@ -21,7 +21,6 @@ from .plan import Plan
 from .primary import Pairs, Surface
 from .quad import edge_planes
 from .quadric import cone_touch, discriminant, discriminant_rounding
-from .shadow_line import shadow_lines_cross
 from .vector import cross, dot
 
 __all__ = ["detect_shadow_edges", "detect_steep_light", "patch_reach"]
@@ -90,7 +89,7 @@ def detect_steep_light(light: Emitter, surface: Surface, reach: Array) -> Mask:
 
 
 def detect_shadow_edges(
-    plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, reach: Array, w: Array
+    plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, reach: Array
 ) -> Mask:
     """Find the pixels that a sharp shadow edge may cross at the middle of the shutter.
 
@@ -98,7 +97,6 @@ def detect_shadow_edges(
     ----------
     surface : n hits of centre rays.  light : as it casts shadows.
     pairs : candidate occluders that serve the whole patches.  reach : (n,) of `patch_reach`.
-    w : (3, n) directions of the centre rays.
     """
     edge = np.zeros(surface.item.size, dtype=np.bool_)
     ball = pairs.item < plan.sphere_count
@@ -106,10 +104,6 @@ def detect_shadow_edges(
         if rows.size:
             chosen = pairs.take(rows)
             sharp = part(plan, surface, light, chosen, reach[chosen.pixel])
-            if plan.settings.order == 2:
-                keep = np.flatnonzero(sharp)
-                keep = keep[~shadow_lines_cross(plan, surface, light, chosen.take(keep), w)]
-                sharp[keep] = False
             edge[chosen.pixel[sharp]] = True
     return edge
 

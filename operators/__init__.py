@@ -3,19 +3,26 @@
 
 import bpy
 
-from . import check, images, render
+from . import check, command, compositor, engine, images, render
 
-classes = (render.ADRT_OT_render, check.ADRT_OT_check)
+classes = (
+    render.ADRT_OT_render,
+    check.ADRT_OT_check,
+    compositor.ADRT_OT_show_mask,
+    engine.ADRT_RE_engine,
+)
 
 
 def register() -> None:
     for cls in classes:
         bpy.utils.register_class(cls)
     images.register()
+    command.register()
 
 
 def unregister() -> None:
     render.stop()
+    command.unregister()
     images.unregister()
     for cls in reversed(classes):
         bpy.utils.unregister_class(cls)

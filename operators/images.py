@@ -54,10 +54,21 @@ def find_image(name: str) -> Any | None:
 def write_images(film: Film, frame: Frame, figures: dict[str, Any]) -> None:
     """Put a film's picture and mask into their images, made now or reused."""
     for name, source, is_data in OUTPUTS:
-        image = _ready(name, frame.size, is_data)
-        image.pixels.foreach_set(_framed(film.pixels(source), film, frame))
-        image.update()
+        image = _write(name, is_data, film.pixels(source), film, frame)
     image[KEY] = json.dumps(figures)
+
+
+def write_picture(flat: NDArray[np.float32], film: Film, frame: Frame) -> None:
+    """Put the pixels of the picture alone into its image, while the rest is being rendered."""
+    name, _source, is_data = OUTPUTS[0]
+    _write(name, is_data, flat, film, frame)
+
+
+def _write(name: str, is_data: bool, flat: NDArray[np.float32], film: Film, frame: Frame) -> Any:
+    image = _ready(name, frame.size, is_data)
+    image.pixels.foreach_set(_framed(flat, film, frame))
+    image.update()
+    return image
 
 
 def _ready(name: str, size: tuple[int, int], is_data: bool) -> Any:
@@ -109,6 +120,16 @@ def show_result() -> None:
     shown = [area.spaces.active.image for area in editors]
     if editors and not any(i is not None and i.name in (RESULT, MASK) for i in shown):
         editors[0].spaces.active.image = image
+
+
+def redraw_images() -> None:
+    """Ask the Image Editors that show the picture or the mask to draw again."""
+    for window in bpy.context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type == "IMAGE_EDITOR":
+                image = area.spaces.active.image
+                if image is not None and image.name in (RESULT, MASK):
+                    area.tag_redraw()
 
 
 @persistent

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import logging
+import time
 from dataclasses import replace
 from typing import Any
 
@@ -13,19 +14,30 @@ from ..adaptive_drt.scene import SceneError
 from ..adaptive_drt.settings import SettingsError
 from .export import export_scene, kept_frame
 from .figures import gather_figures, issues_of, read_figures, summary
-from .images import MASK, find_image, frame_of, show_result, write_images
-from .job import Job
+from .images import (
+    MASK,
+    find_image,
+    frame_of,
+    redraw_images,
+    show_result,
+    write_images,
+    write_picture,
+)
+from .job import WINDOW_BATCH, Job
 from .settings import settings_of
 from .state import issues_key, state
-
-WINDOW_BATCH = 8_192
-"""Pixels of a batch while a window watches, so that progress moves often. The picture is the same
-for any; measured on the demo at 1200 x 800, 8,192 took no longer than 65,536."""
 
 log = logging.getLogger(__name__)
 
 TICK = 0.1
 """Seconds between two looks at a render that runs in a window."""
+
+SHOW = 0.5
+"""Seconds between two showings of the picture so far."""
+
+SPARE = 5.0
+"""Times as long as one showing takes the window is left alone after it. Without a graphics card
+Blender draws a picture of 1920 x 1080 in half a second to one and a half."""
 
 
 class ADRT_OT_render(bpy.types.Operator):
@@ -35,6 +47,10 @@ class ADRT_OT_render(bpy.types.Operator):
     bl_label = "Adaptive Render"
 
     _timer: Any = None
+    _shown = False
+    _due = 0.0
+    _wrote: float | None = None
+    _said = ""
 
     @classmethod
     def poll(cls, context: Any) -> bool:
@@ -74,18 +90,45 @@ class ADRT_OT_render(bpy.types.Operator):
             return {"CANCELLED"}
         if event.type == "ESC" and event.value == "PRESS":
             job.cancel()
+            self._show_progress(context, "Cancelling")
             return {"RUNNING_MODAL"}
         if event.type != "TIMER":
             return {"PASS_THROUGH"}
         # a cancelled job ends within a chunk of rays; until then the window stays alive
         if job.running:
-            context.window_manager.progress_update(int(100.0 * job.factor))
-            context.workspace.status_text_set(f"Adaptive Render: {job.text}   (ESC: cancel)")
-            redraw_panels()
+            self._show_progress(context, "Cancelling" if job.ending else job.text)
+            self._show_so_far(job)
             return {"PASS_THROUGH"}
         state.job = None
         self._leave(context)
         return self._finish(job)
+
+    def _show_progress(self, context: Any, text: str) -> None:
+        if text == self._said:  # nothing to draw again
+            return
+        self._said = text
+        context.window_manager.progress_update(int(100.0 * state.job.factor))
+        context.workspace.status_text_set(f"Adaptive Render: {text}   (ESC: cancel)")
+        redraw_panels()
+
+    def _show_so_far(self, job: Job) -> None:
+        """Let the picture fill in, now and then, when there is more of it."""
+        now = time.monotonic()
+        if self._wrote is not None:
+            # this tick came after the picture was drawn; slow drawing must not stop the rest
+            self._due = now + max(SHOW, SPARE * (now - self._wrote))
+            self._wrote = None
+        preview = job.take_preview()
+        if preview is not None and job.film is not None:
+            write_picture(preview, job.film, self._frame)
+            if not self._shown:
+                # a window must not change inside modal(): that would run its end a second time
+                bpy.app.timers.register(show_result, first_interval=0.0)
+            redraw_images()
+            self._shown = True
+            self._wrote = now
+        elif now >= self._due:
+            job.want_preview()
 
     def cancel(self, context: Any) -> None:
         """Stop when Blender ends the operator itself: a file is loaded, a window closed."""
@@ -118,6 +161,9 @@ class ADRT_OT_render(bpy.types.Operator):
             if not isinstance(job.error, (SceneError, SettingsError)):
                 log.error("render failed", exc_info=job.error)
             self.report({"ERROR"}, str(job.error) or type(job.error).__name__)
+            if self._shown and job.film is not None:
+                # the picture is half of this render by now, so its mask and figures go with it
+                write_images(job.film, self._frame, {"cancelled": True, "done": job.factor})
             return {"CANCELLED"}
         if job.film is None:
             self.report({"WARNING"}, "Cancelled before the first pixels; the images are as before")
@@ -129,6 +175,7 @@ class ADRT_OT_render(bpy.types.Operator):
         before = read_figures(find_image(MASK))
         figures = gather_figures(stats, self._scene, self._settings, before)
         write_images(job.film, self._frame, figures)
+        state.figures[self._uid] = figures
         self._tell(job, figures)
         # a window must not change inside modal(): that would run its end a second time
         if not bpy.app.background:

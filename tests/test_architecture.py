@@ -19,7 +19,7 @@ ORDER = (
     "partials jet elementary vector bounds "
     "radiometry recognise quadric quad embree camera sampling emitter light "
     "arcs outline visible_light "
-    "plan primary seam edge shadow shadow_line shadow_edge visibility occluder sweep detect "
+    "plan primary seam edge shadow shadow_edge visibility occluder sweep detect "
     "gather radiance integrate cost render"
 ).split()
 """The core's files by rank: each imports only names to its left. Put a new file in its place."""

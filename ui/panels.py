@@ -38,7 +38,8 @@ class _Main:
         row = layout.row()
         row.scale_y = 1.5
         job = state.job
-        if job is None:
+        # a render of the engine has its own bar, and no way to draw this panel again
+        if job is None or bpy.app.is_job_running("RENDER"):
             row.operator("adaptive_drt.render", icon="RENDER_STILL")
         else:
             # in the button's place, so that nothing jumps under the mouse
@@ -68,8 +69,17 @@ class _Effects:
             below = column.column()
             below.active = getattr(chosen, use)
             below.prop(chosen, rays)
-        if chosen.use_motion and not context.scene.render.use_motion_blur:
-            layout.label(text="The scene's own Motion Blur is off", icon="INFO")
+            if use == "use_motion":
+                _draw_shutter(below, context.scene.render)
+
+
+def _draw_shutter(layout: Any, render: Any) -> None:
+    """Blender's own motion blur settings; its panels for them belong to its own engines."""
+    layout.prop(render, "use_motion_blur", text="Scene's Motion Blur")
+    column = layout.column()
+    column.active = render.use_motion_blur
+    column.prop(render, "motion_blur_position", text="Position")
+    column.prop(render, "motion_blur_shutter")
 
 
 class _Performance:
@@ -87,9 +97,10 @@ class _Performance:
 class _Figures:
     bl_label = "Last Render"
 
-    def draw(self, _context: Any) -> None:
+    def draw(self, context: Any) -> None:
         layout = self.layout
-        figures = read_figures(find_image(MASK))
+        kept = state.figures.get(issues_key(context.scene))
+        figures = read_figures(find_image(MASK)) if kept is None else kept
         if not figures:
             layout.label(text="Nothing rendered yet")
             return
@@ -98,6 +109,7 @@ class _Figures:
             row = column.row()
             row.label(text=said)
             row.label(text=value)
+        layout.operator("adaptive_drt.show_mask", icon="NODE_COMPOSITING")
 
 
 class _LeftOut:

@@ -24,12 +24,13 @@ def border_of(render: Any, resolution: tuple[int, int]) -> tuple[int, int, int, 
     """Return the render border in pixels (left, bottom, right, top), or None."""
     if not render.use_border:
         return None
-    width, height = resolution
+    # Blender multiplies in float32: 0.7 of 10 pixels is 7 there, and 6.9999999 in float64
+    width, height = np.float32(resolution[0]), np.float32(resolution[1])
     return (
-        int(render.border_min_x * width),
-        int(render.border_min_y * height),
-        int(render.border_max_x * width),
-        int(render.border_max_y * height),
+        int(np.float32(render.border_min_x) * width),
+        int(np.float32(render.border_min_y) * height),
+        int(np.float32(render.border_max_x) * width),
+        int(np.float32(render.border_max_y) * height),
     )
 
 

@@ -73,6 +73,8 @@ def export_scene(
         opens, closes = _ends(depsgraph, move, shutter)
     gathered = _Export(opens, closes)
     camera = _camera(depsgraph, gathered)
+    if scene.render.use_multiview:
+        gathered.issues.append(Issue("Scene", "stereoscopy is left out: its views are all alike"))
     _gather(depsgraph, gathered)
     background = background_of(depsgraph.scene_eval.world, gathered.issues)
     return Scene(

@@ -67,11 +67,16 @@ def shutter_of(scene: Any) -> Shutter | None:
 
 
 @contextmanager
-def kept_frame(scene: Any) -> Iterator[Callable[[float], None]]:
+def kept_frame(scene: Any, host: Any | None = None) -> Iterator[Callable[[float], None]]:
     """Yield a function that moves `scene` to a time in frames; put the user's own back after.
 
     The scene is left alone entirely when the function is never called.
+
+    Parameters
+    ----------
+    host : who moves it; a render engine's own `frame_set` moves its depsgraph too. None: the scene.
     """
+    host = host or scene
     frame, subframe = scene.frame_current, scene.frame_subframe
     moved = False
 
@@ -79,13 +84,13 @@ def kept_frame(scene: Any) -> Iterator[Callable[[float], None]]:
         nonlocal moved
         moved = True
         whole = math.floor(time)
-        scene.frame_set(whole, subframe=time - whole)
+        host.frame_set(whole, subframe=time - whole)
 
     try:
         yield move
     finally:
         if moved:
-            scene.frame_set(frame, subframe=subframe)
+            host.frame_set(frame, subframe=subframe)
 
 
 def matrix_of(thing: Any) -> Matrix:

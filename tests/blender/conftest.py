@@ -45,7 +45,9 @@ def file(addon):
     import bpy
 
     bpy.ops.wm.read_factory_settings(use_empty=True)
-    importlib.import_module(f"{PACKAGE}.operators.state").state.issues.clear()
+    state = importlib.import_module(f"{PACKAGE}.operators.state").state
+    state.issues.clear()
+    state.figures.clear()
     scene = bpy.context.scene
     camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
     camera.location = (0.0, 0.0, 10.0)

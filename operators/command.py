@@ -1,0 +1,223 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The command: `blender -b scene.blend -c adaptive_render --frame 1..10 --output //out_####`."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from typing import Any
+
+import bpy
+
+from .engine import ENGINE
+from .job import Job
+from .state import state
+
+NAME = "adaptive_render"
+STEP = 0.1
+"""Of a frame: progress is told this often on a terminal."""
+
+
+def parse_frames(text: str) -> list[tuple[int, int]]:
+    """Return ranges of frames (first, last) from a text such as '5', '1..10' or '1..3,7'."""
+    ranges = []
+    for piece in text.split(","):
+        first, dots, last = piece.partition("..")
+        try:
+            ranges.append((int(first), int(last if dots else first)))
+        except ValueError:
+            raise argparse.ArgumentTypeError(f"{text!r} is not like 5, 1..10 or 1..3,7") from None
+        if ranges[-1][0] > ranges[-1][1]:
+            raise argparse.ArgumentTypeError(f"{piece} runs backwards")
+    return ranges
+
+
+def parse_border(text: str) -> tuple[float, ...]:
+    """Return left, bottom, right and top as parts of the picture."""
+    try:
+        left, bottom, right, top = border = tuple(float(x) for x in text.split(","))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not like 0,0,0.5,1") from None
+    if not (0.0 <= left < right <= 1.0 and 0.0 <= bottom < top <= 1.0):
+        raise argparse.ArgumentTypeError(f"{text} holds nothing of the picture")
+    return border
+
+
+def make_parser(scene: Any) -> argparse.ArgumentParser:
+    """Return the parser; its settings, their ranges and their words are the panel's own."""
+    parser = argparse.ArgumentParser(
+        prog=f"blender -b SCENE.blend -c {NAME}",
+        description="Render with Adaptive DRT; what is not said here, the file says.",
+    )
+    add = parser.add_argument
+    add("--frame", type=parse_frames, help="5, 1..10 or 1..3,7; the file's current frame if left")
+    add("--output", help="path of the pictures; // is the file's folder, #### the frame")
+    formats = scene.render.image_settings.bl_rna.properties["file_format"].enum_items.keys()
+    add("--format", choices=formats, metavar="FORMAT", help="as in Blender: " + ", ".join(formats))
+    add("--depth", choices=("8", "10", "12", "16", "32"), help="bits a channel, if FORMAT has them")
+    add("--border", type=parse_border, metavar="L,B,R,T", help="render this part, 0 to 1, alone")
+    add("--crop", action="store_true", help="write the part alone, not the whole picture around it")
+    group = parser.add_argument_group("settings, in place of the file's own")
+    for prop in settings_properties(scene):
+        group.add_argument(
+            f"--{prop.identifier.replace('_', '-')}",
+            help=prop.description.replace("%", "%%"),
+            **_value_of(prop),
+        )
+    return parser
+
+
+def settings_properties(scene: Any) -> Iterator[Any]:
+    """Yield the settings that `scene.adaptive_drt` has."""
+    for prop in scene.adaptive_drt.bl_rna.properties:
+        if prop.identifier not in ("rna_type", "name"):
+            yield prop
+
+
+def _value_of(prop: Any) -> dict[str, Any]:
+    if prop.type == "BOOLEAN":
+        return {"action": argparse.BooleanOptionalAction, "default": None}
+    if prop.type == "ENUM":
+        return {"choices": prop.enum_items.keys()}
+    return {"type": _within(prop, int if prop.type == "INT" else float), "metavar": "N"}
+
+
+def _within(prop: Any, kind: Callable[[str], Any]) -> Callable[[str], Any]:
+    """Return what reads a number; Blender itself would silently cut it to the range."""
+
+    def number(text: str) -> Any:
+        value = kind(text)
+        if not prop.hard_min <= value <= prop.hard_max:
+            raise argparse.ArgumentTypeError(f"{text} is not in {prop.hard_min}..{prop.hard_max}")
+        return value
+
+    return number
+
+
+@contextmanager
+def changed(thing: Any, **values: Any) -> Iterator[None]:
+    """Set properties, in this order, and put back what they were."""
+    before = {name: getattr(thing, name) for name in values}
+    try:
+        for name, value in values.items():
+            if getattr(thing, name) != value:
+                setattr(thing, name, value)
+        yield
+    finally:
+        for name, value in before.items():
+            if getattr(thing, name) != value:
+                setattr(thing, name, value)
+
+
+def _format_values(settings: Any, options: argparse.Namespace) -> dict[str, str]:
+    """Return what to set, in this order, for a format; Blender 5 asks for its kind first."""
+    name = options.format or settings.file_format
+    values = {"file_format": name}
+    if hasattr(settings, "media_type"):
+        kinds = {"OPEN_EXR_MULTILAYER": "MULTI_LAYER_IMAGE", "FFMPEG": "VIDEO"}
+        values = {"media_type": kinds.get(name, "IMAGE"), **values}
+    depth = options.depth
+    if depth is None and name.startswith("OPEN_EXR") and settings.color_depth == "32":
+        depth = "32"  # which Blender 5 forgets on the way from one kind to another
+    return values if depth is None else {**values, "color_depth": depth}
+
+
+def render_frames(scene: Any, options: argparse.Namespace) -> None:
+    """Render what is asked for and write the files, as `blender -a` does.
+
+    Raises
+    ------
+    RuntimeError, TypeError
+        The render failed, or the format does not have that depth.
+    """
+    render = scene.render
+    chosen = {
+        prop.identifier: getattr(options, prop.identifier)
+        for prop in settings_properties(scene)
+        if getattr(options, prop.identifier) is not None
+    }
+    asked = {"engine": ENGINE}
+    if options.output is not None:
+        within = options.output.startswith("//")
+        asked["filepath"] = options.output if within else os.path.abspath(options.output)
+    if options.border is not None:
+        sides = ("border_min_x", "border_min_y", "border_max_x", "border_max_y")
+        asked.update(zip(sides, options.border, strict=True))
+        asked.update(use_border=True, use_crop_to_border=options.crop)
+    with ExitStack() as stack:
+        stack.enter_context(changed(scene.adaptive_drt, **chosen))
+        stack.enter_context(changed(render, **asked))
+        settings = render.image_settings
+        stack.enter_context(changed(settings, **_format_values(settings, options)))
+        frame = scene.frame_current
+        stack.enter_context(changed(scene, frame_current=frame))
+        for first, last in options.frame or [(frame, frame)]:
+            with changed(scene, frame_start=first, frame_end=last, frame_step=1):
+                bpy.ops.render.render(animation=True, scene=scene.name)
+
+
+class _Terminal:
+    """Says on the terminal how far a frame is, in steps of `STEP`."""
+
+    def __init__(self) -> None:
+        self._last: tuple[int, int] | None = None
+
+    def __call__(self, scene: Any, job: Job) -> None:
+        now = (scene.frame_current, int(job.factor / STEP))
+        if now != self._last:
+            self._last = now
+            sys.stdout.write(f"{NAME}: frame {now[0]}: {job.text}\n")
+            sys.stdout.flush()
+
+    def wrote(self, scene: Any, *_: Any) -> None:
+        path = scene.render.frame_path(frame=scene.frame_current)
+        sys.stdout.write(f"{NAME}: frame {scene.frame_current}: {path}\n")
+        sys.stdout.flush()
+
+
+def run(arguments: list[str]) -> int:
+    """Run the command and return its exit code."""
+    scene = bpy.context.scene
+    try:
+        # Blender hands on the -- that ends its own arguments
+        options = make_parser(scene).parse_args([a for a in arguments if a != "--"])
+    except SystemExit as end:
+        return int(bool(end.code))
+    if not bpy.data.filepath:
+        return _fail(f"no file is open: blender -b SCENE.blend -c {NAME}")
+    terminal = _Terminal()
+    written = bpy.app.handlers.render_write
+    state.watch = terminal
+    written.append(terminal.wrote)
+    try:
+        render_frames(scene, options)
+    # Blender's word for a depth that a format does not have is TypeError
+    except (RuntimeError, TypeError) as error:
+        return _fail(str(error).strip().removeprefix("Error: "))
+    finally:
+        state.watch = None
+        # a file that is loaded meanwhile empties the list
+        if terminal.wrote in written:
+            written.remove(terminal.wrote)
+    return 0
+
+
+def _fail(reason: str) -> int:
+    sys.stderr.write(f"{NAME}: {reason}\n")
+    sys.stderr.flush()
+    return 1
+
+
+_handles: list[Any] = []
+
+
+def register() -> None:
+    _handles.append(bpy.utils.register_cli_command(NAME, run))
+
+
+def unregister() -> None:
+    while _handles:
+        bpy.utils.unregister_cli_command(_handles.pop())

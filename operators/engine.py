@@ -1,0 +1,186 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The render engine: F12, animations and `blender -b -E ADAPTIVE_DRT`, through the same core call.
+
+An exception must never leave `render()`: Blender would write a black picture, and 5.2 crashes when
+the file is a multilayer EXR. An error that is reported writes no file and ends `-b` with 1.
+"""
+
+from __future__ import annotations
+
+import json
+import logging
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ..adaptive_drt.film import PASSES, Film, Pass
+from ..adaptive_drt.scene import SceneError
+from ..adaptive_drt.settings import SettingsError
+from .export import export_scene, kept_frame
+from .figures import issues_of, summary
+from .job import WINDOW_BATCH, Job
+from .settings import settings_of
+from .state import issues_key, state
+
+ENGINE = "ADAPTIVE_DRT"
+
+OPTIONAL = {"Depth": "use_pass_z", "Normal": "use_pass_normal"}
+"""Passes of Blender's own that a view layer asks for; the others are always there."""
+
+TICK = 0.1
+"""Seconds between two looks at whether to go on."""
+
+SHOW = 0.5
+"""Seconds between two showings of the picture so far."""
+
+log = logging.getLogger(__name__)
+
+
+def passes_of(view_layer: Any) -> Iterator[Pass]:
+    """Yield the passes that a view layer gets."""
+    for one in PASSES:
+        switch = OPTIONAL.get(one.name)
+        if switch is None or getattr(view_layer, switch):
+            yield one
+
+
+class ADRT_RE_engine(bpy.types.RenderEngine):
+    """Adaptive distributed ray tracing as one of Blender's renderers"""
+
+    bl_idname = ENGINE
+    bl_label = "Adaptive DRT"
+    bl_use_postprocess = True
+    bl_use_preview = False
+    # the viewport is EEVEE's, and so are the shader nodes on offer
+    bl_use_eevee_viewport = True
+    bl_use_shading_nodes_custom = False
+
+    _told = 0.0
+
+    def update_render_passes(self, scene: Any = None, renderlayer: Any = None) -> None:
+        """Tell Blender, the compositor's Render Layers node among it, which passes there are."""
+        for one in passes_of(renderlayer):
+            channels = len(one.channels)
+            self.register_pass(scene, renderlayer, one.name, channels, one.channels, one.kind)
+
+    def render(self, depsgraph: Any) -> None:
+        """Render one view layer at the current frame."""
+        try:
+            self._render(depsgraph)
+        except (SceneError, SettingsError) as error:
+            self.report({"ERROR"}, str(error))
+        except Exception as error:
+            log.error("render failed", exc_info=error)
+            self.report({"ERROR"}, str(error) or type(error).__name__)
+
+    def _render(self, depsgraph: Any) -> None:
+        job = self._export(depsgraph)
+        self._told = 0.0
+        # a render of the operator may be running; then its progress stays the one that is shown
+        if state.job is None:
+            state.job = job
+        job.start()
+        picture = _Picture(self, depsgraph.view_layer.name)
+        try:
+            while job.running:
+                job.wait(TICK)
+                self._tell_progress(job, depsgraph.scene.original)
+                picture.show(job)
+                if self._is_over():
+                    job.cancel()
+            if job.error is not None:
+                raise job.error
+            if job.film is not None:
+                picture.finish(job.film)
+        finally:
+            job.cancel()
+            job.wait()
+            picture.close()
+            if state.job is job:
+                state.job = None
+        if job.finished:
+            self._tell(depsgraph.scene.original, job.film)
+
+    def _export(self, depsgraph: Any) -> Job:
+        scene = depsgraph.scene.original
+        settings = settings_of(scene)
+        self.update_stats("", "Exporting")
+        with kept_frame(scene, self) as move:
+            exported = export_scene(depsgraph, move, settings.use_motion)
+        if not bpy.app.background:
+            settings = replace(settings, batch=WINDOW_BATCH)
+        return Job(exported, settings)
+
+    def _is_over(self) -> bool:
+        """Whether the user has cancelled."""
+        return bool(self.test_break())
+
+    def _tell_progress(self, job: Job, scene: Any) -> None:
+        """Say how far it is; on a terminal each saying is a line, so only when it got further."""
+        self.update_progress(job.factor)
+        if state.watch is not None:
+            state.watch(scene, job)
+        if not bpy.app.background or job.factor > self._told:
+            self._told = job.factor
+            self.update_stats("", job.text)
+
+    def _tell(self, scene: Any, film: Film) -> None:
+        """Say how it went, and what was left out."""
+        issues = tuple(issues_of(film.stats))
+        key = issues_key(scene)
+        if state.issues.get(key) != issues:  # once for an animation, not once a frame
+            for issue in issues:
+                log.warning("%s: %s", issue.name, issue.reason)
+        state.issues[key] = issues
+        state.figures[key] = film.stats
+        said = summary(film.stats)
+        self.update_stats("", f"{said}, {len(issues)} left out or changed" if issues else said)
+
+
+class _Picture:
+    """The part of Blender's render result that one view layer fills."""
+
+    def __init__(self, engine: Any, layer: str) -> None:
+        self._engine, self._layer = engine, layer
+        self._result: Any = None
+        self._due = time.monotonic() + SHOW
+
+    def show(self, job: Job) -> None:
+        """Show what there is in a window, but not more often than is useful."""
+        if bpy.app.background:
+            return
+        preview = job.take_preview()
+        if preview is not None and job.film is not None:
+            self._fill(job.film, {"Combined": preview})
+            self._engine.update_result(self._result)
+            self._due = time.monotonic() + SHOW
+        elif time.monotonic() >= self._due:
+            job.want_preview()
+
+    def finish(self, film: Film) -> None:
+        """Fill every pass."""
+        self._fill(film, {one.name: film.pixels(one.name) for one in PASSES})
+        figures = json.dumps({k: v for k, v in film.stats.items() if k != "issues"})
+        # the whole result: what is said of a part is lost when it is merged
+        self._engine.get_result().stamp_data_add_field(f"adaptive_drt.{self._layer}", figures)
+
+    def close(self) -> None:
+        """Hand the result over; a result that is begun must be ended, whatever happened."""
+        if self._result is not None:
+            self._engine.end_result(self._result)
+            self._result = None
+
+    def _fill(self, film: Film, pixels: dict[str, NDArray[np.float32]]) -> None:
+        if self._result is None:
+            self._result = self._engine.begin_result(
+                0, 0, film.width, film.height, layer=self._layer
+            )
+        # one layer, since it was asked for; with stereoscopy a pass is there once for each view
+        for one in self._result.layers[0].passes:
+            if one.name in pixels:
+                one.rect.foreach_set(pixels[one.name])

@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The mask in the compositor, in each version's node trees."""
+
+from __future__ import annotations
+
+import importlib
+
+import bpy
+import numpy as np
+import pytest
+import things
+
+exr = pytest.importorskip("exr", reason="OpenEXR is not installed")
+GREY = (0.2126, 0.7152, 0.0722)
+"""Luminance of Rec. 709, which Blender's node takes."""
+
+
+@pytest.fixture
+def stage(file, tmp_path):
+    scene = bpy.context.scene
+    things.uv_sphere().location.z = 1.0
+    things.plane(size=12.0)
+    things.light("AREA", energy=500.0, size=1.5, color=(1.0, 0.5, 0.2)).location = (1.0, 0.0, 5.0)
+    render = scene.render
+    render.resolution_x, render.resolution_y = 24, 16
+    render.use_compositing, render.compositor_device = True, "CPU"
+    scene.adaptive_drt.light_rays = scene.adaptive_drt.pixel_rays = 4
+    settings = render.image_settings
+    if hasattr(settings, "media_type"):
+        settings.media_type = "MULTI_LAYER_IMAGE"
+    settings.file_format, settings.color_depth = "OPEN_EXR_MULTILAYER", "32"
+    render.filepath = str(tmp_path / "composed.exr")
+    return scene
+
+
+def _composed(scene):
+    bpy.ops.render.render(write_still=True)
+    written = exr.read_exr(scene.render.filepath)
+    (name,) = (n for n in written if n.startswith("Composite") or n.endswith("Composite.Combined"))
+    return np.stack([written[name][c] for c in "RGB"])
+
+
+def _expected(picture, mask):
+    grey = np.tensordot(GREY, picture, 1)
+    weight = 0.6 * mask.max(axis=0)
+    return (1.0 - weight) * grey + weight * mask
+
+
+def _pixels(name):
+    image = bpy.data.images[name]
+    flat = np.empty(len(image.pixels), dtype=np.float32)
+    image.pixels.foreach_get(flat)
+    return np.moveaxis(flat.reshape(image.size[1], image.size[0], 4), -1, 0)[:3]
+
+
+def _overlay_agrees(scene):
+    composed = _composed(scene)
+    bpy.ops.adaptive_drt.render()
+    picture, mask = _pixels("Adaptive Render"), _pixels("Adaptive Mask")
+    assert 0.0 < mask.mean() < 1.0
+    np.testing.assert_allclose(composed, _expected(picture, mask), rtol=2e-5, atol=1e-6)
+
+
+def test_of_the_engine(stage):
+    stage.render.engine = "ADAPTIVE_DRT"
+    assert bpy.ops.adaptive_drt.show_mask(to_output=True) == {"FINISHED"}
+    _overlay_agrees(stage)
+
+
+def test_of_the_images(stage):
+    """Under another engine the images of the operator are shown."""
+    stage.render.engine = "BLENDER_WORKBENCH"
+    with pytest.raises(RuntimeError, match="press Adaptive Render first"):
+        bpy.ops.adaptive_drt.show_mask(to_output=True)
+    bpy.ops.adaptive_drt.render()
+    assert bpy.ops.adaptive_drt.show_mask(to_output=True) == {"FINISHED"}
+    stage.render.engine = "ADAPTIVE_DRT"  # it renders without a window
+    _overlay_agrees(stage)
+
+
+def test_the_user_s_nodes_stay(stage, addon):
+    stage.render.engine = "ADAPTIVE_DRT"
+    compositor = importlib.import_module(f"{addon.__name__}.operators.compositor")
+    tree = compositor.compositor_tree(stage)
+    tree.nodes.new("CompositorNodeInvert").label = "Mine"
+
+    def theirs():
+        ours = compositor.FRAME
+        nodes = [n.name for n in tree.nodes if not n.get(ours) and n.name != ours]
+        links = [
+            (link.from_node.name, link.to_node.name)
+            for link in tree.links
+            if not (link.from_node.get(ours) or link.to_node.get(ours))
+        ]
+        return sorted(nodes), sorted(links)
+
+    before = theirs()
+    assert before[1], "the picture has to reach the output"
+    for _ in range(2):  # the second call replaces the first one's nodes
+        bpy.ops.adaptive_drt.show_mask()
+        assert theirs() == before
+        assert [n.bl_idname for n in tree.nodes if n.get(compositor.FRAME)].count(
+            "CompositorNodeViewer"
+        ) == 1
+    compositor.remove_overlay(tree)
+    assert theirs() == before and len(tree.nodes) == len(before[0])

@@ -1,0 +1,295 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Run in Blender's window: uses the extension as a person does, and writes down what it saw.
+
+Mouse and keys are real events of the X server; screenshots and facts.json go to the folder given.
+"""
+
+from __future__ import annotations
+
+import importlib
+import json
+import os
+import subprocess
+import sys
+import time
+import traceback
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+FOLDER = Path(sys.argv[sys.argv.index("--") + 1])
+PACKAGE = "bl_ext.user_default.adaptive_drt"
+HEIGHT = 1000
+FACTS = {"gaps": {}}
+state = importlib.import_module(f"{PACKAGE}.operators.state").state
+
+
+def press(*words):
+    subprocess.run(["xdotool", *(str(w) for w in words)], check=True)
+
+
+def shoot(name):
+    subprocess.run(["scrot", "-o", str(FOLDER / f"{name}.png")], check=True)
+
+
+def areas(kind):
+    screen = bpy.context.window_manager.windows[0].screen
+    return [a for a in screen.areas if a.type == kind]
+
+
+def point(x, y):
+    """Move the mouse to a place that counts from below, as Blender does."""
+    press("mousemove", x, HEIGHT - y)
+
+
+def arrange():
+    """3D view with its sidebar on the left, Image Editor on the right of it."""
+    window = bpy.context.window_manager.windows[0]
+    view = max(areas("VIEW_3D"), key=lambda a: a.width)
+    with bpy.context.temp_override(window=window, area=view):
+        bpy.ops.screen.area_split(direction="VERTICAL", factor=0.5)
+    yield 0.5  # until it is drawn, both say the same place
+    first, second = sorted(areas("VIEW_3D"), key=lambda a: a.x)[:2]
+    second.type = "IMAGE_EDITOR"
+    first.spaces.active.region_3d.view_perspective = "CAMERA"
+    for area in areas("PROPERTIES"):
+        area.spaces.active.context = "RENDER"
+    return first, second
+
+
+def click_button(view):
+    """The first button of the sidebar's first panel lies 55 pixels below its top."""
+    region = next(r for r in view.regions if r.type == "UI")
+    point(region.x + region.width // 2 - 10, region.y + region.height - 55)
+    press("click", 1)
+
+
+def start(view):
+    """Click until it renders: a panel that is not drawn yet takes no click."""
+    for _ in range(5):
+        click_button(view)
+        yield 0.7
+        if not idle():
+            return
+    raise RuntimeError("the button does nothing")
+
+
+def watched(name, over):
+    """Wait until `over()`, and note the longest time that the window stood still."""
+    began = last = time.monotonic()
+    gaps = []
+    while not over() and time.monotonic() - began < 60.0:
+        yield 0.02
+        now = time.monotonic()
+        gaps.append(now - last)
+        last = now
+    FACTS["gaps"][name] = {"longest": max(gaps, default=0.0), "looks": len(gaps)}
+    FACTS[f"{name}_seconds"] = time.monotonic() - began
+
+
+def idle():
+    return state.job is None
+
+
+def picture():
+    """How large the picture is, and what part of it is not black."""
+    image = bpy.data.images.get("Adaptive Render")
+    if image is None:
+        return None
+    flat = np.empty(len(image.pixels), dtype=np.float32)
+    image.pixels.foreach_get(flat)
+    return {"size": list(image.size), "part": float((flat[3::4] > 0.0).mean())}
+
+
+def cancel_by_escape(view, editor):
+    """A large picture is begun by a click and ended by ESC; what is there stays."""
+    render = bpy.context.scene.render
+    render.resolution_x, render.resolution_y = 1920, 1080
+    began = time.monotonic()
+    yield from start(view)
+    yield 3.0
+    FACTS["running"] = state.job is not None
+    FACTS["text"] = state.job.text if state.job else ""
+    yield from watched("filling", lambda: idle() or state.job.factor > 0.15)
+    FACTS["expected_seconds"] = (time.monotonic() - began) / max(0.01, state.job.factor)
+    FACTS["shown_while_running"] = getattr(editor.spaces.active.image, "name", None)
+    with bpy.context.temp_override(area=editor, region=editor.regions[-1]):
+        bpy.ops.image.view_all(fit_view=True)
+    yield 0.7
+    shoot("running")
+    click_button(view)  # a second click harms nothing
+    yield 0.3
+    point(view.x + 300, view.y + 300)
+    press("key", "Escape")
+    yield from watched("escape", idle)
+    FACTS["cancelled"] = picture()
+    FACTS["figures"] = json.loads(bpy.data.images["Adaptive Mask"]["adaptive_drt"])
+    yield 0.5
+
+
+def finish(view, editor):
+    render = bpy.context.scene.render
+    render.resolution_x, render.resolution_y = 480, 320
+    bpy.context.scene.adaptive_drt.time_rays = 128
+    yield from start(view)
+    yield from watched("whole", idle)
+    FACTS["finished"] = picture()
+    with bpy.context.temp_override(area=editor, region=editor.regions[-1]):
+        bpy.ops.image.view_all(fit_view=True)
+    yield 1.0
+    shoot("finished")
+
+
+def engine(view, editor):
+    """The engine's render is ended by ESC, and then left to end."""
+    scene = bpy.context.scene
+    scene.render.engine = "ADAPTIVE_DRT"
+    bpy.context.preferences.view.render_display_type = "NONE"
+    scene.render.resolution_x, scene.render.resolution_y = 1920, 1080
+    yield 0.5
+    invoke_render(view)
+    yield 3.0
+    FACTS["engine_running"] = state.job is not None
+    editor.spaces.active.image = bpy.data.images["Render Result"]
+    yield from watched("engine_filling", lambda: idle() or state.job.factor > 0.2)
+    window = bpy.context.window_manager.windows[0]
+    region = next(r for r in editor.regions if r.type == "WINDOW")
+    with bpy.context.temp_override(window=window, area=editor, region=region):
+        bpy.ops.image.view_all(fit_view=True)
+    yield 1.0
+    shoot("engine")
+    point(view.x + 300, view.y + 300)
+    press("key", "Escape")
+    yield from watched("engine_escape", idle)
+    yield 1.0
+
+
+def invoke_render(view):
+    """Menu Render, Render Image; the key's own meaning varies with the place of the mouse."""
+    window = bpy.context.window_manager.windows[0]
+    with bpy.context.temp_override(window=window, area=view):
+        bpy.ops.render.render("INVOKE_DEFAULT")
+
+
+def compositor(view, editor):
+    """The nodes on the left, what they make of the picture on the right."""
+    scene = bpy.context.scene
+    scene.render.resolution_x, scene.render.resolution_y = 480, 320
+    bpy.ops.adaptive_drt.show_mask(to_output=True)
+    invoke_render(view)
+    yield 0.5
+    yield from watched("engine_whole", idle)
+    yield 1.0
+    view.ui_type = "CompositorNodeTree"
+    space = view.spaces.active
+    for switch in ("show_region_ui", "show_region_asset_shelf", "show_backdrop"):
+        if hasattr(space, switch):
+            setattr(space, switch, False)
+    editor.spaces.active.image = bpy.data.images.get("Viewer Node")
+    yield 1.0
+    for area, fit in ((view, bpy.ops.node.view_all), (editor, bpy.ops.image.view_all)):
+        region = next(r for r in area.regions if r.type == "WINDOW")
+        window = bpy.context.window_manager.windows[0]
+        with bpy.context.temp_override(window=window, area=area, region=region):
+            fit()
+    yield 1.5
+    shoot("compositor")
+    viewer = bpy.data.images.get("Viewer Node")
+    FACTS["viewer"] = list(viewer.size) if viewer else None
+
+
+def viewport(view):
+    """EEVEE draws the viewport under this engine too; it must only not crash."""
+    bpy.context.scene.render.engine = "ADAPTIVE_DRT"
+    view.spaces.active.shading.type = "MATERIAL"
+    yield 1.5
+    view.spaces.active.shading.type = "SOLID"
+    yield 0.3
+
+
+def trouble(view):
+    """Undo, and the scene deleted, while it renders."""
+    window = bpy.context.window_manager.windows[0]
+    kept = window.scene
+    copy = window.scene = kept.copy()
+    copy.render.resolution_x, copy.render.resolution_y = 960, 640
+    yield 0.5
+    yield from start(view)
+    FACTS["before_trouble"] = state.job is not None
+    point(view.x + 300, view.y + 300)
+    press("key", "ctrl+z")
+    yield 0.5
+    # what undo has left of the copy
+    copy, window.scene = window.scene, bpy.data.scenes["Scene"]
+    if copy != window.scene:
+        bpy.data.scenes.remove(copy)
+    yield 1.0
+    FACTS["in_trouble"] = state.job is not None
+    press("key", "Escape")
+    yield from watched("trouble", idle)
+    FACTS["after_trouble"] = picture()
+    yield 0.5
+
+
+def load_while_running(view):
+    scene = bpy.context.scene
+    scene.render.resolution_x, scene.render.resolution_y = 1920, 1080
+    yield from start(view)
+    FACTS["before_load"] = state.job is not None
+    with bpy.context.temp_override(window=bpy.context.window_manager.windows[0]):
+        bpy.ops.wm.read_homefile(use_empty=False)
+    yield 0.5
+    FACTS["after_load"] = idle()
+
+
+def open_sidebar(view):
+    if view.type != "VIEW_3D":
+        view.type = "VIEW_3D"
+    view.spaces.active.show_region_ui = True
+    yield 1.0
+    region = next(r for r in view.regions if r.type == "UI")
+    # the tab is there once the region has been drawn
+    for _ in range(5):
+        region.active_panel_category = "Adaptive"
+        region.tag_redraw()
+        yield 0.5
+        if region.active_panel_category == "Adaptive":
+            break
+    yield 0.5
+
+
+def steps():
+    yield 1.0
+    view, editor = yield from arrange()
+    yield from open_sidebar(view)
+    yield from cancel_by_escape(view, editor)
+    yield from finish(view, editor)
+    yield from viewport(view)
+    yield from engine(view, editor)
+    yield from compositor(view, editor)
+    yield from open_sidebar(view)
+    yield from trouble(view)
+    yield from load_while_running(view)
+
+
+RUN = steps()
+
+
+def tick():
+    try:
+        return next(RUN)
+    except StopIteration:
+        code = 0
+    except Exception:
+        traceback.print_exc()
+        shoot("failed")
+        code = 9
+    (FOLDER / "facts.json").write_text(json.dumps(FACTS, indent=2))
+    sys.stdout.flush()
+    # not wm.quit_blender(), which saves the preferences
+    os._exit(code)
+
+
+bpy.context.preferences.view.show_splash = False
+bpy.app.timers.register(tick, first_interval=0.5, persistent=True)

@@ -1,0 +1,103 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Blender's own panels that apply to this engine, and the few it has to bring itself."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import bpy
+
+from ..operators.engine import ENGINE, OPTIONAL
+
+ADDED = (
+    "EEVEE_MATERIAL_PT_context_material",
+    "EEVEE_MATERIAL_PT_surface",
+    "MATERIAL_PT_preview",
+    "DATA_PT_EEVEE_light",
+    "EEVEE_WORLD_PT_surface",
+)
+"""Panels of other engines that show exactly what this one reads."""
+
+REFUSED = (
+    "DATA_PT_light",  # less than DATA_PT_EEVEE_light
+    "DATA_PT_spot",
+    "DATA_PT_lightprobe",
+    "DATA_PT_volume",
+    "DATA_PT_camera_stereoscopy",
+    "RENDER_PT_stereoscopy",
+    "RENDER_PT_freestyle",
+    "RENDER_PT_gpencil",
+    "RENDER_PT_grease_pencil",
+    "VIEWLAYER_PT_freestyle",
+    "MATERIAL_PT_freestyle",
+)
+"""Beginnings of the names of common panels whose settings this engine does not heed."""
+
+
+def shared_panels() -> Iterator[Any]:
+    """Yield Blender's panels to be shown under this engine.
+
+    Blender's way: whatever is common to engines says it fits 'BLENDER_RENDER', an engine of
+    the past, and add-ons add themselves beside it.
+    """
+    for panel in bpy.types.Panel.__subclasses__():
+        engines = getattr(panel, "COMPAT_ENGINES", None)
+        name = panel.__name__
+        if not isinstance(engines, set) or name.startswith(REFUSED):
+            continue
+        if name in ADDED or "BLENDER_RENDER" in engines:
+            yield panel
+
+
+class _Ours:
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+
+    @classmethod
+    def poll(cls, context: Any) -> bool:
+        return bool(context.engine == ENGINE)
+
+
+class ADRT_PT_film(_Ours, bpy.types.Panel):
+    bl_label = "Film"
+    bl_context = "render"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: Any) -> None:
+        layout = self.layout
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        layout.prop(context.scene.render, "film_transparent")
+
+
+class ADRT_PT_passes(_Ours, bpy.types.Panel):
+    bl_label = "Passes"
+    bl_context = "view_layer"
+
+    def draw(self, context: Any) -> None:
+        layout = self.layout
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        column = layout.column(heading="Include")
+        for switch in OPTIONAL.values():
+            column.prop(context.view_layer, switch)
+
+
+classes = (ADRT_PT_film, ADRT_PT_passes)
+
+
+def register() -> None:
+    for panel in shared_panels():
+        panel.COMPAT_ENGINES.add(ENGINE)
+    for cls in classes:
+        bpy.utils.register_class(cls)
+
+
+def unregister() -> None:
+    for cls in reversed(classes):
+        bpy.utils.unregister_class(cls)
+    for panel in bpy.types.Panel.__subclasses__():
+        engines = getattr(panel, "COMPAT_ENGINES", None)
+        if isinstance(engines, set):
+            engines.discard(ENGINE)
