@@ -24,7 +24,7 @@ __all__ = ["Plan", "Stopped", "make_plan"]
 
 Array: TypeAlias = NDArray[np.float64]
 
-EMBREE_CROSSOVER = 100
+EMBREE_CROSSOVER = 2_000
 """Spheres from which embree finds occluders sooner than arrays do: `benchmarks/crossover.py`."""
 EMBREE_REACH = 4.0
 """Of the spheres' mean radius: the widest light for which it does. Its proxies are inflated by

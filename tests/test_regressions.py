@@ -81,6 +81,7 @@ def test_without_embreex_arrays_do_its_work(monkeypatch):
     rng = np.random.default_rng(11)
     balls = tuple(Sphere(tuple(c), 0.1) for c in rng.uniform((-2, -2, 0.1), (2, 2, 1), (150, 3)))
     scene = Scene(CAMERA, (*balls, FLOOR), (LAMP,))
+    monkeypatch.setattr("adaptive_drt.plan.EMBREE_CROSSOVER", 100)
     one = render_image(scene, Settings(**FEW))
     assert one.stats["plan"]["accelerator"] == ["EMBREE"]
     monkeypatch.setattr("adaptive_drt.plan.find_spec", lambda name: None)
