@@ -20,7 +20,7 @@ from .emitter import Emitter
 from .gather import CHUNK, gather_light, light_points, ratio, unblocked
 from .occluder import Occluders, every_pair
 from .plan import Plan
-from .primary import Pairs, Surface, Tile, pair_hits, surface
+from .primary import Pairs, Surface, Tile, pair_hits, places, surface
 from .sampling import points
 from .shadow import classify_pairs
 from .vector import dot
@@ -283,7 +283,7 @@ class Resolver:
         found = self.occluders.find(shape, ball, reach)
         copies = sizes[found.pixel]
         first = np.repeat(starts[found.pixel], copies)
-        offset = np.arange(copies.sum()) - np.repeat(np.cumsum(copies) - copies, copies)
+        offset = places(copies)
         sample, item = first + offset, np.repeat(found.item, copies)
         keep = (item != flat.item[sample]) | flat.inside[sample]
         sample, item = sample[keep], item[keep]
@@ -359,7 +359,7 @@ def _narrow(pairs: Pairs, rows: Ints) -> Pairs:
     first = np.searchsorted(pairs.pixel, rows, side="left")
     last = np.searchsorted(pairs.pixel, rows, side="right")
     size = last - first
-    offset = np.arange(size.sum()) - np.repeat(np.cumsum(size) - size, size)
+    offset = places(size)
     return Pairs(np.repeat(np.arange(rows.size), size), pairs.item[np.repeat(first, size) + offset])
 
 

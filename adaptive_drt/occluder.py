@@ -18,8 +18,9 @@ from numpy.typing import NDArray
 from .embree import ProxyScene
 from .emitter import QUAD, Cone, Emitter, view_cone
 from .plan import Plan
-from .primary import Pairs, Surface
+from .primary import Pairs, Surface, places
 from .quadric import cone_touch
+from .shadow import curvature
 from .vector import dot
 
 __all__ = ["Occluders", "every_pair"]
@@ -56,8 +57,6 @@ class Occluders:
             if d is not None:
                 radius[first : first + d.shape[1]] += 0.5 * np.sqrt(dot(d, d))
         self.radius = radius
-        flat = np.zeros(center.shape[1])
-        self._bend = np.concatenate([1.0 / plan.spheres.radius, flat])
         self._proxies: dict[str, ProxyScene] = {}
         balls = plan.sphere_count
         for light in plan.lights:
@@ -81,7 +80,7 @@ class Occluders:
         if not count or not self.radius.size or not light.casts_shadow:
             return Pairs(none, none)
         reach = np.broadcast_to(np.asarray(reach, dtype=np.float64), (count,))
-        sight = _Sight.make(light, surface, reach, self._bend[surface.item])
+        sight = _Sight.make(light, surface, reach, curvature(self._plan, surface))
         proxies = None if (reach > 0.0).any() else self._proxies.get(_key(light))
         first = 0
         parts: list[Pairs] = []
@@ -225,7 +224,7 @@ def _by_blocks(sight: _Sight, objects: int, test: Callable[[Array, Array], Mask]
         block, item = np.nonzero(test(middle[:, rows], span[rows]))
         begin = starts[block + first]
         size = np.minimum(begin + BLOCK, count) - begin
-        offset = np.arange(size.sum()) - np.repeat(np.cumsum(size) - size, size)
+        offset = places(size)
         pixels.append(np.repeat(begin, size) + offset)
         items.append(np.repeat(item, size))
     return Pairs(order[np.concatenate(pixels)], np.concatenate(items))

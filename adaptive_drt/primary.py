@@ -27,6 +27,7 @@ __all__ = [
     "find_pairs",
     "nearest",
     "pair_hits",
+    "places",
     "screen_bounds",
     "surface",
 ]
@@ -204,10 +205,15 @@ def find_pairs(plan: Plan, bounds: Ints, tile: Tile) -> Pairs:
     wide = bounds[2][items] - x0
     count = wide * (k1[items] - y0)
     which = np.repeat(np.arange(items.size), count)
-    offset = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
+    offset = places(count)
     row, column = np.divmod(offset, wide[which])
     pixel = (y0[which] + row) * width + (x0[which] + column - left)
     return Pairs(pixel, items[which])
+
+
+def places(size: Ints) -> Ints:
+    """0, 1, ... size - 1 for each of some runs, one after the other: (sum of size,)."""
+    return np.arange(size.sum()) - np.repeat(np.cumsum(size) - size, size)
 
 
 def pair_hits(plan: Plan, w: Array, item: Ints, time: Array | float = 0.0) -> Array:

@@ -100,11 +100,9 @@ def render(scene: Scene, settings: Settings | None = None) -> Generator[Progress
                 done += _write(film, result)
                 totals.add(result)
             yield Progress(done, film.width * film.height, "Rendering", film)
-    plan.stop.clear()
     film.stats = totals.statistics(plan, film, scene.issues + _advice(plan))
     _cost_model(film, totals, _sample_seconds(plan, occluders, bounds))
-    totals.seconds["total"] = time.perf_counter() - began
-    film.stats["seconds"] = {k: round(v, 6) for k, v in totals.seconds.items()}
+    totals.finish(film, began)
     return film
 
 
@@ -149,7 +147,9 @@ def _render_tiles(
                     waiting.popleft()
                     yield result
         finally:
-            plan.stop.set()
+            # left early: cancelled, or by an error
+            if waiting:
+                plan.stop.set()
             for future in waiting:
                 future.cancel()
 

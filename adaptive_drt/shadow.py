@@ -132,9 +132,9 @@ def _tilt(light: Emitter, to: Array, reach: Array | float, bend: Array | float) 
 
 
 def curvature(plan: Plan, surface: Surface) -> Array:
-    """Curvature (n,) of the surfaces, 1 / m; 0 for planes."""
+    """Curvature (n,) of the surfaces, 1 / m; 0 for planes and where it is not said (item -1)."""
     bend = np.zeros(surface.item.size)
-    ball = np.flatnonzero(surface.item < plan.sphere_count)
+    ball = np.flatnonzero((surface.item >= 0) & (surface.item < plan.sphere_count))
     bend[ball] = 1.0 / plan.spheres.radius[surface.item[ball]]
     return bend
 
