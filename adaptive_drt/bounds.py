@@ -50,6 +50,8 @@ def rectangle_range(jet: Jet, half_x: float, half_y: float, remainder: Bound = 0
 
     Parameters and returns as `interval_range`. At order 2 the four edges are quadratics of one
     variable (their ends are the corners), and the critical point counts where it lies inside.
+    Rounding moves low and high by at most 8 u (|f| + |f_x| + |f_y| + |f_xx| + |f_xy| + |f_yy|),
+    derivatives for half sides of 1, u = 2^-53.
     """
     gx, gy = (_or_zero(g) for g in jet.gradient)
     if jet.hessian is None:
@@ -87,13 +89,27 @@ def _quadratic_range(value: Array, slope: Bound, bend: Bound, half: float) -> Ra
 def _interior(
     value: Array, gx: Bound, gy: Bound, xx: Bound, xy: Bound, yy: Bound, hx: float, hy: float
 ) -> Range:
-    """Value at the critical point where it lies inside the rectangle, else at the centre."""
-    det = xx * yy - xy * xy
-    solvable = np.asarray(det != 0.0)
-    safe = np.where(solvable, det, 1.0)
-    with np.errstate(over="ignore", invalid="ignore"):  # a nearly singular det: lands outside
-        x = (xy * gy - yy * gx) / safe
-        y = (xy * gx - xx * gy) / safe
-        inside = solvable & (np.abs(x) <= hx) & (np.abs(y) <= hy)
-        critical = np.where(inside, value + 0.5 * (gx * x + gy * y), value)
+    """Value at the least or greatest point where it lies inside the rectangle, else at the centre.
+
+    By completing the square, first along the axis of the greater bend. Cramer's rule would lose
+    all digits of g.H^-1 g where the quadratic is nearly a parabolic cylinder. A saddle counts not.
+    """
+    first = np.abs(xx) >= np.abs(yy)
+    p, q = _either(first, xx, yy), _either(first, yy, xx)
+    gp, gq = _either(first, gx, gy), _either(first, gy, gx)
+    with np.errstate(over="ignore", invalid="ignore"):  # nearly singular: lands outside
+        safe = np.where(p != 0.0, p, 1.0)
+        ratio = xy / safe
+        slope, bend = gq - ratio * gp, q - ratio * xy
+        definite = np.asarray(p * bend > 0.0)
+        t = -slope / np.where(definite, bend, 1.0)
+        s = -(gp + xy * t) / safe
+        inside = definite & (np.abs(s) <= np.where(first, hx, hy))
+        inside &= np.abs(t) <= np.where(first, hy, hx)
+        critical = np.where(inside, value - 0.5 * gp * (gp / safe) + 0.5 * slope * t, value)
     return critical, critical.copy()
+
+
+def _either(choice: NDArray[np.bool_] | np.bool_, a: Bound, b: Bound) -> Array:
+    chosen: Array = np.where(choice, a, b)
+    return chosen

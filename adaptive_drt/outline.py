@@ -131,11 +131,7 @@ def _anticlockwise(corners: Array) -> tuple[Array, Array]:
 
     Also the sine (..., n) of the polygons' elevation from the point: 0 if seen edge-on.
     """
-    arms = corners[:, 1:] - corners[:, :1]
-    parts = cross(arms[:, :-1], arms[:, 1:])
-    area = parts[:, 0]
-    for i in range(1, parts.shape[1]):
-        area = area + parts[:, i]
+    area = _area(corners)
     facing = dot(area, corners[:, 0])
     away = facing < 0.0
     if away.any():
@@ -143,6 +139,20 @@ def _anticlockwise(corners: Array) -> tuple[Array, Array]:
         corners = np.where(away, turned, corners)
     scale = np.sqrt(dot(area, area)) * np.sqrt(dot(corners[:, 0], corners[:, 0]))
     return corners, np.abs(facing) / np.maximum(scale, TINY)
+
+
+def _area(corners: Array) -> Array:
+    """Twice the vector area (3, ..., n) of polygons, to roundoff also of long and thin ones."""
+    edges = _following(corners) - corners
+    if corners.shape[1] == 4:
+        # two triangles; not by diagonals, which are nearly parallel in thin ones
+        both: Array = cross(edges[:, 0], edges[:, 1]) + cross(edges[:, 2], edges[:, 3])
+        return both
+    parts = cross(corners[:, 1:-1] - corners[:, :1], edges[:, 1:-1])
+    area: Array = parts[:, 0]
+    for i in range(1, parts.shape[1]):
+        area = area + parts[:, i]
+    return area
 
 
 def _planes(corners: Array, length: Array) -> Planes:

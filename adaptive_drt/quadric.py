@@ -80,26 +80,41 @@ def discriminant(w: Array | Jet, v: Array | Jet, radius: Array | float) -> Array
 
 
 def graze_of(point: Array, size: Array | float) -> Array:
-    """How near (metres) to a surface of a size the points (3, ...) count as lying on it."""
+    """How near (metres) to a surface of a size the points (3, ...) count as lying on it.
+
+    The size is a sphere's radius, or the distance of a quad's corner from the point.
+    """
     graze: Array = GRAZE * (np.sqrt(dot(point, point)) + size)
     return graze
 
 
-def discriminant_rounding(ww: Array, vv: Array, radius: Array | float) -> Array:
-    """Bound on the rounding error of D near its zero, in D's unit.
+def discriminant_rounding(
+    ww: Array, vv: Array, radius: Array | float, miss: Array | float = 0.0
+) -> Array:
+    """Bound on the rounding error of D, in D's unit: 32 u (r^2 w.w + max(r |w|, |w x v|) |w||v|).
 
-    Where D is near 0, |w x v| is near r |w|, and each component of the cross product is off by
-    at most a few roundoffs of |w||v|.
+    Each component of the cross product is off by at most a few roundoffs of |w||v|, and D by
+    twice that times the product's length.
+
+    Parameters
+    ----------
+    ww, vv : (...) w.w and v.v, the greatest in the domain.
+    miss : (...) the greatest |w x v| of a domain over which a jet of D is used; 0 for D near its
+        zero, where |w x v| is near r |w|.
     """
     unit = DISCRIMINANT_OPERATIONS * UNIT_ROUNDOFF
-    bound: Array = unit * ww * radius * (radius + np.sqrt(vv))
+    length = np.sqrt(ww)
+    side = np.maximum(radius * length, miss)
+    bound: Array = unit * (radius * radius * ww + side * (length * np.sqrt(vv)))
     return bound
 
 
 def hit_sphere(w: Array, v: Array, radius: Array | float) -> Array:
     """Ray parameter of the first hit in front of the origin, inf for a miss.
 
-    From inside, it is where the ray leaves the sphere. NaN anywhere gives a miss.
+    From inside, it is where the ray leaves the sphere. NaN anywhere gives a miss. With u = 2^-53
+    and h half the chord, the place t |w| is off by at most 8 u (|v| + r) + 16 u r (r + |v|) / h
+    metres; whether it is a hit is sure where D is beyond `discriminant_rounding`.
     """
     ww = dot(w, w)
     along = dot(w, v)
@@ -124,7 +139,8 @@ def blocks_segment(w: Array, v: Array, radius: Array | float, graze: Array | flo
     A segment from outside is cut where its line is (D > 0), the centre lies ahead, and the
     segment ends inside the sphere or beyond the centre's foot. One from inside is cut if it
     ends outside. An origin within `graze` metres of the surface counts as outside: a sphere
-    that coincides with the lit surface does not shadow it.
+    that coincides with the lit surface does not shadow it. With no `graze`, the answer is right
+    where nearest and farthest point are off the surface by more than 16 u (r + |v|) metres.
     """
     ww = dot(w, w)
     along = dot(w, v)
@@ -152,7 +168,8 @@ def cone_touch(
     Returns
     -------
     touch, cover : masks (...): may some direction of the cone meet the sphere, do all for sure.
-        Either answer is on the safe side by the rounding bound.
+        Either answer is on the safe side by the rounding bound, 16 u |v|^2 / max(tangent,
+        u^1/2 |v|) metres of |v| cos(...), and the other is given no later than twice that.
     tangent : (...) length of the tangents from the origin to the sphere.
 
     With alpha the sphere's half angle, |v| cos(alpha -+ lambda) = tangent cos -+ r sin, so no

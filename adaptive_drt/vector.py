@@ -67,7 +67,8 @@ def norm(a: Batch) -> Batch:
     of the inner partial, which bounds the change; second partials are +inf where both slopes
     are not 0, else the length of the inner second partial.
 
-    Valid for lengths of 1e-150 to 1e150; below about 1e-162 a vector counts as zero.
+    Valid for lengths of 1e-150 to 1e150; below about 1e-162 a vector counts as zero. Error: 4 u
+    relative, u = 2^-53; so have the components of `normalize`.
     """
     if not isinstance(a, Jet):
         return np.sqrt(squared_norm(a))
