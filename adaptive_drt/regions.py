@@ -1,0 +1,334 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Regions: the parts of boxes in pixel and time in which each object is the nearest.
+
+Lines run through a box along the axis that lies most across the outlines in it, from exact event
+to exact event (outlines, and seams where two objects are equally deep); only the other axes are
+sampled, at the middles of a lattice's cells. Along those the length of what is seen is continuous
+with kinks, so the error falls with the square of the lines an axis (Billen and Dutre 2016;
+Gribel, Barringer and Akenine-Moller 2011).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .forms import Boxes, Cover, Forms, make_forms
+from .lines import TIME, Lattice, depth, depth_along
+from .painting import fold, paint
+from .plan import Plan
+from .primary import Pairs
+from .ranks import find_ranks
+
+__all__ = ["Boxes", "Regions", "find_regions"]
+
+Array: TypeAlias = NDArray[np.float64]
+Ints: TypeAlias = NDArray[np.int64]
+Mask: TypeAlias = NDArray[np.bool_]
+
+BACKGROUND = -1
+LEAST_LINES = 4
+"""An axis: fewer show no second differences."""
+KINK = 0.125
+"""Of slope times a cell's width squared: the most that a kink within a cell can hide from its
+middle. A smooth length's own error is a third of it; that of a jump at most half the jump, which
+differs twice, so that three estimates cover it too."""
+STEEPEST = 4.0
+"""Steeper outlines count as that steep: they are left to what the lines find of them."""
+UNSEEN = 0.5
+"""Of the area of an object that falls between the lines: its weight is off by about that."""
+SQUARES = (0, 2, 5)
+PRODUCTS = {(0, 1): 1, (1, 0): 1, (0, 2): 3, (2, 0): 3, (1, 2): 4, (2, 1): 4}
+"""Where second moments stand in a lower triangle: xx, yx, yy, tx, ty, tt."""
+LONGEST = 0.5
+"""Of a box: the deviation of points in it is at most half its size."""
+DUST = 2.0**-40
+"""Of a box. What the rounding of sums leaves of regions that are not there."""
+SEAM_PROBE = (np.full((1, 1, 1), -0.25), np.full((1, 1, 1), 0.25))
+"""Where along the axes of a box two depths are compared, to see which way they change."""
+CHUNK = 1 << 16
+"""Candidates times lines at a time: their arrays fit the caches."""
+
+
+@dataclass(frozen=True)
+class Regions:
+    """Regions, sorted by box, then item.
+
+    Attributes
+    ----------
+    box, item : (m,) the box and the nearest object, -1 where nothing is hit.
+    weight : (m,) fraction of the box; they sum to 1 in each box.
+    place : (3, m) centroids in x, y, t.
+    spread : (6, m) lower triangular root of the second moments about them: xx, yx, yy, tx, ty, tt.
+    error : (m,) estimate of the absolute error of the weight.
+    """
+
+    box: Ints
+    item: Ints
+    weight: Array
+    place: Array
+    spread: Array
+    error: Array
+
+
+@dataclass(frozen=True)
+class _Candidates:
+    """What may be seen in n boxes: m candidates, sorted by box and then in order of depth,
+    or where that is not settled by item.
+
+    Attributes
+    ----------
+    number, start : (n,) how many candidates a box has, and its first.
+    settled : (n,) whether their order in depth is the same for all rays.
+    closed : (n,) whether one covers the box, so that the background is not seen.
+    wide : (3, n) sides of the box that matter: with a length; t only where a candidate moves.
+    axis : (n,) along which lines run.
+    steep : (n,) how steep outlines may be against the lines, from 1 to `STEEPEST`.
+    """
+
+    pairs: Pairs
+    forms: Forms
+    cover: Cover
+    number: Ints
+    start: Ints
+    settled: Mask
+    closed: Mask
+    wide: Mask
+    axis: Ints
+    steep: Array
+
+
+@dataclass(frozen=True)
+class _Sums:
+    """What lines found, of m candidates and then the background of n boxes; filled in place.
+
+    Attributes
+    ----------
+    weight, error : (m + n,).  moment : (3, m + n) of the weight, in sizes of the box.
+    second : (6, m + n) of its second moments: xx, yx, yy, tx, ty, tt.
+    """
+
+    weight: Array
+    moment: Array
+    second: Array
+    error: Array
+
+
+def find_regions(
+    plan: Plan, boxes: Boxes, pairs: Pairs, accuracy: Array | float, most: int = 32
+) -> Regions:
+    """Find what is nearest in each part of each box.
+
+    Parameters
+    ----------
+    pairs : candidates (box, object) in any order: at least all objects that may be seen.
+    accuracy : absolute error of a weight to aim at, a number or (n,).
+    most : lines an axis at most, of the axes that lines do not run along; at least 4 are taken.
+
+    A box's regions do not depend on what other boxes there are, to the last bit.
+    """
+    count = boxes.low.shape[1]
+    found = _candidates(plan, boxes, pairs)
+    m = found.pairs.item.size
+    sums = _Sums(
+        np.zeros(m + count), np.zeros((3, m + count)), np.zeros((6, m + count)), np.zeros(m + count)
+    )
+    alone = np.flatnonzero(found.closed & (found.number == 1))
+    empty = np.flatnonzero(found.number == 0)
+    sums.weight[found.start[alone]] = 1.0
+    sums.weight[m + empty] = 1.0
+    whole = np.concatenate([found.start[alone], m + empty])
+    for k in (0, 1, 2):
+        sums.second[SQUARES[k], whole] = 1.0 / 12.0
+    todo = np.ones(count, dtype=np.bool_)
+    todo[alone] = todo[empty] = False
+    goal = np.broadcast_to(np.asarray(accuracy, dtype=np.float64), (count,))
+    _refine(plan, found, goal, most, np.flatnonzero(todo), sums)
+    return _regions(boxes, found.pairs, sums)
+
+
+def _candidates(plan: Plan, boxes: Boxes, pairs: Pairs) -> _Candidates:
+    forms, cover = make_forms(plan, boxes, pairs)
+    count = boxes.low.shape[1]
+    front = np.full(count, np.inf)
+    full = np.flatnonzero(cover.full)
+    np.minimum.at(front, pairs.pixel[full], cover.far[full])
+    kept = np.flatnonzero(cover.some & (cover.near <= front[pairs.pixel]))
+    kept = kept[np.lexsort((pairs.item[kept], cover.near[kept], pairs.pixel[kept]))]
+    forms, cover, pairs = forms.take(kept), cover.take(kept), pairs.take(kept)
+    box = pairs.pixel
+    number = np.bincount(box, minlength=count)
+    rank, settled, balls = find_ranks(plan, boxes, pairs, cover, number)
+    # of objects equally deep the first wins
+    order = np.lexsort((np.where(settled[box], rank, pairs.item), box))
+    forms, cover, pairs = forms.take(order), cover.take(order), pairs.take(order)
+    closed, moving = np.zeros((2, count), dtype=np.bool_)
+    closed[box[cover.full]] = True
+    moving[box[plan.moves[pairs.item]]] = True
+    wide = boxes.size > 0.0
+    wide[TIME] &= moving
+    overlap = np.flatnonzero((box[1:] == box[:-1]) & ~settled[box[1:]])
+    # along t the seam of two spheres has degree four: only where there is no other axis
+    allowed = wide.copy()
+    allowed[TIME] &= ~balls | ~(wide[0] | wide[1])
+    axis, steep = _axis(forms, cover, box, overlap, allowed)
+    start = np.cumsum(number) - number
+    return _Candidates(pairs, forms, cover, number, start, settled, closed, wide, axis, steep)
+
+
+def _axis(forms: Forms, cover: Cover, box: Ints, overlap: Ints, wide: Mask) -> tuple[Ints, Array]:
+    """The axis (n,) whose least component across outlines and seams is largest; see `steep`."""
+    across = np.where(wide, 1.0, -1.0)
+    for k in range(3):
+        np.minimum.at(across[k], box, cover.across[k])
+    if overlap.size:
+        one, other = forms.take(overlap), forms.take(overlap + 1)
+        slopes = np.zeros((3, overlap.size))
+        for k in range(3):
+            lattice = Lattice(k, 1, 1)
+            tables = depth_along(one, lattice), depth_along(other, lattice)
+            gaps = [depth(tables[0], s) - depth(tables[1], s) for s in SEAM_PROBE]
+            slopes[k] = np.abs(gaps[1] - gaps[0])[0, 0] / (SEAM_PROBE[1] - SEAM_PROBE[0])
+            middle = np.abs(gaps[0] + gaps[1])[0, 0] / 2.0
+        total = slopes[0] + slopes[1] + slopes[2]
+        near = (middle <= 0.5 * total) & (total > 0.0) & np.isfinite(total)
+        for k in range(3):
+            share = np.where(near, slopes[k], 1.0) / np.where(near, total, 1.0)
+            np.minimum.at(across[k], box[overlap], share)
+    across = np.where(wide, across, -1.0)
+    axis: Ints = np.argmax(across, axis=0)
+    # one outline has a component of 1 / sqrt(3) at least; with several, none may suit them all
+    least = np.maximum(np.sqrt(3.0) * across.max(axis=0), 1.0 / STEEPEST)
+    return axis, np.maximum(1.0 / least, 1.0)
+
+
+def _refine(
+    plan: Plan, found: _Candidates, goal: Array, most: int, todo: Ints, sums: _Sums
+) -> None:
+    """Lay lines through the boxes `todo`, more until the goal is met."""
+    m, box = found.pairs.item.size, found.pairs.pixel
+    key = (found.number * 3 + found.axis) * 2 + found.settled
+    key = ((key * 2 + found.wide[0]) * 2 + found.wide[1]) * 2 + found.wide[2]
+    lines = LEAST_LINES
+    while todo.size:
+        last = 2 * lines > most
+        # with fewer lines a kink next to the box's side could stay unseen
+        ready = (goal[todo] * (lines * lines) >= KINK * found.steep[todo]) | last
+        for some in _groups(key, todo[ready]):
+            plan.go_on()
+            _measure(found, some, lines, sums)
+        if last:
+            return
+        worst = sums.error[m:].copy()
+        np.maximum.at(worst, box, sums.error[:m])
+        todo = todo[~ready | (worst[todo] > goal[todo])]
+        lines *= 2
+
+
+def _groups(key: Ints, some: Ints) -> Iterator[Ints]:
+    """The boxes `some` by equal keys."""
+    order = some[np.argsort(key[some], kind="stable")]
+    if order.size:
+        yield from np.split(order, np.flatnonzero(np.diff(key[order])) + 1)
+
+
+def _measure(found: _Candidates, group: Ints, lines: int, sums: _Sums) -> None:
+    """Lay lines through boxes that are alike in number, axis, order and sides."""
+    first = int(group[0])
+    k, axis, settled = int(found.number[first]), int(found.axis[first]), bool(found.settled[first])
+    wide, m = found.wide[:, first], found.pairs.item.size
+    rows, columns = (lines if wide[other] else 1 for other in range(3) if other != axis)
+    lattice = Lattice(axis, rows, columns)
+    spans = 1 if settled and k < 3 else 2 * k + 1
+    spans += 0 if settled else k * k
+    step = max(CHUNK // (k * rows * columns * spans), 1)
+    for at in range(0, group.size, step):
+        some = group[at : at + step]
+        index = found.start[some] + np.arange(k)[:, None]
+        flat = index.ravel()
+        part, full = found.forms.take(flat), found.cover.full[flat]
+        seen = paint(part, full, lattice, k, settled)
+        _sum(seen, lattice, np.concatenate([index, m + some[None]]), sums)
+        _add_unseen(found.cover, index, wide, lines, sums)
+        none = m + some[found.closed[some]]
+        sums.weight[none] = sums.error[none] = 0.0
+
+
+def _sum(seen: tuple[Array, Array, Array], lattice: Lattice, place: Ints, sums: _Sums) -> None:
+    """Sum lengths and moments (k, rows, columns, n) over the lattice into `place` (k, n)."""
+    # the lattice first: (rows, columns, k, n)
+    length, moment, second = (np.moveaxis(part, 0, 2) for part in seen)
+    share = 1.0 / (lattice.rows * lattice.columns)
+    by_row = fold(np.moveaxis(length, 1, 0))
+    by_column = fold(length)
+    sums.weight[place] = fold(by_row) * share
+    a, (b, c) = lattice.axis, (other for other in range(3) if other != lattice.axis)
+    u, v = lattice.u, lattice.v.reshape(-1, 1, 1)
+    turn_by_row, turn_by_column = fold(np.moveaxis(moment, 1, 0)), fold(moment)
+    sums.moment[a, place] = fold(turn_by_row) * share
+    sums.moment[b, place] = fold(by_row * u) * share
+    sums.moment[c, place] = fold(by_column * v) * share
+    # within a cell of the lattice what is seen counts as spread evenly
+    in_row, in_column = (1.0 / 12.0 / n**2 for n in (lattice.rows, lattice.columns))
+    sums.second[SQUARES[a], place] = fold(fold(second)) * share
+    sums.second[SQUARES[b], place] = fold(by_row * (u * u + in_row)) * share
+    sums.second[SQUARES[c], place] = fold(by_column * (v * v + in_column)) * share
+    sums.second[PRODUCTS[a, b], place] = fold(turn_by_row * u) * share
+    sums.second[PRODUCTS[a, c], place] = fold(turn_by_column * v) * share
+    by_both = fold(fold(length * u[:, None] * lattice.v.reshape(1, -1, 1, 1)))
+    sums.second[PRODUCTS[b, c], place] = by_both * share
+    # kinks lie at random places and add up as such; what bends adds up, to a third of that
+    kinks, bends = np.zeros(place.shape), np.zeros(place.shape)
+    for part in (length, np.moveaxis(length, 1, 0)):
+        if part.shape[0] > 2:
+            change = part[2:] - 2.0 * part[1:-1] + part[:-2]
+            kinks = kinks + fold(fold(change * change))
+            bends = bends + np.abs(fold(fold(change)))
+    bend = np.sqrt(kinks) + bends / 3.0
+    sums.error[place] = (KINK * share) * bend
+
+
+def _add_unseen(cover: Cover, index: Ints, wide: Mask, lines: int, sums: _Sums) -> None:
+    """Widen the errors of candidates (k, n) that may hide between the lines."""
+    x, y = cover.reach[0, index], cover.reach[1, index]
+    small = ((x * lines < 1.0) & wide[0]) | ((y * lines < 1.0) & wide[1])
+    area = np.pi * np.minimum(x, 1.0) * np.minimum(y, 1.0)
+    unseen = np.where(small & ~cover.full[index], UNSEEN * np.minimum(area, 1.0), 0.0)
+    sums.error[index] = np.maximum(sums.error[index], unseen)
+
+
+def _regions(boxes: Boxes, pairs: Pairs, sums: _Sums) -> Regions:
+    """What has a weight, sorted, with weights that sum to one."""
+    count = boxes.low.shape[1]
+    box = np.concatenate([pairs.pixel, np.arange(count)])
+    item = np.concatenate([pairs.item, np.full(count, BACKGROUND)])
+    kept = np.flatnonzero(sums.weight > DUST)
+    kept = kept[np.lexsort((item[kept], box[kept]))]
+    box, item, weight = box[kept], item[kept], sums.weight[kept]
+    place = np.clip(sums.moment[:, kept] / weight, -0.5, 0.5)
+    spread = _root(sums.second[:, kept] / weight, place)
+    for k, axis in enumerate((0, 1, 1, 2, 2, 2)):
+        spread[k] *= boxes.size[axis, box]
+    place = boxes.middle[:, box] + boxes.size[:, box] * place
+    total = np.bincount(box, weight, minlength=count)
+    return Regions(box, item, weight / total[box], place, spread, sums.error[kept])
+
+
+def _root(second: Array, place: Array) -> Array:
+    """Lower triangular roots (6, m) of second moments about centroids, given those about 0."""
+    x, y, t = place
+    xx, yx, yy, tx, ty, tt = second - np.stack([x * x, x * y, y * y, t * x, t * y, t * t])
+    out = np.zeros_like(second)
+    out[0] = np.sqrt(np.maximum(xx, 0.0))
+    a = np.maximum(out[0], DUST)
+    out[1], out[3] = yx / a, tx / a
+    out[2] = np.sqrt(np.maximum(yy - out[1] ** 2, 0.0))
+    b = np.maximum(out[2], DUST)
+    out[4] = (ty - out[1] * out[3]) / b
+    out[5] = np.sqrt(np.maximum(tt - out[3] ** 2 - out[4] ** 2, 0.0))
+    # rounding of thin regions: no arm longer than the box allows
+    return np.clip(out, -LONGEST, LONGEST)
