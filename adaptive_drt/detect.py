@@ -16,11 +16,12 @@ from numpy.typing import NDArray
 
 from .edge import EdgeTest, detect_edges, half_pixel
 from .occluder import Occluders
+from .passing import moves_in_sight, outlines_pass
 from .plan import Plan
 from .primary import Pairs, Surface, Tile, find_pairs, nearest, pair_hits, surface
 from .shadow import Shadow, contributes, curvature, detect_shadows
 from .shadow_edge import detect_shadow_edges, detect_steep_light, patch_reach
-from .sweep import light_changes, moves_in_sight, outlines_pass, patch_light_changes
+from .sweep import light_changes, patch_light_changes
 from .vector import dot
 
 __all__ = ["Center", "Flags", "detect", "trace_center"]
@@ -56,13 +57,22 @@ class Center:
 
 @dataclass(frozen=True)
 class Flags:
-    """What is distributed: `mask` (3, n): penumbra, motion, edge; and `shadows`, one a light.
+    """What is distributed.
 
-    `shadows` are of the tile's hits; empty where rays are distributed everywhere.
+    Attributes
+    ----------
+    mask : (3, n) penumbra, motion, edge.
+    shadows : one a light, of the tile's hits; empty where rays are distributed everywhere.
+    candidates : one a light, the occluders that may matter anywhere in the pixels of those hits.
+    outline : (n,) whether outlines or seams may pass through the pixel during the shutter.
+    rivals : of those pixels, the objects that may be seen in them, sorted by object.
     """
 
     mask: Mask
     shadows: tuple[Shadow, ...]
+    candidates: tuple[Pairs, ...]
+    outline: Mask
+    rivals: Pairs
 
 
 def trace_center(plan: Plan, bounds: Ints, tile: Tile) -> Center:
@@ -88,7 +98,8 @@ def everywhere(plan: Plan, center: Center) -> Flags:
     mask[0, center.rows] = plan.penumbra
     mask[1] = plan.motion
     mask[2] = plan.edges
-    return Flags(mask, ())
+    nothing = np.zeros(0, dtype=np.int64)
+    return Flags(mask, (), (), np.zeros(count, dtype=np.bool_), Pairs(nothing, nothing))
 
 
 def detect(plan: Plan, occluders: Occluders, center: Center, clock: Clock) -> Flags:
@@ -102,10 +113,11 @@ def detect(plan: Plan, occluders: Occluders, center: Center, clock: Clock) -> Fl
     mask = np.zeros((3, count), dtype=np.bool_)
     pairs = center.pairs
     front_still = clear = center.depth_still
+    outlines = np.zeros(count, dtype=np.bool_)
     test = None
     if plan.edges:
         test = detect_edges(plan, count, pairs, center.w[:, pairs.pixel], center.t)
-        mask[2] = test.edge
+        mask[2] = outlines[:] = test.edge
         front_still, clear = test.front_still, test.nearest_still
         clock("detect edges")
     if plan.motion:
@@ -114,12 +126,23 @@ def detect(plan: Plan, occluders: Occluders, center: Center, clock: Clock) -> Fl
         motion, outline = outlines_pass(plan, count, moving, w, front_still, clear)
         mask[1] = motion | moves_in_sight(plan, center.item)
         mask[2] |= outline
+        outlines |= motion | outline
         clock("detect motion")
-    shadows = _detect_light(plan, occluders, center, test, mask, clock)
+    shadows, candidates = _detect_light(plan, occluders, center, test, mask, clock)
     if test is not None and plan.motion:
         mask[1] |= _outline_light(plan, occluders, center, test, mask)
         clock("detect moving shadows")
-    return Flags(mask, shadows)
+    return Flags(
+        mask, shadows, candidates, outlines, _rivals(plan, pairs, test, front_still, outlines)
+    )
+
+
+def _rivals(plan: Plan, pairs: Pairs, test: EdgeTest | None, front: Array, outlines: Mask) -> Pairs:
+    """The candidates of pixels with outlines, less what stands still behind something that does."""
+    keep = outlines[pairs.pixel]
+    if test is not None:
+        keep &= plan.moves[pairs.item] | (test.near <= front[pairs.pixel])
+    return pairs.take(keep)
 
 
 def _detect_light(
@@ -129,18 +152,22 @@ def _detect_light(
     test: EdgeTest | None,
     mask: Mask,
     clock: Clock,
-) -> tuple[Shadow, ...]:
-    """Add to the mask what every light asks for at the centres' hits; return how they see it."""
+) -> tuple[tuple[Shadow, ...], tuple[Pairs, ...]]:
+    """Add to the mask what every light asks for at the centres' hits.
+
+    Returns how they see each light, and its candidate occluders.
+    """
     rows, hits = center.rows, center.hits
     reach = np.zeros(rows.size)
     if test is not None:
         reach = _reach(plan, center, test)
-    shadows = []
+    shadows, found = [], []
     for light in plan.lights:
         shape = plan.shadow_light(light)
         candidates = occluders.find(shape, hits, reach)
         shadow = detect_shadows(plan, hits, shape, candidates)
         shadows.append(shadow)
+        found.append(candidates)
         mask[0, rows] |= shadow.partial & plan.penumbra
         clock("detect penumbrae")
         if plan.edges:
@@ -154,7 +181,7 @@ def _detect_light(
             changes = light_changes(plan, hits, shape, candidates, reach)
             mask[1, rows] |= changes
             clock("detect moving shadows")
-    return tuple(shadows)
+    return tuple(shadows), tuple(found)
 
 
 def _reach(plan: Plan, center: Center, test: EdgeTest) -> Array:

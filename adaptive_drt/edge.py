@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from .bounds import rectangle_range
 from .jet import Jet
 from .plan import Plan
-from .primary import Pairs, nearest
+from .primary import Pairs, nearest, object_runs
 from .quad import edge_planes
 from .quadric import discriminant, discriminant_rounding
 from .seam import detect_seams
@@ -133,15 +133,11 @@ def _covers(plan: Plan, pairs: Pairs, w: Array) -> Cover:
     cover = Cover(
         np.zeros(m, dtype=np.bool_), np.zeros(m, dtype=np.bool_), np.zeros(m), np.full(m, np.inf)
     )
-    is_ball = pairs.item < plan.sphere_count
-    for rows, part in (
-        (np.flatnonzero(is_ball), _sphere_cover),
-        (np.flatnonzero(~is_ball), _quad_cover),
-    ):
-        if rows.size:
-            some, full, near, far = part(plan, pairs.item[rows], w[:, rows])
-            cover.some[rows], cover.full[rows] = some, full
-            cover.near[rows], cover.far[rows] = near, far
+    for rows, ids in object_runs(plan, pairs.item):
+        part = _sphere_cover if ids[0] < plan.sphere_count else _quad_cover
+        some, full, near, far = part(plan, ids, w[:, rows])
+        cover.some[rows], cover.full[rows] = some, full
+        cover.near[rows], cover.far[rows] = near, far
     return cover
 
 
@@ -159,22 +155,34 @@ def _sphere_cover(plan: Plan, item: NDArray[np.int64], w: Array) -> tuple[Mask, 
     low, high = d - change, d + change
     unsure = np.flatnonzero((low <= 0.0) & (high >= 0.0))
     if unsure.size:
-        low[unsure], high[unsure] = _discriminant_range(plan, w[:, unsure], v[:, unsure], r[unsure])
-    rounding = discriminant_rounding(ww, vv, r)
+        which = unsure if item.size > 1 else np.zeros_like(unsure)
+        low[unsure], high[unsure] = _discriminant_range(plan, w[:, unsure], v[:, which], r[which])
+    # over the pixel w x v grows by no more than h |v|
+    rounding = discriminant_rounding(ww, vv, r, np.sqrt(square) + h * np.sqrt(vv))
     some, full = high >= -rounding, low > rounding
     slope = 0.5 * (np.abs(dot(lens.right[:, None], v)) + np.abs(dot(lens.up[:, None], v)))
     inside = vv < r * r
     some &= inside | (along + slope >= 0.0)
     full &= inside | (along - slope > 0.0)
-    small, large = np.maximum(length - h, 0.0), length + h
+    small, large = _shortest(plan, length), length + h
     root_low, root_high = np.sqrt(np.maximum(low, 0.0)), np.sqrt(np.maximum(high, 0.0))
     sign = np.where(inside, 1.0, -1.0)
     first = along - slope + np.where(inside, root_low, -root_high)
     last = along + slope + sign * np.where(inside, root_high, root_low)
     near = np.maximum(first, 0.0) / (large * large)
-    with np.errstate(divide="ignore", invalid="ignore"):  # a pixel as wide as a direction is long
-        far = np.where(small > 0.0, np.maximum(last, 0.0) / (small * small), np.inf)
+    far = np.maximum(last, 0.0) / (small * small)
     return some, full, near, far
+
+
+def _shortest(plan: Plan, length: Array) -> Array:
+    """Lower bound on the length of a pixel's directions, given that of its centre's.
+
+    None is shorter than the picture's plane is far, however wide the pixel.
+    """
+    lens = plan.lens
+    normal = cross(lens.right, lens.up)
+    plane = np.abs(dot(normal, lens.base)) / np.sqrt(dot(normal, normal))
+    return np.maximum(length - half_pixel(plan), (1.0 - PLANE_OPERATIONS * UNIT_ROUNDOFF) * plane)
 
 
 def _discriminant_range(plan: Plan, w: Array, v: Array, r: Array) -> tuple[Array, Array]:
@@ -196,7 +204,8 @@ def _quad_cover(plan: Plan, item: NDArray[np.int64], w: Array) -> tuple[Mask, Ma
         plan.quads.corner[:, ids], plan.quads.edge_u[:, ids], plan.quads.edge_v[:, ids]
     )
     seen = height > 0.0
-    some, full = seen.copy(), seen.copy()
+    some = seen & np.ones(w.shape[1], dtype=np.bool_)
+    full = some.copy()
     length = np.sqrt(dot(w, w))
     for plane in planes:
         value, spread = _linear_range(lens.right, lens.up, w, plane)
@@ -211,8 +220,7 @@ def _quad_cover(plan: Plan, item: NDArray[np.int64], w: Array) -> tuple[Mask, Ma
     # no farther than the farthest corner
     q, u, v = plan.quads.corner[:, ids], plan.quads.edge_u[:, ids], plan.quads.edge_v[:, ids]
     farthest = np.max([dot(c, c) for c in (q, q + u, q + v, q + u + v)], axis=0)
-    shortest = np.maximum(length - half_pixel(plan), 0.5 * length)
-    far = np.minimum(far, np.sqrt(farthest) / shortest)
+    far = np.minimum(far, np.sqrt(farthest) / _shortest(plan, length))
     return some, full, np.where(np.isnan(near), 0.0, near), far
 
 

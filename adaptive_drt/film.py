@@ -4,12 +4,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from math import prod
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["PASSES", "Film", "Pass"]
+__all__ = ["NO_DEPTH", "PASSES", "Film", "Pass"]
 
 PENUMBRA, MOTION, EDGE = 0, 1, 2
 """Rows of `Film.mask`: red, green and blue."""
@@ -73,16 +74,21 @@ class Film:
         self.depth = np.full(shape, NO_DEPTH)
         self.normal = np.zeros((3, *shape))
 
-    def pixels(self, name: str) -> NDArray[np.float32]:
+    def pixels(
+        self, name: str, rows: slice = slice(None), out: NDArray[np.float32] | None = None
+    ) -> NDArray[np.float32]:
         """Return a pass as Blender's images take it: flat float32, row 0 at the bottom.
 
         Parameters
         ----------
         name : one of the names in `PASSES`.
+        rows : which rows; all unless given.
+        out : flat float32 whose beginning is filled and returned; it is to be large enough.
+            None: new memory.
 
         Returns
         -------
-        (height * width * channels,) float32, C-contiguous.
+        (rows * width * channels,) float32, C-contiguous.
         """
         ones = np.broadcast_to(1.0, (self.height, self.width))
         planes: list[NDArray[Any]] = {
@@ -94,7 +100,10 @@ class Film:
         }[name]
         # a sum beyond float32's range is clipped, so no image ever holds an infinity
         limit = float(np.finfo(np.float32).max)
-        out = np.empty((self.height, self.width, len(planes)), dtype=np.float32)
+        shape = (*planes[0][rows].shape, len(planes))
+        flat = np.empty(shape, dtype=np.float32).reshape(-1) if out is None else out[: prod(shape)]
+        image = flat.reshape(shape)
         for k, plane in enumerate(planes):
-            out[..., k] = np.clip(plane, -limit, limit) if plane.dtype == np.float64 else plane
-        return out.reshape(-1)
+            some = plane[rows]
+            image[..., k] = np.clip(some, -limit, limit) if plane.dtype == np.float64 else some
+        return flat

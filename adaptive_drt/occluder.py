@@ -19,9 +19,9 @@ from .embree import ProxyScene
 from .emitter import QUAD, Cone, Emitter, view_cone
 from .plan import Plan
 from .primary import Pairs, Surface, places
-from .quadric import cone_touch
+from .quadric import cone_touch, graze_of
 from .shadow import curvature
-from .vector import dot
+from .vector import cross, dot
 
 __all__ = ["Occluders", "every_pair"]
 
@@ -39,6 +39,7 @@ DENSE_OBJECTS = 48
 of pairs costs 250."""
 CACHED = 1 << 13
 """Points at a time in such a test: its arrays stay in the second-level cache."""
+TINY = float(np.finfo(np.float64).tiny)
 MATRIX = 1 << 20
 """Block-object tests at a time, to bound memory."""
 
@@ -57,6 +58,7 @@ class Occluders:
             if d is not None:
                 radius[first : first + d.shape[1]] += 0.5 * np.sqrt(dot(d, d))
         self.radius = radius
+        self._flats = _Flats.make(plan)
         self._proxies: dict[str, ProxyScene] = {}
         balls = plan.sphere_count
         for light in plan.lights:
@@ -139,6 +141,10 @@ class Occluders:
         chosen = np.atleast_1d(item)
         center, radius = self.center[:, chosen], self.radius[chosen] + sight.reach[at]
         point = surface.point[:, at]
+        if isinstance(item, int) and item >= self._flats.first:
+            apart = self._flats.part(sight, at, np.atleast_1d(item))
+            if not apart.any():
+                return apart
         v = center - point
         vv = dot(v, v)
         touch, _, _ = cone_touch(cone.axis[:, at], cone.cosine[at], cone.sine[at], v, radius)
@@ -152,9 +158,55 @@ class Occluders:
             lowest = lowest - sight.bend[at] * sight.reach[at] * np.sqrt(vv)
         keep &= dot(surface.normal[:, at], v) > lowest
         keep &= sight.front(center, radius)
+        if not isinstance(item, int) or item >= self._flats.first:
+            keep &= self._flats.part(sight, at, chosen)
         # an object does not shadow itself but for the inner side of a sphere
         keep &= (item != surface.item[at]) | surface.inside[at]
         return keep
+
+
+@dataclass(frozen=True)
+class _Flats:
+    """Planes of quads among all objects: they hide a light only from beyond.
+
+    Attributes
+    ----------
+    first : number of the first quad.
+    normal : (3, objects) unit, 0 for spheres.  offset : (objects,) metres from the origin.
+    slack : (objects,) metres that the plane shifts either way during the shutter.
+    """
+
+    first: int
+    normal: Array
+    offset: Array
+    slack: Array
+
+    @classmethod
+    def make(cls, plan: Plan) -> _Flats:
+        quads, first = plan.quads, plan.sphere_count
+        normal = np.zeros((3, plan.object_count))
+        across = cross(quads.edge_u, quads.edge_v)
+        normal[:, first:] = across / np.maximum(np.sqrt(dot(across, across)), TINY)
+        offset, slack = np.zeros((2, plan.object_count))
+        offset[first:] = dot(normal[:, first:], quads.corner)
+        if quads.displacement is not None:
+            slack[first:] = 0.5 * np.abs(dot(normal[:, first:], quads.displacement))
+        return cls(first, normal, offset, slack)
+
+    def part(self, sight: _Sight, at: Ints | slice, item: Ints) -> Mask:
+        """Whether a quad's plane may come between points and some of the light."""
+        normal, offset, slack = self.normal[:, item], self.offset[item], self.slack[item]
+        ball = sight.ball
+        light = dot(normal, ball.center) - offset
+        point = sight.surface.point[:, at]
+        place = dot(normal, point) - offset
+        # points as near to the plane as rounding leaves open may lie on either side
+        reach = slack + sight.reach[at] + graze_of(point, np.abs(offset))
+        margin = ball.radius + slack
+        parts: Mask = (light <= margin) | (place < reach)
+        parts &= (light >= -margin) | (place > -reach)
+        parts |= item < self.first
+        return parts
 
 
 @dataclass(frozen=True)

@@ -45,6 +45,7 @@ class Plan:
     ----------
     color : (3, objects) albedo.
     moves : (objects,) bool, whether the object's outline moves during the shutter.
+    region : pixels (left, bottom, right, top) to render; picture : width and height of the whole.
     lights : every light that shines.
     penumbra, motion, edges : whether the effect is asked for and the scene has it.
     embree : whether embree may find candidate occluders; `embree_finds` says of which lights.
@@ -56,7 +57,7 @@ class Plan:
     settings: Settings
     lens: Lens
     region: tuple[int, int, int, int]
-    picture_width: int
+    picture: tuple[int, int]
     spheres: SphereSet
     quads: QuadSet
     color: Array
@@ -122,13 +123,14 @@ def make_plan(scene: Scene, settings: Settings) -> Plan:
     moving = settings.use_motion
     lens = make_lens(camera)
     drift = _displacement(camera.motion if moving else None)
-    spheres = [s for s in scene.shapes if isinstance(s, Sphere)]
-    quads = [q for q in scene.shapes if isinstance(q, Quad)]
+    skipped: list[dict[str, str]] = []
+    distinct = _distinct(scene.shapes, skipped)
+    spheres = [s for s in distinct if isinstance(s, Sphere)]
+    quads = [q for q in distinct if isinstance(q, Quad)]
     shapes: list[Sphere | Quad] = [*spheres, *quads]
     shift = [_displacement(s.motion if moving else None) - drift for s in shapes]
     displacement = _columns(shift)
     moves = displacement.any(axis=0)
-    skipped: list[dict[str, str]] = []
     lights = _shining(scene, moving, lens.origin, drift, skipped)
     penumbra = _has_penumbra(settings, lights, len(shift), skipped)
     light_moves = any(light.displacement is not None for light in lights)
@@ -140,7 +142,7 @@ def make_plan(scene: Scene, settings: Settings) -> Plan:
         settings=settings,
         lens=lens,
         region=camera.region,
-        picture_width=camera.resolution[0],
+        picture=camera.resolution,
         spheres=SphereSet(
             _columns([s.center for s in spheres]) - origin,
             np.array([s.radius for s in spheres], dtype=np.float64),
@@ -164,6 +166,22 @@ def make_plan(scene: Scene, settings: Settings) -> Plan:
         threads=settings.threads or os.cpu_count() or 1,
         skipped=tuple(skipped),
     )
+
+
+def _distinct(
+    shapes: Sequence[Sphere | Quad], skipped: list[dict[str, str]]
+) -> list[Sphere | Quad]:
+    """The shapes without copies that stand in the very place of an earlier one: it is in front."""
+    first: dict[tuple[object, ...], Sphere | Quad] = {}
+    for shape in shapes:
+        place = (
+            (shape.center, shape.radius)
+            if isinstance(shape, Sphere)
+            else (shape.corner, shape.edge_u, shape.edge_v)
+        )
+        if first.setdefault((*place, shape.motion), shape) is not shape:
+            skipped.append({"what": shape.name, "why": "another object is in the very same place"})
+    return list(first.values())
 
 
 def _shining(

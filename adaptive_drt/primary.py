@@ -26,6 +26,7 @@ __all__ = [
     "Tile",
     "find_pairs",
     "nearest",
+    "object_runs",
     "pair_hits",
     "places",
     "screen_bounds",
@@ -37,6 +38,9 @@ Ints: TypeAlias = NDArray[np.int64]
 
 BOUND_PADDING = 2.0**-16
 """Pixels. Widens bounds on the picture by far more than the rounding behind them."""
+
+LONG_RUN = 1_024
+"""Candidates of one object, on average, from which runs of them are worth a call each."""
 
 INNER_GAP = 2.0**-37
 """Of the radius. Keeps hits on the inner side of a sphere inside it, clear of `quadric.GRAZE`: the
@@ -66,7 +70,7 @@ class Tile:
         left, bottom, right, top = plan.region
         j, i = np.mgrid[bottom + first : top : step, left:right]
         i, j = i.ravel(), j.ravel()
-        return cls(i + 0.5, j + 0.5, j * plan.picture_width + i, first, step)
+        return cls(i + 0.5, j + 0.5, j * plan.picture[0] + i, first, step)
 
 
 @dataclass(frozen=True)
@@ -229,19 +233,32 @@ def pair_hits(plan: Plan, w: Array, item: Ints, time: Array | float = 0.0) -> Ar
     (m,) or (m, k).
     """
     t = np.full(w.shape[1:], np.inf)
-    for chosen, is_sphere in ((item < plan.sphere_count, True), (item >= plan.sphere_count, False)):
-        rows = np.flatnonzero(chosen)
-        if not rows.size:
-            continue
+    for rows, ids in object_runs(plan, item):
         when = time[rows] if isinstance(time, np.ndarray) else time
-        ids = item[rows, None] if w.ndim == 3 else item[rows]
-        if is_sphere:
-            t[rows] = hit_sphere(
-                w[:, rows], plan.spheres.moved(ids, when), plan.spheres.radius[ids]
-            )
+        part = ids[:, None] if w.ndim == 3 else ids
+        if ids[0] < plan.sphere_count:
+            v, r = plan.spheres.moved(part, when), plan.spheres.radius[part]
+            t[rows] = hit_sphere(w[:, rows], v, r)
         else:
-            t[rows] = hit_quad(w[:, rows], *_quad_planes(plan, ids - plan.sphere_count, when))
+            planes = _quad_planes(plan, part - plan.sphere_count, when)
+            t[rows] = hit_quad(w[:, rows], *planes)
     return t
+
+
+def object_runs(plan: Plan, item: Ints) -> list[tuple[slice | Ints, Ints]]:
+    """Candidates (m,) in parts of one kind: where they are, and which objects.
+
+    Where they come sorted and long runs are of one object, each run is a part: a slice, and the
+    object as an array of one, which broadcasts. Nothing is gathered then.
+    """
+    if not item.size:
+        return []
+    starts = np.flatnonzero(np.diff(item, prepend=-1))
+    ends = np.append(starts[1:], item.size)
+    if item.size >= LONG_RUN * starts.size:
+        return [(slice(int(a), int(b)), item[a : a + 1]) for a, b in zip(starts, ends, strict=True)]
+    kinds = (np.flatnonzero(item < plan.sphere_count), np.flatnonzero(item >= plan.sphere_count))
+    return [(rows, item[rows]) for rows in kinds if rows.size]
 
 
 def _quad_planes(plan: Plan, ids: Ints, time: Array | float) -> tuple[Planes, Array, Array]:

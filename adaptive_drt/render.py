@@ -4,12 +4,10 @@
 from __future__ import annotations
 
 import time
-from collections import deque
 from collections.abc import Generator
-from concurrent.futures import Future, ThreadPoolExecutor
-from concurrent.futures import TimeoutError as FutureTimeout
 from contextlib import closing
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -22,14 +20,14 @@ from .integrate import Pixels, Resolver, resolve
 from .occluder import Occluders
 from .plan import Plan, make_plan
 from .primary import Pairs, Tile, screen_bounds
+from .resolve import Clock, Exact
 from .scene import Issue, Scene, validate
 from .settings import Settings
 from .shadow import Shadow
+from .threads import in_order
 
 __all__ = ["Progress", "render", "render_image"]
 
-HEARTBEAT = 0.1
-"""Seconds between signs of life, at which a host may cancel."""
 ALLOCATOR_HINT = 33_000_000
 """Bytes. glibc keeps freed memory up to twice the largest block it has ever unmapped (at most
 32 MiB); freeing one such block, never touched, spares 17 of 18 thousand page faults a picture."""
@@ -57,19 +55,6 @@ class _TileResult:
     seconds: dict[str, float] = field(default_factory=dict)
 
 
-class _Clock:
-    """Seconds by stage: each call ends a stage."""
-
-    def __init__(self) -> None:
-        self.seconds: dict[str, float] = {}
-        self._last = time.perf_counter()
-
-    def __call__(self, stage: str) -> None:
-        now = time.perf_counter()
-        self.seconds[stage] = self.seconds.get(stage, 0.0) + now - self._last
-        self._last = now
-
-
 def render(scene: Scene, settings: Settings | None = None) -> Generator[Progress, None, Film]:
     """Render a scene.
 
@@ -93,17 +78,41 @@ def render(scene: Scene, settings: Settings | None = None) -> Generator[Progress
     occluders = Occluders(plan)
     totals = _Totals()
     totals.seconds["prepare"] = time.perf_counter() - began
-    done = 0
-    with closing(_render_tiles(plan, occluders, bounds)) as results:
-        for result in results:
-            if result is not None:
-                done += _write(film, result)
-                totals.add(result)
+    render_pixels = _exact if settings.method == "EXACT" else _by_rays
+    with closing(render_pixels(plan, occluders, bounds, film, totals)) as steps:
+        for done in steps:
             yield Progress(done, film.width * film.height, "Rendering", film)
     film.stats = totals.statistics(plan, film, scene.issues + _advice(plan))
     _cost_model(film, totals, _sample_seconds(plan, occluders, bounds))
     totals.finish(film, began)
     return film
+
+
+def _by_rays(
+    plan: Plan, occluders: Occluders, bounds: NDArray[np.int64], film: Film, totals: _Totals
+) -> Generator[int, None, None]:
+    """Method RAYS: pixels done, tile by tile."""
+    done, tiles = 0, _tile_count(plan)
+    jobs = [partial(_render_tile, plan, occluders, bounds, first, tiles) for first in range(tiles)]
+    with closing(in_order(plan, jobs)) as results:
+        for result in results:
+            if result is not None:
+                done += _write(film, result)
+                totals.add(result)
+            yield done
+
+
+def _exact(
+    plan: Plan, occluders: Occluders, bounds: NDArray[np.int64], film: Film, totals: _Totals
+) -> Generator[int, None, None]:
+    """Method EXACT: pixels done, pass by pass."""
+    del bounds
+    exact = Exact(plan, occluders)
+    with closing(exact.run(film)) as steps:
+        yield from steps
+    totals.seconds.update(exact.seconds)
+    totals.rays = {"camera": film.width * film.height, "shaded": exact.shaded}
+    totals.more = {"tolerance": plan.settings.tolerance, "error_estimate": exact.error_estimate}
 
 
 def render_image(scene: Scene, settings: Settings | None = None) -> Film:
@@ -126,38 +135,10 @@ def _tile_count(plan: Plan) -> int:
     return min(height, -(-count // plan.threads) * plan.threads)
 
 
-def _render_tiles(
-    plan: Plan, occluders: Occluders, bounds: NDArray[np.int64]
-) -> Generator[_TileResult | None, None, None]:
-    """The tiles in order, by threads; None where one lets wait for longer than a heartbeat."""
-    tiles = _tile_count(plan)
-    with ThreadPoolExecutor(plan.threads) as pool:
-        waiting: deque[Future[_TileResult]] = deque()
-        first = 0
-        try:
-            while first < tiles or waiting:
-                while first < tiles and len(waiting) < 2 * plan.threads:
-                    waiting.append(pool.submit(_render_tile, plan, occluders, bounds, first, tiles))
-                    first += 1
-                try:
-                    result = waiting[0].result(HEARTBEAT)
-                except FutureTimeout:
-                    yield None
-                else:
-                    waiting.popleft()
-                    yield result
-        finally:
-            # left early: cancelled, or by an error
-            if waiting:
-                plan.stop.set()
-            for future in waiting:
-                future.cancel()
-
-
 def _render_tile(
     plan: Plan, occluders: Occluders, bounds: NDArray[np.int64], first: int, step: int
 ) -> _TileResult:
-    clock = _Clock()
+    clock = Clock()
     tile = Tile.make(plan, first, step)
     center = trace_center(plan, bounds, tile)
     clock("camera rays")
@@ -195,6 +176,7 @@ class _Totals:
 
     rays: dict[str, int] = field(default_factory=dict)
     seconds: dict[str, float] = field(default_factory=dict)
+    more: dict[str, Any] = field(default_factory=dict)
 
     def add(self, result: _TileResult) -> None:
         for kind, count in result.pixels.rays.items():
@@ -222,6 +204,7 @@ class _Totals:
             "skipped": list(plan.skipped),
             "issues": [{"name": i.name, "reason": i.reason} for i in issues],
             "plan": plan.summary(),
+            **self.more,
         }
 
 
@@ -250,7 +233,7 @@ def _sample_seconds(
     left, bottom, right, top = plan.region
     rows = max(1, min(top - bottom, SAMPLE_ROWS // (right - left)))
     tile = Tile.make(plain, 0, max(1, (top - bottom) // rows))
-    clock = _Clock()
+    clock = Clock()
     center = trace_center(plain, bounds, tile)
     flags = everywhere(plain, center)
     resolve(plain, occluders, tile, center, flags)

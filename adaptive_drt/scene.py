@@ -36,6 +36,13 @@ ZERO: Vector = (0.0, 0.0, 0.0)
 
 LARGEST_COORDINATE = 1e30
 """Metres. Beyond it the fourth powers inside discriminants leave float64's range."""
+SMALLEST_SIZE = 1e-60
+"""Metres. Below it they do so at the other end."""
+FLAT = 2.0**-50
+"""Of the product of two edges: an area of which nothing but rounding is left."""
+LARGEST_RATIO = 1e9
+"""Of sensor to focal length, of a pixel's sides and of a shift, and the inverse: beyond it the
+directions of a picture's pixels cannot be told apart in float64."""
 
 
 class SceneError(ValueError):
@@ -248,9 +255,11 @@ def _fault(thing: Shape | Light) -> str | None:
     if isinstance(thing, Sphere | SphereLight | DiskLight):
         if not math.isfinite(thing.radius) or not 0.0 < thing.radius < LARGEST_COORDINATE:
             return f"its radius is {thing.radius:g}; it must be a positive number"
-    if isinstance(thing, Quad) and not _area(thing.edge_u, thing.edge_v):
+        if thing.radius < SMALLEST_SIZE:
+            return f"its radius is {thing.radius:g} m, less than {SMALLEST_SIZE:g} m"
+    if isinstance(thing, Quad) and not _has_area(thing.edge_u, thing.edge_v):
         return "it has no area"
-    if isinstance(thing, QuadLight) and not _area(thing.half_u, thing.half_v):
+    if isinstance(thing, QuadLight) and not _has_area(thing.half_u, thing.half_v):
         return "it has no area"
     return None
 
@@ -259,11 +268,21 @@ def _finite(vector: Vector) -> bool:
     return len(vector) == 3 and all(abs(x) <= LARGEST_COORDINATE for x in vector)
 
 
-def _area(u: Vector, v: Vector) -> float:
-    """Area of the parallelogram of two edges, square metres."""
-    return math.hypot(
+def _has_area(u: Vector, v: Vector) -> bool:
+    """Whether two edges span a parallelogram that is wide enough to have a normal."""
+    size = math.hypot(*u), math.hypot(*v)
+    if min(size) < SMALLEST_SIZE:
+        return False
+    u, v = _over(u, size[0]), _over(v, size[1])
+    sine = math.hypot(
         u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]
     )
+    # the normal's length is squared once more
+    return sine > FLAT and sine * size[0] * size[1] > SMALLEST_SIZE * SMALLEST_SIZE
+
+
+def _over(vector: Vector, length: float) -> Vector:
+    return vector[0] / length, vector[1] / length, vector[2] / length
 
 
 def _check_camera(camera: Camera) -> None:
@@ -274,9 +293,14 @@ def _check_camera(camera: Camera) -> None:
         raise SceneError(
             "The camera's matrix is not finite: check its location, rotation and scale"
         )
-    axes = [tuple(row[k] for row in rows[:3]) for k in range(3)]
-    if any(math.hypot(*axis) == 0.0 for axis in axes):
+    axes = [(rows[0][k], rows[1][k], rows[2][k]) for k in range(3)]
+    sizes = [math.hypot(*axis) for axis in axes]
+    if not all(sizes):
         raise SceneError("The camera is scaled to zero: set its scale to 1")
+    x, y, z = (_over(axis, size) for axis, size in zip(axes, sizes, strict=True))
+    turn = (y[1] * z[2] - y[2] * z[1], y[2] * z[0] - y[0] * z[2], y[0] * z[1] - y[1] * z[0])
+    if not abs(x[0] * turn[0] + x[1] * turn[1] + x[2] * turn[2]) > 1.0 / LARGEST_RATIO:
+        raise SceneError("The camera is squashed flat: check the scale and shear of its parents")
     if camera.motion is not None and not _finite(camera.motion.displacement):
         raise SceneError("The camera's motion is not finite: check its keyframes")
     if min(camera.resolution) < 1:
@@ -288,7 +312,16 @@ def _check_camera(camera: Camera) -> None:
     lens = (camera.focal_length, camera.sensor_width, camera.sensor_height, *camera.pixel_aspect)
     if not all(math.isfinite(x) and x > 0.0 for x in lens):
         raise SceneError("The camera's focal length, sensor and pixel aspect must be above zero")
-    if not (math.isfinite(camera.shift_x) and math.isfinite(camera.shift_y)):
-        raise SceneError("The camera's shift is not finite")
+    if not all(abs(shift) <= LARGEST_RATIO for shift in (camera.shift_x, camera.shift_y)):
+        raise SceneError(f"The camera's shift is not finite (or beyond {LARGEST_RATIO:g})")
+    _check_ratio("sensor and focal length", camera.sensor_width, camera.focal_length)
+    _check_ratio("sensor and focal length", camera.sensor_height, camera.focal_length)
+    _check_ratio("pixel aspect", *camera.pixel_aspect)
     if camera.sensor_fit not in ("AUTO", "HORIZONTAL", "VERTICAL"):
         raise SceneError(f"The camera's sensor fit is {camera.sensor_fit!r}, which is unknown")
+
+
+def _check_ratio(what: str, a: float, b: float) -> None:
+    """Raise where two positive lengths differ by more than any picture can bear."""
+    if not a / LARGEST_RATIO <= b <= a * LARGEST_RATIO:
+        raise SceneError(f"The camera's {what} are {a:g} and {b:g}: too far apart for a picture")

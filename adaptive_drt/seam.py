@@ -31,6 +31,9 @@ Mask: TypeAlias = NDArray[np.bool_]
 SEAM_ROUNDING = 64.0 * 2.0**-53
 """Relative to the sum of the terms' sizes: rounding of Q, counted generously."""
 
+TINY = float(np.finfo(np.float64).tiny)
+"""Smallest normal float64: keeps a quotient of two zeros finite."""
+
 
 def detect_seams(plan: Plan, w: Array, first: Ints, second: Ints, half: float) -> Mask:
     """Whether the order in depth of two objects may change within a pixel.
@@ -50,7 +53,7 @@ def detect_seams(plan: Plan, w: Array, first: Ints, second: Ints, half: float) -
         (np.flatnonzero(ball & ~other_ball), _plane_of_second),
     ):
         if rows.size:
-            normal, k = plane(plan, a[rows], b[rows])
+            normal, k = _evened(plan, a[rows], *plane(plan, a[rows], b[rows]))
             seam[rows] = _on_sphere(plan, w[:, rows], a[rows], normal, k, half)
     rows = np.flatnonzero(~ball)
     if rows.size:
@@ -78,6 +81,14 @@ def _plane(plan: Plan, item: Ints) -> tuple[Array, Array]:
     ids = item - plan.sphere_count
     normal = cross(plan.quads.edge_u[:, ids], plan.quads.edge_v[:, ids])
     return normal, dot(normal, plan.quads.corner[:, ids])
+
+
+def _evened(plan: Plan, ball: Ints, normal: Array, k: Array) -> tuple[Array, Array]:
+    """The same plane in a unit in which Q is at most a few (w.w), whatever the scene's size."""
+    v, r = plan.spheres.center[:, ball], plan.spheres.radius[ball]
+    reach = np.sqrt(dot(normal, normal)) * (np.sqrt(dot(v, v)) + r)
+    unit = np.maximum(np.abs(k) + reach, TINY)
+    return normal / unit, k / unit
 
 
 def _on_sphere(plan: Plan, w: Array, ball: Ints, normal: Array, k: Array, half: float) -> Mask:

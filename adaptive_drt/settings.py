@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 __all__ = ["Settings", "SettingsError"]
 
-METHODS = ("RAYS",)
+METHODS = ("EXACT", "RAYS")
 DISTRIBUTIONS = ("ADAPTIVE", "EVERYWHERE")
 ACCELERATORS = ("AUTO", "ARRAYS", "EMBREE")
 
@@ -22,7 +22,9 @@ class Settings:
 
     Attributes
     ----------
-    method : 'RAYS', the paper's method: n rays distributed where the derivatives ask for them.
+    method : 'EXACT', light in closed form and pixels and shutter to a tolerance; or 'RAYS', the
+        paper's method: n rays distributed where the derivatives ask for them.
+    tolerance : EXACT only: RMS error of the picture relative to its mean, > 0.
     order : 1 or 2, the order of the derivatives that detection carries.
     distribution : 'ADAPTIVE', or 'EVERYWHERE' (the paper's baseline: every pixel distributed).
     light_rays, time_rays, pixel_rays : rays of a distributed light, shutter and pixel (>= 1).
@@ -38,7 +40,8 @@ class Settings:
     batch : pixels per batch; the picture does not depend on it.
     """
 
-    method: str = "RAYS"
+    method: str = "EXACT"
+    tolerance: float = 1e-3
     order: int = 2
     distribution: str = "ADAPTIVE"
     light_rays: int = 49
@@ -63,6 +66,8 @@ class Settings:
         ):
             if value not in allowed:
                 raise SettingsError(f"{name} is {value!r}; it must be one of {allowed}")
+        if not (isinstance(self.tolerance, float | int) and 0.0 < self.tolerance < float("inf")):
+            raise SettingsError(f"tolerance is {self.tolerance!r}; it must be a number > 0")
         for name, count, least in (
             ("light_rays", self.light_rays, 1),
             ("time_rays", self.time_rays, 1),

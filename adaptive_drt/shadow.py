@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .bounds import rectangle_range
-from .emitter import POINT, QUAD, Cone, Emitter, view_cone
+from .emitter import POINT, QUAD, Cone, Emitter, off_back, view_cone
 from .jet import Jet
 from .light import CORNERS
 from .plan import Plan
@@ -61,16 +61,20 @@ class Shadow:
     pairs: Pairs
 
 
-def detect_shadows(plan: Plan, surface: Surface, light: Emitter, pairs: Pairs) -> Shadow:
-    """Classify a light at the middle of the shutter.
+def detect_shadows(
+    plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, time: Array | float = 0.0
+) -> Shadow:
+    """Classify a light as n points see it.
 
     Parameters
     ----------
     light : as it casts shadows.  pairs : candidate occluders.
+    time : shutter times of the points, a number or (n,).
     """
-    dark, horizon = contributes(light, light.center, surface)
+    dark, horizon = contributes(light, light.moved(time), surface)
     live = pairs.take(~dark[pairs.pixel])
-    none, full = classify_pairs(plan, surface, light, live, 0.0)
+    when = time[live.pixel] if isinstance(time, np.ndarray) else time
+    none, full = classify_pairs(plan, surface, light, live, when)
     blocked = np.zeros(dark.size, dtype=np.bool_)
     blocked[live.pixel[full]] = True
     kept = live.take(~none & ~blocked[live.pixel])
@@ -97,6 +101,8 @@ def contributes(
     bend : (n,) curvature of the surfaces, 1 / m; 0 for planes.
     """
     to = center - surface.point
+    # a light that lies in the horizon up to rounding brings nothing
+    graze = graze_of(surface.point, light.radius)
     if light.kind == QUAD:
         heights = [
             dot(surface.normal, to + su * light.half_u + sv * light.half_v) for su, sv in CORNERS
@@ -104,17 +110,18 @@ def contributes(
         low, high = heights[0], heights[0]
         for height in heights[1:]:
             low, high = np.minimum(low, height), np.maximum(high, height)
-        behind = dot(light.normal, to) >= reach
-        dark = behind | (high <= -_tilt(light, to, reach, bend))
-        return dark, ~dark & (low <= 0.0)
+        behind = off_back(light, to, surface.point) <= -reach
+        dark = behind | (high <= graze - _tilt(light, to, reach, bend))
+        return dark, ~dark & (low <= graze)
     if light.kind == POINT:
-        dark = ~(dot(surface.normal, to) > -_tilt(light, to, reach, bend))
+        dark = ~(dot(surface.normal, to) > graze - _tilt(light, to, reach, bend))
         return dark, np.zeros_like(dark)
     cone = view_cone(light, center, surface.point)
     height = dot(surface.normal, cone.axis)
-    tilt = _tilt(light, to, reach, bend) / np.maximum(cone.distance, TINY)
-    dark = height <= -cone.sine - tilt
-    return dark, ~dark & (height < cone.sine)
+    distance = np.maximum(cone.distance, TINY)
+    tilt, graze = _tilt(light, to, reach, bend) / distance, graze / distance
+    dark = height <= -cone.sine - tilt + graze
+    return dark, ~dark & (height < cone.sine + graze)
 
 
 def _tilt(light: Emitter, to: Array, reach: Array | float, bend: Array | float) -> Array:
@@ -211,7 +218,9 @@ def _over_quad(
     # what order 1 leaves out is r^2 |o|^2 - |o x v|^2 for an offset |o| <= radius
     low, high = rectangle_range(d, 1.0, 1.0, square * np.maximum(r * r, vv))
     far = np.sqrt(dot(to, to)) + light.radius
-    rounding = discriminant_rounding(far * far, vv, r)
+    side = cross(to, v)
+    miss = np.sqrt(dot(side, side)) + light.radius * np.sqrt(vv)
+    rounding = discriminant_rounding(far * far, vv, r, miss)
     along = dot(to, v)
     spread = np.abs(dot(light.half_u, v)) + np.abs(dot(light.half_v, v))
     none = (high < -rounding) | (along + spread <= 0.0)
@@ -234,7 +243,7 @@ def _by_quad(
     u, v = plan.quads.edge_u[:, ids], plan.quads.edge_v[:, ids]
     q = plan.quads.moved(ids, time) - point
     planes, normal, height = edge_planes(q, u, v)
-    height = off_plane(height, normal, graze_of(point, 0.0))
+    height = off_plane(height, normal, graze_of(point, np.sqrt(dot(q, q))))
     to = center - point
     if light.kind == POINT:
         block = quad_blocks_segment(to, planes, normal, height)

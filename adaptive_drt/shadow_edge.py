@@ -8,6 +8,7 @@ are near contact. A wide penumbra is smooth over a pixel and needs no rays distr
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
@@ -21,6 +22,7 @@ from .plan import Plan
 from .primary import Pairs, Surface
 from .quad import edge_planes
 from .quadric import cone_touch, discriminant, discriminant_rounding
+from .shadow import curvature
 from .vector import cross, dot
 
 __all__ = ["detect_shadow_edges", "detect_steep_light", "patch_reach"]
@@ -68,6 +70,60 @@ LARGEST_PATCH = 0.25
 (over a quarter of the distance its irradiance may change by half)."""
 
 
+FLATTEST = 0.25
+"""Of a sphere's radius and the cosine it is seen at: a patch up to so wide is nearly a plane's."""
+
+
+@dataclass(frozen=True)
+class _Footprint:
+    """The pixels' patches of surface as parallelograms about their centres.
+
+    Attributes
+    ----------
+    steps : two (3, n) metres, from the centre to the middles of two sides.
+    off : (n,) metres, how far the surface may lie from it; inf where it is no parallelogram.
+    """
+
+    steps: tuple[Array, Array]
+    off: Array
+
+    def change(self, slope: Array, at: NDArray[np.int64]) -> Array:
+        """How far a linear function of the place, of slope (3, m), goes either way: (m,)."""
+        along = np.abs(dot(self.steps[0][:, at], slope)) + np.abs(dot(self.steps[1][:, at], slope))
+        with np.errstate(invalid="ignore"):  # a slope of 0 over a patch without bound
+            wide: Array = along + self.off[at] * np.sqrt(dot(slope, slope))
+        return np.where(np.isnan(wide), np.inf, wide)
+
+
+def _footprint(plan: Plan, surface: Surface) -> _Footprint:
+    """Parallelograms that hold the patches: on a plane they are the pixels' images, and sheared.
+
+    The hit of direction w + s lies off w's by t (s - w tau) / (1 + tau), tau = n.s / n.w.
+    """
+    lens = plan.lens
+    across = cross(lens.right, lens.up)[:, None]
+    point, normal = surface.point, surface.normal
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):  # seen edge-on: no bound
+        t = dot(point, across) / dot(lens.base[:, None], across)
+        w = point / t
+        facing = dot(normal, w)
+        steps, spread = [], np.zeros(t.size)
+        for step in (lens.right[:, None], lens.up[:, None]):
+            tau = 0.5 * dot(normal, step) / facing
+            spread = spread + np.abs(tau)
+            steps.append(t * (0.5 * step - w * tau))
+        grow = 1.0 / np.maximum(1.0 - spread, 0.0)
+        wide = grow * sum(np.sqrt(dot(step, step)) for step in steps)
+        # a sphere falls off its tangent plane by wide^2 / 2 r, seen aslant
+        room = np.abs(facing) / np.sqrt(dot(w, w))
+        off = 2.0 * wide * wide * curvature(plan, surface) / room
+        off = np.where(wide * curvature(plan, surface) < FLATTEST * room, off, np.inf)
+        held = np.isfinite(wide)
+        off = np.where(held, off, np.inf)
+        sides = [np.where(held, step * grow, 0.0) for step in steps]
+    return _Footprint((sides[0], sides[1]), off)
+
+
 def detect_steep_light(light: Emitter, surface: Surface, reach: Array) -> Mask:
     """Find the pixels over which the light changes steeply, because it is so near: (n,).
 
@@ -99,17 +155,30 @@ def detect_shadow_edges(
     pairs : candidate occluders that serve the whole patches.  reach : (n,) of `patch_reach`.
     """
     edge = np.zeros(surface.item.size, dtype=np.bool_)
+    patch = None
+    if light.kind == POINT and plan.settings.order == 2 and pairs.item.size:
+        patch = _footprint(plan, surface)
     ball = pairs.item < plan.sphere_count
     for rows, part in ((np.flatnonzero(ball), _by_sphere), (np.flatnonzero(~ball), _by_quad)):
         if rows.size:
             chosen = pairs.take(rows)
-            sharp = part(plan, surface, light, chosen, reach[chosen.pixel])
+            sharp = part(plan, surface, light, chosen, reach[chosen.pixel], patch)
             edge[chosen.pixel[sharp]] = True
     return edge
 
 
-def _by_sphere(plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, reach: Array) -> Mask:
-    """None of it hidden with the radius less the reach, all of it with the reach added."""
+def _by_sphere(
+    plan: Plan,
+    surface: Surface,
+    light: Emitter,
+    pairs: Pairs,
+    reach: Array,
+    patch: _Footprint | None,
+) -> Mask:
+    """None of it hidden with the radius less the reach, all of it with the reach added.
+
+    Of a point light the shadow's line on the patch is a conic, and decided exactly.
+    """
     point = surface.point[:, pairs.pixel]
     v = plan.spheres.center[:, pairs.item] - point
     r = plan.spheres.radius[pairs.item]
@@ -130,6 +199,11 @@ def _by_sphere(plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, reach
     gap = light.center - plan.spheres.center[:, pairs.item]
     sharp &= ~((vv < small * small) & (np.sqrt(dot(gap, gap)) + light.radius <= r))
     sharp &= pairs.item != surface.item[pairs.pixel]
+    if patch is not None:
+        rows = np.flatnonzero(sharp & (vv > large * large) & np.isfinite(patch.off[pairs.pixel]))
+        if rows.size:
+            at = pairs.pixel[rows]
+            sharp[rows] = _line_crosses(light, point[:, rows], v[:, rows], r[rows], patch, at)
     if light.kind == QUAD and plan.settings.order == 2:
         rows = np.flatnonzero(sharp & (vv > large * large))
         if rows.size:
@@ -140,15 +214,40 @@ def _by_sphere(plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, reach
     return sharp
 
 
+def _line_crosses(
+    light: Emitter, point: Array, v: Array, r: Array, patch: _Footprint, at: NDArray[np.int64]
+) -> Mask:
+    """Whether D(L - p, C - p) may change its sign for p in a patch: it is a quadratic in p."""
+    steps = tuple(-step[:, at] for step in patch.steps)
+    to = light.center - point
+    wide = sum(np.sqrt(dot(step, step)) for step in steps) + patch.off[at]
+    far, away = np.sqrt(dot(to, to)) + wide, np.sqrt(dot(v, v)) + wide
+    rounding = discriminant_rounding(far * far, away * away, r, far * away)
+    ray, ball = Jet.linear(to, steps, 2), Jet.linear(v, steps, 2)
+    high = rectangle_range(discriminant(ray, ball, r + patch.off[at]), 1.0, 1.0)[1]
+    low = rectangle_range(discriminant(ray, ball, np.maximum(r - patch.off[at], 0.0)), 1.0, 1.0)[0]
+    crosses: Mask = (high >= -rounding) & (low <= rounding)
+    return crosses
+
+
 def _range(light: Emitter, to: Array, v: Array, r: Array) -> tuple[Array, Array]:
     """Range of the discriminant over a quad light, inwards by its rounding."""
     d = discriminant(Jet.linear(to, (light.half_u, light.half_v), 2), v, r)
     low, high = rectangle_range(d, 1.0, 1.0)
-    rounding = discriminant_rounding(dot(to, to), dot(v, v), r)
+    far, away, side = np.sqrt(dot(to, to)) + light.radius, np.sqrt(dot(v, v)), cross(to, v)
+    miss = np.sqrt(dot(side, side)) + light.radius * away
+    rounding = discriminant_rounding(far * far, away * away, r, miss)
     return low + rounding, high - rounding
 
 
-def _by_quad(plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, reach: Array) -> Mask:
+def _by_quad(
+    plan: Plan,
+    surface: Surface,
+    light: Emitter,
+    pairs: Pairs,
+    reach: Array,
+    patch: _Footprint | None,
+) -> Mask:
     """By the edge functions: each is linear in the light and, for a fixed light, in the point."""
     ids = pairs.item - plan.sphere_count
     u, v = plan.quads.edge_u[:, ids], plan.quads.edge_v[:, ids]
@@ -163,6 +262,8 @@ def _by_quad(plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, reach: 
     for plane, corner, edge in zip(planes, corners, edges, strict=True):
         away = cross(to - corner, edge)
         shift = reach * (np.sqrt(dot(away, away)) + light.radius * np.sqrt(dot(edge, edge)))
+        if patch is not None:
+            shift = np.minimum(shift, patch.change(away, pairs.pixel))
         value, spread = dot(to, plane), np.zeros(ids.size)
         if light.kind == QUAD:
             spread = np.abs(dot(light.half_u, plane)) + np.abs(dot(light.half_v, plane))

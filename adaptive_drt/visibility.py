@@ -12,6 +12,7 @@ from .plan import Plan
 from .primary import Pairs
 from .quad import edge_planes, off_plane, quad_blocks_segment
 from .quadric import blocks_segment, graze_of
+from .vector import dot
 
 __all__ = ["blocked_segments", "ranked"]
 
@@ -73,7 +74,7 @@ def blocked_segments(
                 q = plan.quads.moved(ids, when) - start
                 u, v = plan.quads.edge_u[:, ids], plan.quads.edge_v[:, ids]
                 planes, normal, height = edge_planes(q, u, v)
-                height = off_plane(height, normal, graze_of(start, 0.0))
+                height = off_plane(height, normal, graze_of(start, np.sqrt(dot(q, q))))
                 hit = quad_blocks_segment(to[:, at], planes, normal, height)
             blocked[at] |= hit
     return blocked

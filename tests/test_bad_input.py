@@ -26,7 +26,7 @@ from random_scenes import look_at, scaled
 
 pytestmark = pytest.mark.filterwarnings("error")
 
-QUICK = Settings(light_rays=4, time_rays=4, pixel_rays=4, threads=1)
+QUICK = Settings(method="RAYS", light_rays=4, time_rays=4, pixel_rays=4, threads=1)
 CAMERA = look_at((0.0, -8.0, 4.0), (0.0, 0.0, 0.5), resolution=(20, 16))
 MOVE = Motion((0.2, 0.1, 0.3))
 FLOOR = Quad((-5.0, -5.0, 0.0), (10.0, 0.0, 0.0), (0.0, 10.0, 0.0), Material((0.8, 0.8, 0.8)))
@@ -40,7 +40,7 @@ SCENE = Scene(CAMERA, (FLOOR, BALL), (QUAD_LIGHT, SPHERE_LIGHT, DISK_LIGHT, POIN
 WAYS = [
     Settings(**{**QUICK.__dict__, "order": order, "distribution": d})
     for order, d in ((1, "ADAPTIVE"), (2, "ADAPTIVE"), (2, "EVERYWHERE"))
-]
+] + [Settings(method="EXACT", tolerance=1e-2, threads=1)]
 
 
 def rendered(scene, settings=QUICK):
@@ -266,13 +266,13 @@ EXTREMES = {
 }
 
 
-@pytest.mark.parametrize("settings", WAYS, ids=["order 1", "order 2", "everywhere"])
+@pytest.mark.parametrize("settings", WAYS, ids=["order 1", "order 2", "everywhere", "exact"])
 @pytest.mark.parametrize("name", EXTREMES)
 def test_extremes_are_right(name, settings):
     agree(EXTREMES[name], settings)
 
 
-@pytest.mark.parametrize("settings", WAYS, ids=["order 1", "order 2", "everywhere"])
+@pytest.mark.parametrize("settings", WAYS, ids=["order 1", "order 2", "everywhere", "exact"])
 def test_a_light_that_stands_on_the_floor_is_finite(settings):
     """Its light grows without bound towards the line where they meet, and jumps there."""
     half_u, half_v = (0.0, 0.5, 0.0), (0.0, 0.0, 0.5)
@@ -280,7 +280,7 @@ def test_a_light_that_stands_on_the_floor_is_finite(settings):
     rendered(replace(SCENE, lights=(light,)), settings)
 
 
-@pytest.mark.parametrize("settings", WAYS, ids=["order 1", "order 2", "everywhere"])
+@pytest.mark.parametrize("settings", WAYS, ids=["order 1", "order 2", "everywhere", "exact"])
 def test_two_things_in_one_place_look_like_one(settings):
     """A copy left in place does not shadow what it coincides with."""
     one = rendered(replace(SCENE, shapes=(FLOOR, STILL_BALL)), settings)
@@ -301,7 +301,7 @@ def test_size_does_not_matter(factor):
 
 
 @pytest.mark.parametrize("size", [1e15, 1e25, 1e29])
-@pytest.mark.parametrize("settings", WAYS, ids=["order 1", "order 2", "everywhere"])
+@pytest.mark.parametrize("settings", WAYS, ids=["order 1", "order 2", "everywhere", "exact"])
 def test_huge_coordinates_do_not_break_it(size, settings):
     for thing in (
         Sphere((size, 0.0, 0.0), 1.0),

@@ -25,7 +25,7 @@ from random_scenes import look_at
 pytest.importorskip("bpy")
 pytest.importorskip("OpenEXR")
 
-MANY = Settings(light_rays=256, time_rays=128, pixel_rays=64)
+MANY = Settings(method="RAYS", light_rays=256, time_rays=128, pixel_rays=64)
 FLOOR = Quad((-8.0, -6.0, 0.0), (16.0, 0.0, 0.0), (0.0, 16.0, 0.0), Material((0.7, 0.7, 0.7)))
 WALL = Quad((-8.0, 5.0, -1.0), (16.0, 0.0, 0.0), (0.0, 2.0, 9.0), Material((0.4, 0.5, 0.8)))
 BALLS = tuple(

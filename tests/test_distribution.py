@@ -11,7 +11,7 @@ from adaptive_drt.scene import Material, Motion, PointLight, Quad, QuadLight, Sc
 from adaptive_drt.settings import Settings
 from random_scenes import look_at, random_scene
 
-RAYS = {"light_rays": 9, "time_rays": 8, "pixel_rays": 4}
+RAYS = {"method": "RAYS", "light_rays": 9, "time_rays": 8, "pixel_rays": 4}
 ALONE = {
     "penumbra": {"use_motion": False, "use_edges": False},
     "motion": {"use_penumbra": False, "use_edges": False},

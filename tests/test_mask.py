@@ -9,7 +9,7 @@ from adaptive_drt.settings import Settings
 from oracle.truth import masks
 from random_scenes import random_scene
 
-FEW = {"light_rays": 2, "time_rays": 2, "pixel_rays": 2, "threads": 1}
+FEW = {"method": "RAYS", "light_rays": 2, "time_rays": 2, "pixel_rays": 2, "threads": 1}
 NAMES = ("penumbra", "motion", "edge")
 RESULTS = {}
 """Flagged and truly dependent pixels by effect, gathered for the report at the end."""

@@ -24,7 +24,12 @@ def test_picture_agrees_with_brute_force(seed, distribution):
     scene = random_scene(seed)
     want, error = reference(scene, 256)
     some = Settings(
-        light_rays=16, time_rays=32, pixel_rays=32, distribution=distribution, threads=1
+        method="RAYS",
+        light_rays=16,
+        time_rays=32,
+        pixel_rays=32,
+        distribution=distribution,
+        threads=1,
     )
     one, two = (render_image(scene, replace(some, seed=k)).color for k in (1, 2))
     noise = np.sqrt((error**2).mean()) / want.mean() + relative_rmse(one, two)
@@ -37,7 +42,9 @@ def test_penumbrae_alone_agree_pixel_by_pixel(seed):
     """No pixel is off by more than seven standard errors of the oracle and a small bias."""
     scene = random_scene(seed)
     want, error = reference(scene, 512, use_motion=False, use_edges=False)
-    film = render_image(scene, Settings(light_rays=1024, use_motion=False, use_edges=False))
+    film = render_image(
+        scene, Settings(method="RAYS", light_rays=1024, use_motion=False, use_edges=False)
+    )
     bound = 7.0 * error + 0.01 * want.mean()
     off = np.abs(film.color - want) > bound
     assert not off.any(), f"seed {seed}: (channel, row, column) {np.argwhere(off).tolist()}"

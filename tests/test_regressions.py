@@ -16,7 +16,7 @@ from random_scenes import look_at
 CAMERA = look_at((0.0, -6.0, 4.0), (0.0, 0.0, 0.0), resolution=(40, 40))
 FLOOR = Quad((-5.0, -5.0, 0.0), (10.0, 0.0, 0.0), (0.0, 10.0, 0.0))
 LAMP = PointLight((2.0, -2.0, 4.0), (30.0,) * 3)
-FEW = {"light_rays": 2, "time_rays": 4, "pixel_rays": 4}
+FEW = {"method": "RAYS", "light_rays": 2, "time_rays": 4, "pixel_rays": 4}
 
 
 @pytest.mark.parametrize("move", [(0.0, -1.5, 0.0), (0.0, 0.0, 0.3)])
@@ -49,9 +49,10 @@ def test_a_pixel_cut_by_the_plane_of_a_light_is_distributed():
     scene = Scene(
         look_at((0.0, -6.0, 4.0), (1.0, -1.0, 0.0), resolution=(9, 9)), (FLOOR,), (light,)
     )
-    film = render_image(scene, Settings(light_rays=64, pixel_rays=256))
+    film = render_image(scene, Settings(method="RAYS", light_rays=64, pixel_rays=256))
     want = render_image(
-        scene, Settings(light_rays=64, pixel_rays=1024, distribution="EVERYWHERE", seed=5)
+        scene,
+        Settings(method="RAYS", light_rays=64, pixel_rays=1024, distribution="EVERYWHERE", seed=5),
     )
     assert abs(film.color.max() / want.color.max() - 1.0) < 0.1
 
@@ -62,7 +63,9 @@ def test_closing_the_generator_ends_the_work_within_a_chunk():
     camera = look_at((0.0, -6.0, 4.0), (0.0, 0.0, 0.0), resolution=(256, 256))
     ball = Sphere((0.0, 0.0, 1.0), 1.0)
     scene = Scene(camera, (FLOOR, ball), (light,))
-    settings = Settings(distribution="EVERYWHERE", light_rays=64, pixel_rays=16, threads=1)
+    settings = Settings(
+        method="RAYS", distribution="EVERYWHERE", light_rays=64, pixel_rays=16, threads=1
+    )
     began = time.perf_counter()
     render_image(scene, settings)
     whole = time.perf_counter() - began
@@ -105,7 +108,9 @@ def test_embree_finds_what_arrays_find_in_a_crowd(half):
     light = QuadLight((0.0, 0.0, 5.0), (0.0, half, 0.0), (half, 0.0, 0.0), (9.0,) * 3)
     scene = Scene(CAMERA, (*balls, FLOOR), (light,))
     pictures = [
-        render_image(scene, Settings(accelerator=name, use_edges=False, light_rays=9)).color
+        render_image(
+            scene, Settings(method="RAYS", accelerator=name, use_edges=False, light_rays=9)
+        ).color
         for name in ("ARRAYS", "EMBREE")
     ]
     np.testing.assert_array_equal(*pictures)

@@ -1,0 +1,274 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Method 'EXACT': one exactly shaded ray a pixel, and cells where that is not enough.
+
+The first pass shades every pixel's centre in closed form. Second differences of that picture give
+smooth pixels their means (I + h^2/24 (Ixx + Iyy)); pixels that outlines cut, where light steps or
+bends, or where something moves are refined to a goal in the second.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .cells import Cells
+from .detect import Center, Flags, detect, trace_center
+from .film import NO_DEPTH, Film
+from .goal import LATTICE_ROWS, Goal, make_goal
+from .occluder import Occluders
+from .patch import make_patch
+from .plan import Plan
+from .primary import Pairs, Tile
+from .refine import Refined, Task
+from .shade import Shaded, shade
+from .variation import BENDS, no_variation
+
+__all__ = ["RIM", "Frame", "Sheet", "first_pass", "lattice"]
+
+Array: TypeAlias = NDArray[np.float64]
+Ints: TypeAlias = NDArray[np.int64]
+Mask: TypeAlias = NDArray[np.bool_]
+
+RIM = 2
+"""Pixels around a region: a pixel's error hangs on the second differences of its neighbours."""
+STARRED = 0.03
+"""Of the contrast: goals below which regions are sampled by stars from the first."""
+LIKELY = 2.0
+"""Of the error foreseen: the largest correction that is believed."""
+CORRECTED = 0.3
+"""Of a second difference's term: how far a pixel may be off once it has been added, about."""
+TRUSTED = 0.05
+"""Of the error foreseen: how far second differences are trusted beyond it."""
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """The first pass over a tile of n pixels.
+
+    Attributes
+    ----------
+    color : (3, n) radiance at the centres.  alpha : (n,) coverage there.
+    deviation : (3, 3, n) estimated, by kind and axis: see `variation`.
+    mask : (3, n).  outline : (n,).  item : (n,) object at the centre, -1 for none.
+    depth : (n,), normal : (3, n) of the hits.
+    rivals : objects that may be seen in pixels with outlines, sorted by pixel.
+    """
+
+    color: Array
+    alpha: Array
+    deviation: Array
+    mask: Mask
+    outline: Mask
+    item: Ints
+    depth: Array
+    normal: Array
+    rivals: Pairs
+
+
+def first_pass(
+    plan: Plan, occluders: Occluders, bounds: Ints, tile: Tile, clock: Callable[[str], None]
+) -> Sheet:
+    """Trace, detect and shade the centres of a tile's pixels."""
+    center = trace_center(plan, bounds, tile)
+    clock("camera rays")
+    flags = detect(plan, occluders, center, clock)
+    n = tile.index.size
+    color = np.zeros((3, n))
+    if not plan.transparent:
+        color[:] = plan.background[:, None]
+    alpha = np.full(n, 0.0 if plan.transparent else 1.0)
+    deviation = no_variation(n)
+    rows = center.rows
+    light = _shade_centers(plan, occluders, center, flags)
+    color[:, rows] = light.color
+    alpha[rows] = 1.0
+    deviation[..., rows] = light.deviation
+    normal = np.zeros((3, n))
+    normal[:, rows] = center.hits.normal
+    clock("exact light")
+    order = np.argsort(flags.rivals.pixel, kind="stable")
+    return Sheet(
+        color, alpha, deviation, flags.mask, flags.outline,
+        center.item, center.depth, normal, flags.rivals.take(order),
+    )  # fmt: skip
+
+
+def _shade_centers(plan: Plan, occluders: Occluders, center: Center, flags: Flags) -> Shaded:
+    rows = center.rows
+    half = np.zeros((3, rows.size))
+    if plan.edges:
+        half[:2] = 0.5
+    half[2] = np.where(flags.mask[1, rows], 0.5, 0.0)
+    w = center.w[:, rows]
+    with np.errstate(over="ignore", invalid="ignore"):  # sizes that only estimates hang on
+        patch = make_patch(plan, w, center.depth[rows], center.hits, half)
+    time = np.zeros(rows.size) if plan.motion else 0.0
+    known = tuple(zip(flags.shadows, flags.candidates, strict=True))
+    return shade(plan, occluders, center.hits, time, patch, known)
+
+
+def lattice(height: int) -> tuple[int, int]:
+    """Rows of a picture that its goal is taken from: the first, and the step to the next."""
+    step = max(1, height // LATTICE_ROWS)
+    return step // 2, step
+
+
+class Frame:
+    """The first pass over the whole region and a rim around it, and what is resolved of it.
+
+    Pixels are numbered row by row, from the lower left; arrays as in `Sheet`.
+    """
+
+    def __init__(self, plan: Plan) -> None:
+        """An empty frame of a plan whose region has been widened by `RIM` on each side."""
+        left, bottom, right, top = plan.region
+        self.plan = plan
+        self.width, self.height = right - left, top - bottom
+        n = self.width * self.height
+        self.color, self.alpha = np.zeros((3, n)), np.zeros(n)
+        self.deviation = no_variation(n)
+        self.mask = np.zeros((3, n), dtype=np.bool_)
+        self.outline = np.zeros(n, dtype=np.bool_)
+        self.item = np.full(n, -1)
+        self.depth, self.normal = np.full(n, np.inf), np.zeros((3, n))
+        self.samples, self.error = np.ones(n, dtype=np.int64), np.zeros(n)
+        self._rivals: list[Pairs] = []
+
+    def add(self, tile: Tile, sheet: Sheet) -> None:
+        """Enter a tile."""
+        rows = np.arange(tile.first, self.height, tile.step)
+        index = (rows[:, None] * self.width + np.arange(self.width)).ravel()
+        for name in ("color", "alpha", "deviation", "mask", "outline", "item", "depth"):
+            getattr(self, name)[..., index] = getattr(sheet, name)
+        self.normal[:, index] = sheet.normal
+        self._rivals.append(Pairs(index[sheet.rivals.pixel], sheet.rivals.item))
+
+    def correct(self) -> None:
+        """Give smooth pixels their means: second differences, where nothing is cut or moves."""
+        smooth = ~self.outline & ~self.mask[1]
+        change = np.zeros_like(self.color)
+        for axis, step in ((0, 1), (1, self.width)):
+            inner, low, high = self._rows(step)
+            same = (self.item[inner] == self.item[low]) & (self.item[inner] == self.item[high])
+            good = smooth[inner] & ~self.outline[low] & ~self.outline[high] & same
+            bend = self.color[:, low] - 2.0 * self.color[:, inner] + self.color[:, high]
+            bend = np.where(good, bend / 24.0, 0.0)
+            size = np.zeros(smooth.size)
+            size[inner] = np.sqrt((bend * bend).sum(axis=0) / 3.0)
+            widest = size.copy()
+            widest[inner] = np.maximum(size[inner], np.maximum(size[low], size[high]))
+            foreseen = self.deviation[BENDS, axis]
+            known = np.minimum(foreseen, CORRECTED * widest + TRUSTED * foreseen)
+            ok = np.zeros(smooth.size, dtype=np.bool_)
+            ok[inner] = good
+            self.deviation[BENDS, axis] = np.where(ok, known, foreseen)
+            # a neighbour in a penumbra says nothing of a pixel that none reaches
+            likely = LIKELY * foreseen[inner]
+            too_large = size[inner] > likely
+            most = np.where(too_large, likely, 1.0) / np.where(too_large, size[inner], 1.0)
+            change[:, inner] += bend * most
+        self._change = change
+        self.error = self.deviation.sum(axis=(0, 1))
+
+    def _rows(self, step: int) -> tuple[slice, slice, slice]:
+        n = self.item.size
+        return slice(step, n - step), slice(0, n - 2 * step), slice(2 * step, n)
+
+    def goal(self) -> Goal:
+        """The goal of the picture, of whose rows those of `lattice` are in."""
+        first, step = lattice(self.height - 2 * RIM)
+        inside = np.zeros((self.height, self.width), dtype=np.bool_)
+        inside[RIM + first : -RIM : step, RIM:-RIM] = True
+        index = np.flatnonzero(inside)
+        color = self.color[:, index] + self._change[:, index]
+        error, cut = self.error[index], self.outline[index]
+        return make_goal(self.plan.settings.tolerance, color, error, cut)
+
+    def estimate(self) -> float:
+        """RMS error of the region over its mean, as estimated."""
+        inner = self.inner()
+        mean = float(np.abs(self.color[:, inner]).mean())
+        error = float(np.sqrt((self.error[inner] ** 2).mean()))
+        return error / mean if mean > 0.0 else 0.0
+
+    def inner(self) -> Mask:
+        """The pixels of the region itself, without those around it: (n,)."""
+        inside = np.zeros((self.height, self.width), dtype=np.bool_)
+        inside[RIM:-RIM, RIM:-RIM] = True
+        return inside.ravel()
+
+    def tasks(self, goal: Goal, size: int) -> list[tuple[Ints, Task]]:
+        """What is to be refined: numbers of pixels, and the task; smooth pixels are corrected."""
+        chosen = (self.outline | (self.error > goal.error)) & self.inner()
+        # a mean of light is never below 0, whatever differences say
+        self.color = np.where(chosen, self.color, np.maximum(self.color + self._change, 0.0))
+        rivals = self._sorted_rivals(chosen)
+        rows = np.flatnonzero(chosen)
+        tasks = []
+        # every k-th pixel, so that the parts are alike
+        step = max(1, -(-rows.size // size))
+        for first in range(step if rows.size else 0):
+            part = rows[first::step]
+            tasks.append((part, self._task(part, rivals, goal)))
+        return tasks
+
+    def _sorted_rivals(self, chosen: Mask) -> Pairs:
+        pixel = np.concatenate([p.pixel for p in self._rivals])
+        item = np.concatenate([p.item for p in self._rivals])
+        keep = chosen[pixel]
+        order = np.argsort(pixel[keep], kind="stable")
+        return Pairs(pixel[keep][order], item[keep][order])
+
+    def _task(self, part: Ints, rivals: Pairs, goal: Goal) -> Task:
+        left, bottom, _, _ = self.plan.region
+        y, x = np.divmod(part, self.width)
+        middle = np.stack([left + x + 0.5, bottom + y + 0.5, np.zeros(part.size)])
+        half = np.zeros((3, part.size))
+        if self.plan.edges:
+            half[:2] = 0.5
+        half[2] = np.where(self.mask[1, part], 0.5, 0.0)
+        cells = Cells(
+            np.arange(part.size), middle - half, middle + half, np.ones(part.size),
+            self.color[:, part], self.alpha[part], self.deviation[..., part],
+            np.zeros(part.size), self.outline[part] & (goal.error < STARRED * goal.contrast),
+        )  # fmt: skip
+        number = np.full(self.item.size, -1)
+        number[part] = np.arange(part.size)
+        own = number[rivals.pixel]
+        keep = own >= 0
+        return Task(
+            cells, self.item[part], self.outline[part],
+            Pairs(own[keep], rivals.item[keep]), goal,
+        )  # fmt: skip
+
+    def enter(self, rows: Ints, refined: Refined) -> None:
+        """Enter what was refined."""
+        self.color[:, rows], self.alpha[rows] = refined.color, refined.alpha
+        self.samples[rows], self.error[rows] = refined.samples, refined.error
+
+    def show(self, film: Film, tile: Tile | None = None, rows: Ints | None = None) -> None:
+        """Write to a film what is there: of a tile, of pixels, or all."""
+        if rows is not None:
+            y, x = np.divmod(rows, self.width)
+            place = y - RIM, x - RIM
+            film.color[:, *place] = self.color[:, rows]
+            film.alpha[place] = self.alpha[rows]
+            film.samples[place] = self.samples[rows]
+            return
+        first, step = (RIM, 1) if tile is None else (tile.first, tile.step)
+        first += max(0, -(-(RIM - first) // step)) * step
+        mine = slice(first, self.height - RIM, step)
+        its = slice(first - RIM, film.height, step)
+
+        def part(values: NDArray[Any]) -> NDArray[Any]:
+            return values.reshape(*values.shape[:-1], self.height, self.width)[..., mine, RIM:-RIM]
+
+        film.color[:, its], film.alpha[its] = part(self.color), part(self.alpha)
+        film.mask[:, its], film.normal[:, its] = part(self.mask), part(self.normal)
+        film.samples[its] = part(self.samples)
+        depth = part(self.depth)
+        film.depth[its] = np.where(np.isfinite(depth), depth, NO_DEPTH)

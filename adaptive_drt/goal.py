@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The error that each pixel may have, so that the picture as a whole keeps its tolerance.
+
+Pixels below the goal stay as they are, those above are refined to it. The greatest goal for which
+the whole keeps its tolerance asks for the least work: where few pixels are hard, each of them may
+be off by more than the picture may.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["LATTICE_ROWS", "Goal", "make_goal"]
+
+Array: TypeAlias = NDArray[np.float64]
+Mask: TypeAlias = NDArray[np.bool_]
+
+LATTICE_ROWS = 64
+"""Rows of the whole picture, at least, that the goal is taken from: so any border of a picture is
+rendered to the goal of the whole, and parts rendered apart join to the last bit."""
+REACHED = 0.6
+"""Of the goal: the error that refined pixels end with, RMS; they stop at the first split below."""
+RESERVE = 0.7
+"""Of the tolerance: what the goal is set for. The rest is for what estimates do not see."""
+BISECTIONS = 60
+WIDEST = 1e3
+"""Of the tolerance: the greatest goal."""
+LEAST = 2.0**-10
+"""Of the tolerance: the least goal."""
+DARK = 0.1
+"""Of the error foreseen: the picture's mean where no sampled centre is lit."""
+
+
+@dataclass(frozen=True)
+class Goal:
+    """`error`: radiance a pixel may be off by, RMS over channels; `contrast`: that of regions."""
+
+    error: float
+    contrast: float
+
+
+def make_goal(tolerance: float, color: Array, error: Array, cut: Mask) -> Goal:
+    """The goal of a picture.
+
+    Parameters
+    ----------
+    tolerance : RMS error of the picture relative to its mean.
+    color : (3, n) radiance of a sample of its pixels.  error : (n,) estimated errors.
+    cut : (n,) pixels whose errors are not known but by refining them.
+    """
+    mean = float(np.abs(color).mean()) if color.size else 0.0
+    known = np.where(cut, np.inf, error)
+    if not mean > 0.0:
+        # no centre is lit: what may be lit besides sets the scale
+        mean = DARK * (float(error.mean()) if error.size else 0.0)
+    if not mean > 0.0:
+        return Goal(np.inf, 1.0)
+    contrast = float(np.sqrt((color * color).mean()))
+    target = RESERVE * tolerance * mean
+    low, high = 0.0, WIDEST * tolerance * mean
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (low + high)
+        left = np.where(known > middle, REACHED * middle, known)
+        if float((left * left).mean()) > target * target:
+            high = middle
+        else:
+            low = middle
+    return Goal(max(low, tolerance * mean * LEAST), max(contrast, mean))

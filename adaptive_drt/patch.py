@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The patch of surface, and the stretch of time, that one shaded point stands for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .plan import Plan
+from .primary import Surface
+from .vector import dot
+
+__all__ = ["Patch", "make_patch"]
+
+Array: TypeAlias = NDArray[np.float64]
+Ints: TypeAlias = NDArray[np.int64]
+
+TINY = float(np.finfo(np.float64).tiny)
+
+
+@dataclass(frozen=True)
+class Patch:
+    """How far n points stand for: half the extents of boxes in pixel x, y and shutter time.
+
+    Attributes
+    ----------
+    steps : (3, 3, n) metres, how the hit moves from the box's middle to its side: axis x, y, t
+        first, then components. On a moving object it moves along its ray.
+    slides : (3, n) metres, how far it moves over the object's own surface.
+    cross : (3, n) metres across the view, what the object moves against the ray.
+    time : (n,) half the box's extent in shutter times.
+    bend : (n,) curvature of the surface, 1 / m; 0 for planes.
+    slant : (n,) cosine between the surface's normal and the ray, at least 2^-52.
+    """
+
+    steps: Array
+    slides: Array
+    cross: Array
+    time: Array
+    bend: Array
+    slant: Array
+
+    @property
+    def reach(self) -> Array:
+        """How far (metres) the patch reaches from its point: (n,)."""
+        total: Array = np.zeros_like(self.time)
+        for step in self.steps:
+            total += np.sqrt(dot(step, step))
+        return total
+
+    def take(self, rows: Ints) -> Patch:
+        """The patches at an index."""
+        return Patch(
+            self.steps[..., rows],
+            self.slides[:, rows],
+            self.cross[:, rows],
+            self.time[rows],
+            self.bend[rows],
+            self.slant[rows],
+        )
+
+
+def make_patch(plan: Plan, w: Array, t: Array, surface: Surface, half: Array) -> Patch:
+    """The patches around hits.
+
+    Parameters
+    ----------
+    w : (3, n) directions.  t : (n,) ray parameters of the hits.  surface : the hits.
+    half : (3, n) half the boxes' extents in pixel x, y and shutter time.
+    """
+    lens, normal = plan.lens, surface.normal
+    length = np.sqrt(dot(w, w))
+    along = dot(normal, w)
+    slant = np.maximum(np.abs(along) / length, 2.0**-52)
+    safe = np.where(along < 0.0, -slant, slant) * length
+    bend = np.zeros(t.size)
+    ball = np.flatnonzero(surface.item < plan.sphere_count)
+    bend[ball] = 1.0 / plan.spheres.radius[surface.item[ball]]
+    steps, slides, cross = np.zeros((3, 3, t.size)), np.zeros((3, t.size)), np.zeros((3, t.size))
+    for axis, step in ((0, lens.right), (1, lens.up)):
+        against = (t * half[axis]) * step[:, None]
+        cross[axis] = np.sqrt(dot(against, against))
+        # the tangent plane at the hit
+        moved = against - w * (dot(normal, against) / safe)
+        slides[axis], part = _on_chord(moved, cross[axis], bend)
+        steps[axis] = moved * part
+    if plan.motion:
+        drift = _drift(plan, surface.item) * half[2]
+        along = w * (dot(normal, drift) / safe)
+        across = drift - w * (dot(w, drift) / (length * length))
+        cross[2] = np.sqrt(dot(across, across))
+        slides[2], part = _on_chord(drift - along, cross[2], bend)
+        # how much deeper or nearer: no more than it moves and its surface bends
+        deep = np.sqrt(dot(along, along))
+        most = np.sqrt(dot(drift, drift)) + slides[2]
+        steps[2] = along * np.minimum(1.0, most / np.maximum(deep, TINY))
+    return Patch(steps, slides, cross, half[2], bend, slant)
+
+
+def _on_chord(moved: Array, cross: Array, bend: Array) -> tuple[Array, Array]:
+    """Lengths (n,) of steps (3, n) on a tangent plane, no longer than a sphere's chord allows.
+
+    Returns with them what part of each step that is.
+    """
+    size = np.sqrt(dot(moved, moved))
+    radius = 1.0 / np.where(bend > 0.0, bend, 1.0)
+    chord = np.where(bend > 0.0, cross + np.sqrt(2.0 * cross * radius), np.inf)
+    short = np.minimum(size, chord)
+    return short, short / np.maximum(size, TINY)
+
+
+def _drift(plan: Plan, item: Ints) -> Array:
+    """Displacements (3, n) of objects over the shutter."""
+    drift = np.zeros((3, item.size))
+    count = plan.sphere_count
+    for part, chosen, first in (
+        (plan.spheres, item < count, 0),
+        (plan.quads, item >= count, count),
+    ):
+        rows = np.flatnonzero(chosen)
+        if part.displacement is not None and rows.size:
+            drift[:, rows] = part.displacement[:, item[rows] - first]
+    return drift

@@ -1,0 +1,344 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How far one sample of light may be from its mean over a patch: estimates, axis by axis.
+
+Not bounds but sizes: what a midpoint is off by where the integrand bends (second derivatives,
+1/6 of the half width squared each) and where it steps (the deviation of a step at a random
+place). They come from where the outlines of occluders stand to the light, so a shadow's edge is
+found before any sample has met it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .emitter import DISK, POINT, QUAD, Emitter
+from .patch import Patch
+from .plan import Plan
+from .primary import Pairs, Surface
+from .quad import edge_planes
+from .vector import cross, dot
+
+__all__ = ["BENDS", "KINKS", "STEPS", "no_variation", "open_variation", "shadow_variation"]
+
+Array: TypeAlias = NDArray[np.float64]
+Ints: TypeAlias = NDArray[np.int64]
+Mask: TypeAlias = NDArray[np.bool_]
+
+TINY = float(np.finfo(np.float64).tiny)
+BEND = 0.5
+"""Of a shadow's depth and of its square of (half extent / width): a midpoint over a smooth step is
+off by h^2/24 V'', and V'' = 6 - 12 u over a width of 1 has a mean square of 12."""
+KINK = 0.14
+"""Of (half extent / width), where a shadow begins or is whole within the patch: a ramp's kink at a
+random place in a cell of h leaves its midpoint off by 0.07 h times the slope, RMS."""
+STEP = 0.25
+"""Of a step's height: the deviation of its midpoint sample, 1 / sqrt(12) for a random place, a
+little less since the step seldom fills the cell."""
+SMALLEST = 2.0**-52
+"""Of an occluder's angle: a light narrower than that is a point."""
+NEAREST = 2.0**-20
+"""Of the distance to a light: an outline nearer than that is as good as there."""
+SHARPEST = 1e3
+"""Half extents in units of a shadow's width: sharper than that makes no difference."""
+ROUGH = 0.5
+"""Of a shadow's width: a half extent from which the shadow is a step within the cell."""
+NEAR = 0.8
+"""Irradiance over the half extent in units of the distance to the light: the factor of its square
+(second derivatives of cos / d^2 are at most some 3 to 6 in that unit, over 6)."""
+ROUND = 1.0 / 6.0
+"""The same for the turn of the normal over the half extent."""
+SET = 1.0 / 12.0
+"""Where a light goes down behind the surface's own horizon: of the square of the turn over the
+light's half angle (the slope then changes over twice that angle), or of the turn of a kink."""
+
+
+BENDS, KINKS, STEPS = range(3)
+"""Kinds of deviations: of what bends (they add up, and fall with the square of the extent), of
+what has a kink at a random place, and of what steps there (their signs are random)."""
+
+
+def no_variation(count: int) -> Array:
+    """Nothing varies at n points: deviations (3, 3, n), by kind and by axis x, y, t."""
+    return np.zeros((3, 3, count))
+
+
+def open_variation(
+    light: Emitter, center: Array, surface: Surface, patch: Patch, factor: Array
+) -> Array:
+    """Of a light that nothing hides but the surface's own horizon.
+
+    Parameters
+    ----------
+    center : (3, n) or (3, 1) the light's centre.  factor : (n,) unblocked, of `irradiance_factor`.
+    """
+    to = center - surface.point
+    square = np.maximum(dot(to, to), TINY)
+    distance = np.sqrt(square)
+    cosine = dot(surface.normal, to) / distance
+    half = _half_angle(light, distance)
+    # at normal incidence
+    most = _most(light, to, square, half)
+    result = no_variation(factor.size)
+    bends = result[BENDS]
+    clear = np.maximum(distance - light.radius, 0.25 * distance)
+    slope = np.sqrt(np.maximum(1.0 - patch.slant**2, 0.0)) * patch.bend / patch.slant**2
+    drift = None if light.displacement is None else light.displacement
+    turns = np.zeros((3, factor.size))
+    for axis in range(3):
+        step = patch.steps[axis]
+        if axis == 2 and drift is not None:
+            step = step - drift * patch.time
+        size = np.sqrt(dot(step, step))
+        bent = patch.slides[axis] * patch.bend
+        # the rim of a sphere: the surface turns away ever faster
+        rim = bent * np.minimum(patch.cross[axis] * slope, 1.0)
+        bends[axis] = factor * NEAR * (size / clear) ** 2
+        bends[axis] += most * ROUND * np.minimum(bent * bent + rim, 1.0)
+        turns[axis] = bent + size / clear
+    turn = np.sqrt(dot(turns, turns))
+    low = np.abs(cosine) < turn + np.sin(half)
+    rows = np.flatnonzero(low & (most > 0.0))
+    if rows.size:
+        set_ = SET * most[rows] / np.maximum(turn[rows] + half[rows], TINY)
+        bends[:, rows] += set_ * turns[:, rows] ** 2
+    return result
+
+
+def _half_angle(light: Emitter, distance: Array) -> Array:
+    """Half the angle (n,) under which a light's ball is seen."""
+    if light.kind == POINT:
+        return np.zeros_like(distance)
+    if light.kind == DISK:
+        return np.arctan2(light.radius, distance)
+    half: Array = np.arcsin(np.minimum(light.radius / distance, 1.0))
+    return half
+
+
+def _most(light: Emitter, to: Array, square: Array, half: Array) -> Array:
+    """The factor (n,) of a light at normal incidence, roughly."""
+    most: Array = 1.0 / square
+    if light.kind == POINT:
+        return most
+    if light.kind == QUAD:
+        u, v = light.half_u, light.half_v
+        area = 4.0 * float(np.sqrt(dot(u, u) * dot(v, v))[0])
+        facing = np.maximum(-dot(light.normal, to), 0.0) / np.sqrt(square)
+        most = np.minimum(area * facing / square, np.pi)
+        return most
+    most = np.pi * np.sin(half) ** 2
+    return most
+
+
+def shadow_variation(
+    plan: Plan,
+    surface: Surface,
+    patch: Patch,
+    light: Emitter,
+    pairs: Pairs,
+    time: Array | float,
+) -> tuple[Array, Mask]:
+    """Of the part of a light that is seen past occluders, relative to the unblocked factor.
+
+    Parameters
+    ----------
+    light : as it casts shadows.  pairs : (m) candidate occluders, sorted by point, that serve
+        the whole patches.  time : (m,) or a number, shutter times of the points.
+
+    Returns
+    -------
+    deviations : (3, 3, n); hidden : (n,) one occluder hides the light from the whole patch.
+    """
+    count = surface.item.size
+    total = no_variation(count)
+    hidden = np.zeros(count, dtype=np.bool_)
+    ball = pairs.item < plan.sphere_count
+    for rows, part in ((np.flatnonzero(ball), _past_spheres), (np.flatnonzero(~ball), _past_quads)):
+        if not rows.size:
+            continue
+        chosen = pairs.take(rows)
+        when = time[rows] if isinstance(time, np.ndarray) else time
+        shadow = part(plan, surface, patch, light, chosen, when)
+        hidden[chosen.pixel[shadow.covers]] = True
+        _collect(total, chosen.pixel, shadow)
+    total[..., hidden] = 0.0
+    return total, hidden
+
+
+@dataclass(frozen=True)
+class _Shadows:
+    """Shadows of m occluders over patches.
+
+    Attributes
+    ----------
+    depth : (m,) part of the light that one hides at most; 0 where none of its bounds comes near.
+    shifts : (3, m) radians that its outline moves over the light, by axis.
+    width : (m,) radians between where it begins and where it is whole.
+    ends : (m,) whether such a bound, a kink, runs through the patch.
+    covers : (m,) whether it hides the light from the whole patch.
+    """
+
+    depth: Array
+    shifts: Array
+    width: Array
+    ends: Mask
+    covers: Mask
+
+
+def _collect(total: Array, pixel: Ints, shadow: _Shadows) -> None:
+    """Add the deviations of shadows to their points'."""
+    live = np.flatnonzero(shadow.depth > 0.0)
+    pixel, depth, shifts = pixel[live], shadow.depth[live], shadow.shifts[:, live]
+    width = np.maximum(shadow.width[live], shifts.max(axis=0) / SHARPEST)
+    square = (shifts / np.maximum(width, TINY)) ** 2
+    across = square.sum(axis=0)
+    step = across >= ROUGH * ROUGH
+    kink = shadow.ends[live] & ~step
+    bend = np.where(kink, np.maximum(KINK * np.sqrt(across), BEND * across), BEND * across)
+    share = depth * np.minimum(bend, STEP) * square / np.maximum(across, TINY)
+    count = total.shape[2]
+    for kind, mask in ((BENDS, ~(kink | step)), (KINKS, kink), (STEPS, step)):
+        chosen = np.flatnonzero(mask)
+        if chosen.size:
+            for axis in range(3):
+                total[kind, axis] += np.bincount(
+                    pixel[chosen], weights=share[axis, chosen], minlength=count
+                )
+
+
+def _shift(step: Array, toward: Array, axis: Array, rate: Array, angle: Array) -> Array:
+    """Angle (m,) by which an outline moves over a light as the point takes a step.
+
+    Parameters
+    ----------
+    step : (3, m) metres.  toward : (3, m) unit vector across the outline.
+    axis : (3, m) to the light.  rate : (m,) radians a metre.
+    angle : (m,) from the light's centre to the occluder's: sideways steps count by their square.
+    """
+    aside = step - dot(step, axis) * axis
+    size = np.sqrt(dot(aside, aside)) * rate
+    sideways = 0.5 * size * size / np.maximum(np.maximum(angle, size), TINY)
+    shift: Array = np.abs(dot(aside, toward)) * rate + sideways
+    return shift
+
+
+def _rates(
+    plan: Plan, light: Emitter, patch: Patch, pairs: Pairs, near: Array, far: Array
+) -> tuple[Array, list[Array]]:
+    """Radians a metre at which an outline at a distance `near` moves over a light at `far`.
+
+    Returns with it the steps along x, y and t as if the point alone moved: (3, m) each.
+    """
+    rate = np.abs(1.0 / np.maximum(near, TINY) - 1.0 / far)
+    steps = [patch.steps[axis][:, pairs.pixel] for axis in range(3)]
+    if not plan.motion:
+        return rate, steps
+    half = patch.time[pairs.pixel]
+    moved = np.zeros((3, pairs.item.size))
+    for part, first in ((plan.spheres, 0), (plan.quads, plan.sphere_count)):
+        d = part.displacement
+        ids = pairs.item - first
+        if d is not None and ids.size and 0 <= ids[0] < d.shape[1]:
+            moved = d[:, ids]
+    carried = 0.0 if light.displacement is None else light.displacement
+    # (occluder - point) / near - (light - point) / far, as a step of the point times the rate
+    turn = (moved * half - steps[2]) / np.maximum(near, TINY) - (carried * half - steps[2]) / far
+    steps[2] = turn / np.maximum(rate, TINY)
+    return rate, steps
+
+
+def _past_spheres(
+    plan: Plan, surface: Surface, patch: Patch, light: Emitter, pairs: Pairs, time: Array | float
+) -> _Shadows:
+    """Of spheres."""
+    point = surface.point[:, pairs.pixel]
+    r = plan.spheres.radius[pairs.item]
+    v = plan.spheres.moved(pairs.item, time) - point
+    to = light.moved(time) - point
+    far = np.maximum(np.sqrt(dot(to, to)), TINY)
+    axis = to / far
+    vv = dot(v, v)
+    along = dot(axis, v)
+    aside = v - along * axis
+    off = np.sqrt(dot(aside, aside))
+    toward = aside / np.maximum(off, TINY)
+    angle = np.arctan2(off, along)
+    tangent = np.sqrt(np.maximum(vv - r * r, 0.0))
+    opening = np.arctan2(r, tangent)
+    half = _extent(light, toward, far)
+    rate, steps = _rates(plan, light, patch, pairs, np.maximum(tangent, far * NEAREST), far)
+    shifts = np.stack([_shift(step, toward, axis, rate, angle) for step in steps])
+    whole = shifts.sum(axis=0)
+    # it neither clears the light, nor hides all of it, nor lies within it, from the whole patch
+    farthest = angle + half
+    if light.kind == QUAD:
+        farthest = np.hypot(farthest, _extent(light, cross(axis, toward), far))
+    crosses = (angle - opening - half < whole) & (opening - farthest < whole)
+    crosses &= half - opening - angle < whole
+    before = np.sqrt(vv) - r < far + light.radius
+    enclosed = (vv <= r * r) | (pairs.item == surface.item[pairs.pixel])
+    depth = np.minimum(1.0, opening / np.maximum(half, SMALLEST * opening)) ** 2
+    depth = np.where(crosses & before & ~enclosed, depth, 0.0)
+    ends = (np.abs(angle - opening - half) < whole) | (np.abs(opening - farthest) < whole)
+    ends |= np.abs(half - opening - angle) < whole
+    covers = (opening - farthest >= whole) & ~enclosed & (tangent < far - light.radius)
+    return _Shadows(depth, shifts, 2.0 * np.minimum(half, opening), ends, covers)
+
+
+def _extent(light: Emitter, toward: Array, far: Array) -> Array:
+    """Half the angle (m,) a light fills along a direction across the view."""
+    if light.kind == QUAD:
+        wide = np.abs(dot(light.half_u, toward)) + np.abs(dot(light.half_v, toward))
+        flat: Array = np.arctan2(wide, far)
+        return flat
+    return _half_angle(light, far)
+
+
+def _past_quads(
+    plan: Plan, surface: Surface, patch: Patch, light: Emitter, pairs: Pairs, time: Array | float
+) -> _Shadows:
+    """Of quads: the sharpest of the edges that cross the light counts."""
+    point = surface.point[:, pairs.pixel]
+    ids = pairs.item - plan.sphere_count
+    q = plan.quads.moved(ids, time) - point
+    planes, normal, height = edge_planes(q, plan.quads.edge_u[:, ids], plan.quads.edge_v[:, ids])
+    to = light.moved(time) - point
+    far = np.maximum(np.sqrt(dot(to, to)), TINY)
+    axis = to / far
+    facing = np.abs(dot(axis, normal))
+    near = np.where(facing > TINY, height / np.maximum(facing, TINY), far)
+    near = np.clip(near, far * NEAREST, far * (1.0 - NEAREST))
+    rate, steps = _rates(plan, light, patch, pairs, near, far)
+    depth, width = np.zeros(ids.size), np.ones(ids.size)
+    shifts = np.zeros((3, ids.size))
+    ends = np.zeros(ids.size, dtype=np.bool_)
+    misses = ~(height > 0.0)
+    covers = ~misses
+    sharpest = np.zeros(ids.size)
+    for plane in planes:
+        toward = plane / np.maximum(np.sqrt(dot(plane, plane)), TINY)
+        height_of = np.arcsin(np.clip(dot(axis, toward), -1.0, 1.0))
+        half = _extent(light, toward, far)
+        each = np.stack([_shift(step, toward, axis, rate, np.ones_like(far)) for step in steps])
+        whole = each.sum(axis=0)
+        misses |= height_of < -half - whole
+        covers &= height_of > half + whole
+        crosses = np.abs(height_of) < half + whole
+        sharp = np.where(crosses, whole / np.maximum(half, whole / SHARPEST), 0.0)
+        better = sharp > sharpest
+        sharpest = np.where(better, sharp, sharpest)
+        width = np.where(better, 2.0 * half, width)
+        shifts = np.where(better, each, shifts)
+        depth = np.where(crosses, 1.0, depth)
+        ends |= crosses & (np.abs(np.abs(height_of) - half) < whole)
+    depth[misses] = 0.0
+    own = pairs.item == surface.item[pairs.pixel]
+    depth[own] = 0.0
+    # a quad that the light lies on this side of hides nothing of it
+    size = np.sqrt(dot(normal, normal))
+    depth[dot(to, normal) + light.radius * size <= height] = 0.0
+    before = dot(to, normal) - light.radius * size > height
+    return _Shadows(depth, shifts, width, ends, covers & before & ~misses & ~own)

@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Degenerate and hostile scenes: no NaN, no infinity, no exception, no warning, no excess light."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from adaptive_drt.film import PASSES
+from adaptive_drt.render import render_image
+from adaptive_drt.scene import SceneError
+from adaptive_drt.settings import METHODS, Settings
+from hostile_scenes import HOSTILE, REFUSED, brightest, hostile_scene
+
+pytestmark = pytest.mark.filterwarnings("error")
+
+RAYS = Settings(method="RAYS", light_rays=4, time_rays=4, pixel_rays=4, threads=1)
+WAYS = {
+    "order 1": replace(RAYS, order=1),
+    "order 2": RAYS,
+    "everywhere": replace(RAYS, distribution="EVERYWHERE"),
+    "embree": replace(RAYS, accelerator="EMBREE"),
+}
+if "EXACT" in METHODS:
+    WAYS["exact"] = Settings(method="EXACT", tolerance=0.1, threads=1)
+
+
+def check(scene, settings):
+    """Render, and see that every number can be shown and that no light comes from nowhere."""
+    film = render_image(scene, settings)
+    for name in ("color", "alpha", "depth", "normal"):
+        assert np.isfinite(getattr(film, name)).all(), name
+    assert (film.color >= 0.0).all() and (film.samples >= 1).all()
+    assert ((film.alpha >= 0.0) & (film.alpha <= 1.0)).all()
+    assert (film.color <= brightest(scene)[:, None, None]).all()
+    for each in PASSES:
+        assert np.isfinite(film.pixels(each.name)).all(), each.name
+
+
+def check_or_refused(scene, settings):
+    """The same, but where the camera was spoilt a message may say so."""
+    try:
+        check(scene, settings)
+    except SceneError as error:
+        assert "camera" in str(error)
+
+
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("name", HOSTILE)
+def test_a_named_scene(name, way):
+    check(HOSTILE[name], WAYS[way])
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_a_camera_that_forms_no_picture(name):
+    with pytest.raises(SceneError, match="camera"):
+        render_image(REFUSED[name], RAYS)
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_random_scenes_with_faults(seed):
+    """Each seed by one of the ways."""
+    way = list(WAYS)[seed % len(WAYS)]
+    check_or_refused(hostile_scene(seed), WAYS[way])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(60, 260))
+def test_many_random_scenes_with_faults(seed):
+    for settings in WAYS.values():
+        check_or_refused(hostile_scene(seed), settings)
