@@ -7,7 +7,7 @@ READY := $(VENV)/.ready
 BIN := $(VENV)/bin
 
 .DEFAULT_GOAL := help
-.PHONY: help venv demo test test-all lint format bench-paper package blender blender-venvs pictures compositor clean distclean
+.PHONY: help venv demo test test-all stress lint format bench bench-paper package blender blender-venvs pictures compositor clean distclean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 20
@@ -34,9 +34,16 @@ test: lint  ## lint, and every test that is not slow
 test-all: lint  ## lint, and every test
 	$(BIN)/python -m pytest tests
 
+stress: $(READY)  ## the long stress test: kernels, hostile and changed scenes, masks; docs/stability.md
+	$(BIN)/python benchmarks/stress.py
+
 format: $(READY)  ## format the code, fix what ruff can fix
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
+
+bench: $(READY)  ## time against error beside Cycles and Mitsuba, write docs/benchmark.md (half an hour)
+	@bash benchmarks/bench_setup.sh $(abspath $(VENV))
+	$(BIN)/python benchmarks/bench.py $(BENCH)
 
 bench-paper: $(READY)  ## run the paper's table, write docs/paper-table.md
 	$(BIN)/python benchmarks/paper.py

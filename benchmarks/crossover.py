@@ -34,7 +34,7 @@ SIDE = 10.0
 """Metres, the floor's side."""
 GIVE_UP = 5.0
 """Seconds: an accelerator that took longer is not tried with more spheres."""
-SETTINGS = Settings(use_edges=False, use_motion=False, light_rays=16)
+SETTINGS = Settings(method="RAYS", use_edges=False, use_motion=False, light_rays=16)
 
 
 @dataclass(frozen=True)

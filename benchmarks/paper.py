@@ -27,8 +27,8 @@ from adaptive_drt.scene import Scene
 from adaptive_drt.settings import Settings
 
 ROOT = Path(__file__).resolve().parent.parent
-PENUMBRA = Settings(use_edges=False, use_motion=False, light_rays=49)
-MOTION = Settings(use_edges=False, use_penumbra=False, time_rays=128)
+PENUMBRA = Settings(method="RAYS", use_edges=False, use_motion=False, light_rays=49)
+MOTION = Settings(method="RAYS", use_edges=False, use_penumbra=False, time_rays=128)
 SCENES = {"penumbra": (penumbra_scene, PENUMBRA), "motion": (motion_scene, MOTION)}
 RAYS = {"penumbra": "light_rays", "motion": "time_rays"}
 

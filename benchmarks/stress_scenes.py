@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Whole scenes by seed: hostile ones, moved and turned ones, and masks on adversarial ones.
+
+Each function takes one seed and returns what was found; they are run by many processes.
+"""
+
+from __future__ import annotations
+
+import sys
+import warnings
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "tests"))
+
+import numpy as np
+
+from adaptive_drt.render import render_image
+from adaptive_drt.scene import Scene, SceneError
+from adaptive_drt.settings import METHODS, Settings
+from adversarial_scenes import FAMILIES
+from adversarial_scenes import adversarial as adversarial_case
+from hostile_scenes import brightest, hostile_scene
+from random_scenes import random_scene, scaled
+from transforms import mirrored, moved, random_rotation, reordered, turned
+
+__all__ = ["Found", "adversarial", "hostile", "invariance"]
+
+RAYS = Settings(method="RAYS", light_rays=4, time_rays=4, pixel_rays=4, threads=1)
+WAYS = {
+    "order 2": RAYS,
+    "order 1": replace(RAYS, order=1),
+    "everywhere": replace(RAYS, distribution="EVERYWHERE"),
+    "embree": replace(RAYS, accelerator="EMBREE"),
+}
+if "EXACT" in METHODS:
+    WAYS["exact"] = Settings(method="EXACT", threads=1)
+
+
+@dataclass
+class Found:
+    """What one seed showed: `faults`, each a sentence, and figures by name."""
+
+    seed: int
+    faults: list[str] = field(default_factory=list)
+    figures: dict[str, float] = field(default_factory=dict)
+
+
+def hostile(seed: int) -> Found:
+    """Render a hostile scene in every way; every number must be one that can be shown."""
+    found = Found(seed)
+    scene = hostile_scene(seed)
+    for name, settings in WAYS.items():
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("error")
+                film = render_image(scene, settings)
+        except SceneError:
+            found.figures["refused"] = 1.0
+            continue
+        except Exception as error:
+            found.faults.append(f"{name}: {type(error).__name__}: {error}")
+            continue
+        fine = all(np.isfinite(x).all() for x in (film.color, film.alpha, film.depth, film.normal))
+        if not fine:
+            found.faults.append(f"{name}: a number that is not finite")
+        elif not ((film.color >= 0.0) & (film.color <= brightest(scene)[:, None, None])).all():
+            found.faults.append(f"{name}: light that is below zero or more than the lights send")
+        found.figures["renders"] = found.figures.get("renders", 0.0) + 1.0
+    return found
+
+
+def invariance(seed: int) -> Found:
+    """Relative RMSE between a random scene's pictures before and after changes of the whole."""
+    found = Found(seed)
+    rng = np.random.default_rng((seed, 5))
+    scene = random_scene(seed)
+    place = np.array([row[3] for row in scene.camera.matrix[:3]])
+    shift = rng.normal(size=3)
+    shift *= np.linalg.norm(place) / np.linalg.norm(shift)
+    turn, mirror = random_rotation(rng), rng.normal(size=3)
+    exact = "EXACT" in METHODS
+    changes = {
+        "moved by 1e3 sizes": moved(scene, 1e3 * shift),
+        "moved by 1e6 sizes": moved(scene, 1e6 * shift),
+        "scaled by 1e-6": scaled(scene, 1e-6),
+        "scaled by 1e6": scaled(scene, 1e6),
+        "reordered": reordered(scene, rng, exact),
+        "turned": turned(scene, turn),
+        "mirrored": mirrored(scene, mirror),
+    }
+    whole = WAYS["exact"] if exact else RAYS
+    # rays are distributed at points of a light's own coordinates, and round lights have none
+    hard = whole if exact else replace(RAYS, use_penumbra=False)
+    wants = {id(s): render_image(scene, s).color for s in (whole, hard)}
+    for name, other in changes.items():
+        settings = hard if name in ("turned", "mirrored") else whole
+        want = wants[id(settings)]
+        found.figures[name] = _difference(want, other, settings)
+        limit = 1e-6 if name.startswith("moved") else 1e-9
+        if not found.figures[name] <= limit:
+            found.faults.append(f"{name}: relative RMSE {found.figures[name]:.1e}")
+    return found
+
+
+def _difference(want: np.ndarray, scene: Scene, settings: Settings) -> float:
+    picture = render_image(scene, settings).color
+    return float(np.sqrt(((picture - want) ** 2).mean()) / max(want.mean(), 1e-300))
+
+
+def adversarial(seed: int) -> Found:
+    """Hold the mask of an adversarial scene against the truth in extended precision."""
+    found = Found(seed)
+    case = adversarial_case(seed)
+    name = FAMILIES[seed % len(FAMILIES)].__name__.replace("_", " ")
+    for order in (2, 1):
+        settings = replace(RAYS, order=order, **case.switches)
+        mask = render_image(case.scene, settings).mask[case.row]
+        gone = case.left_out(mask)
+        if gone.size:
+            found.faults.append(f"{name}, order {order}: {gone.size} pixels, by {gone.max():.1e}")
+        if order == 2:
+            depend, flagged = case.counts(mask)
+            found.figures = {f"{name}:depend": float(depend), f"{name}:flagged": float(flagged)}
+    return found
