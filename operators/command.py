@@ -17,6 +17,12 @@ from .job import Job
 from .state import state
 
 NAME = "adaptive_render"
+HEEDED_BY = {
+    "tolerance": "EXACT",
+    **dict.fromkeys(("order", "distribution", "light_rays", "time_rays", "pixel_rays"), "RAYS"),
+}
+"""The method that a setting belongs to, if to one alone."""
+
 STEP = 0.1
 """Of a frame: progress is told this often on a terminal."""
 
@@ -75,6 +81,11 @@ def settings_properties(scene: Any) -> Iterator[Any]:
     for prop in scene.adaptive_drt.bl_rna.properties:
         if prop.identifier not in ("rna_type", "name"):
             yield prop
+
+
+def idle_settings(chosen: dict[str, Any], method: str) -> list[str]:
+    """Return the settings among those chosen that the method does not look at."""
+    return [name for name in chosen if HEEDED_BY.get(name, method) != method]
 
 
 def _value_of(prop: Any) -> dict[str, Any]:
@@ -149,6 +160,9 @@ def render_frames(scene: Any, options: argparse.Namespace) -> None:
         asked.update(use_border=True, use_crop_to_border=options.crop)
     with ExitStack() as stack:
         stack.enter_context(changed(scene.adaptive_drt, **chosen))
+        method = scene.adaptive_drt.method
+        for name in idle_settings(chosen, method):
+            _say(f"--{name.replace('_', '-')} does nothing with the method {method}")
         stack.enter_context(changed(render, **asked))
         settings = render.image_settings
         stack.enter_context(changed(settings, **_format_values(settings, options)))
@@ -206,9 +220,13 @@ def run(arguments: list[str]) -> int:
 
 
 def _fail(reason: str) -> int:
-    sys.stderr.write(f"{NAME}: {reason}\n")
-    sys.stderr.flush()
+    _say(reason)
     return 1
+
+
+def _say(what: str) -> None:
+    sys.stderr.write(f"{NAME}: {what}\n")
+    sys.stderr.flush()
 
 
 _handles: list[Any] = []

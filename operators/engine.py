@@ -11,7 +11,6 @@ import json
 import logging
 import time
 from collections.abc import Iterator
-from dataclasses import replace
 from typing import Any
 
 import bpy
@@ -23,7 +22,7 @@ from ..adaptive_drt.scene import SceneError
 from ..adaptive_drt.settings import SettingsError
 from .export import export_scene, kept_frame
 from .figures import issues_of, summary
-from .job import WINDOW_BATCH, Job
+from .job import Job
 from .settings import settings_of
 from .state import issues_key, state
 
@@ -32,11 +31,14 @@ ENGINE = "ADAPTIVE_DRT"
 OPTIONAL = {"Depth": "use_pass_z", "Normal": "use_pass_normal"}
 """Passes of Blender's own that a view layer asks for; the others are always there."""
 
-TICK = 0.1
+TICK = 0.05
 """Seconds between two looks at whether to go on."""
 
-SHOW = 0.5
-"""Seconds between two showings of the picture so far."""
+SHOW = 1.0
+"""Seconds between two showings of the picture so far; ESC waits while one is drawn."""
+
+SPARE = 5.0
+"""Times as long as one showing takes the window is left alone after it."""
 
 log = logging.getLogger(__name__)
 
@@ -61,6 +63,7 @@ class ADRT_RE_engine(bpy.types.RenderEngine):
     bl_use_shading_nodes_custom = False
 
     _told = 0.0
+    _said = ""
 
     def update_render_passes(self, scene: Any = None, renderlayer: Any = None) -> None:
         """Tell Blender, the compositor's Render Layers node among it, which passes there are."""
@@ -80,7 +83,7 @@ class ADRT_RE_engine(bpy.types.RenderEngine):
 
     def _render(self, depsgraph: Any) -> None:
         job = self._export(depsgraph)
-        self._told = 0.0
+        self._told, self._said = 0.0, ""
         # a render of the operator may be running; then its progress stays the one that is shown
         if state.job is None:
             state.job = job
@@ -96,7 +99,7 @@ class ADRT_RE_engine(bpy.types.RenderEngine):
             if job.error is not None:
                 raise job.error
             if job.film is not None:
-                picture.finish(job.film)
+                picture.finish(job)
         finally:
             job.cancel()
             job.wait()
@@ -112,22 +115,21 @@ class ADRT_RE_engine(bpy.types.RenderEngine):
         self.update_stats("", "Exporting")
         with kept_frame(scene, self) as move:
             exported = export_scene(depsgraph, move, settings.use_motion)
-        if not bpy.app.background:
-            settings = replace(settings, batch=WINDOW_BATCH)
-        return Job(exported, settings)
+        return Job(exported, settings, watched=not bpy.app.background)
 
     def _is_over(self) -> bool:
         """Whether the user has cancelled."""
         return bool(self.test_break())
 
     def _tell_progress(self, job: Job, scene: Any) -> None:
-        """Say how far it is; on a terminal each saying is a line, so only when it got further."""
-        self.update_progress(job.factor)
+        """Say how far it is, if that is news: a window draws it, a terminal writes a line."""
         if state.watch is not None:
             state.watch(scene, job)
-        if not bpy.app.background or job.factor > self._told:
-            self._told = job.factor
-            self.update_stats("", job.text)
+        text = job.text
+        if text != self._said and (not bpy.app.background or job.factor > self._told):
+            self._told, self._said = job.factor, text
+            self.update_progress(job.factor)
+            self.update_stats("", text)
 
     def _tell(self, scene: Any, film: Film) -> None:
         """Say how it went, and what was left out."""
@@ -156,15 +158,20 @@ class _Picture:
             return
         preview = job.take_preview()
         if preview is not None and job.film is not None:
-            self._fill(job.film, {"Combined": preview})
+            began = time.monotonic()
+            self._fill(job.film, "Combined", preview)
             self._engine.update_result(self._result)
-            self._due = time.monotonic() + SHOW
+            now = time.monotonic()
+            self._due = now + max(SHOW, SPARE * (now - began))
         elif time.monotonic() >= self._due:
             job.want_preview()
 
-    def finish(self, film: Film) -> None:
+    def finish(self, job: Job) -> None:
         """Fill every pass."""
-        self._fill(film, {one.name: film.pixels(one.name) for one in PASSES})
+        film = job.film
+        assert film is not None
+        for one in PASSES:
+            self._fill(film, one.name, job.pixels(one.name))
         figures = json.dumps({k: v for k, v in film.stats.items() if k != "issues"})
         # the whole result: what is said of a part is lost when it is merged
         self._engine.get_result().stamp_data_add_field(f"adaptive_drt.{self._layer}", figures)
@@ -175,12 +182,12 @@ class _Picture:
             self._engine.end_result(self._result)
             self._result = None
 
-    def _fill(self, film: Film, pixels: dict[str, NDArray[np.float32]]) -> None:
+    def _fill(self, film: Film, name: str, flat: NDArray[np.float32]) -> None:
         if self._result is None:
             self._result = self._engine.begin_result(
                 0, 0, film.width, film.height, layer=self._layer
             )
         # one layer, since it was asked for; with stereoscopy a pass is there once for each view
         for one in self._result.layers[0].passes:
-            if one.name in pixels:
-                one.rect.foreach_set(pixels[one.name])
+            if one.name == name:
+                one.rect.foreach_set(flat)

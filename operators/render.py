@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import logging
 import time
-from dataclasses import replace
 from typing import Any
 
 import bpy
@@ -23,7 +22,7 @@ from .images import (
     write_images,
     write_picture,
 )
-from .job import WINDOW_BATCH, Job
+from .job import Job
 from .settings import settings_of
 from .state import issues_key, state
 
@@ -32,12 +31,16 @@ log = logging.getLogger(__name__)
 TICK = 0.1
 """Seconds between two looks at a render that runs in a window."""
 
+GRACE = 0.15
+"""Seconds that ESC waits for the render to end before it gives the window back."""
+
 SHOW = 0.5
 """Seconds between two showings of the picture so far."""
 
 SPARE = 5.0
-"""Times as long as one showing takes the window is left alone after it. Without a graphics card
-Blender draws a picture of 1920 x 1080 in half a second to one and a half."""
+"""Times as long as one drawing takes the window is left alone after it. Without a graphics card
+Blender draws a picture of 1920 x 1080, and the 3D view with it, in 0.3 to 1.5 s, and panels in
+0.1 to 0.3 s."""
 
 
 class ADRT_OT_render(bpy.types.Operator):
@@ -49,7 +52,8 @@ class ADRT_OT_render(bpy.types.Operator):
     _timer: Any = None
     _shown = False
     _due = 0.0
-    _wrote: float | None = None
+    _drew: float | None = None
+    _rest = 0.0
     _said = ""
 
     @classmethod
@@ -74,7 +78,7 @@ class ADRT_OT_render(bpy.types.Operator):
         """Render in a thread while the window stays alive."""
         if context.window is None or bpy.app.background:
             return self.execute(context)
-        if not self._prepare(context, WINDOW_BATCH):
+        if not self._prepare(context, watched=True):
             return {"CANCELLED"}
         manager = context.window_manager
         self._timer = manager.event_timer_add(TICK, window=context.window)
@@ -90,18 +94,31 @@ class ADRT_OT_render(bpy.types.Operator):
             return {"CANCELLED"}
         if event.type == "ESC" and event.value == "PRESS":
             job.cancel()
-            self._show_progress(context, "Cancelling")
-            return {"RUNNING_MODAL"}
-        if event.type != "TIMER":
+            # it mostly ends sooner than the window could be drawn to say so
+            job.wait(GRACE)
+            if job.running:
+                self._show_progress(context, "Cancelling")
+                return {"RUNNING_MODAL"}
+        elif event.type != "TIMER":
             return {"PASS_THROUGH"}
         # a cancelled job ends within a chunk of rays; until then the window stays alive
-        if job.running:
-            self._show_progress(context, "Cancelling" if job.ending else job.text)
-            self._show_so_far(job)
+        elif job.running:
+            if self._has_rested():
+                self._show_progress(context, "Cancelling" if job.ending else job.text)
+                self._show_so_far(job)
             return {"PASS_THROUGH"}
         state.job = None
         self._leave(context)
         return self._finish(job)
+
+    def _has_rested(self) -> bool:
+        """Whether the window may be given something to draw again."""
+        now = time.monotonic()
+        if self._drew is not None:
+            # this tick came after the drawing; what it is late by is what drawing takes
+            self._rest = now + SPARE * max(0.0, now - self._drew - TICK)
+            self._drew = None
+        return now >= self._rest
 
     def _show_progress(self, context: Any, text: str) -> None:
         if text == self._said:  # nothing to draw again
@@ -110,14 +127,11 @@ class ADRT_OT_render(bpy.types.Operator):
         context.window_manager.progress_update(int(100.0 * state.job.factor))
         context.workspace.status_text_set(f"Adaptive Render: {text}   (ESC: cancel)")
         redraw_panels()
+        self._drew = time.monotonic()
 
     def _show_so_far(self, job: Job) -> None:
         """Let the picture fill in, now and then, when there is more of it."""
         now = time.monotonic()
-        if self._wrote is not None:
-            # this tick came after the picture was drawn; slow drawing must not stop the rest
-            self._due = now + max(SHOW, SPARE * (now - self._wrote))
-            self._wrote = None
         preview = job.take_preview()
         if preview is not None and job.film is not None:
             write_picture(preview, job.film, self._frame)
@@ -126,7 +140,7 @@ class ADRT_OT_render(bpy.types.Operator):
                 bpy.app.timers.register(show_result, first_interval=0.0)
             redraw_images()
             self._shown = True
-            self._wrote = now
+            self._drew, self._due = now, now + SHOW
         elif now >= self._due:
             job.want_preview()
 
@@ -135,7 +149,7 @@ class ADRT_OT_render(bpy.types.Operator):
         stop()
         self._leave(context)
 
-    def _prepare(self, context: Any, batch: int | None = None) -> bool:
+    def _prepare(self, context: Any, watched: bool = False) -> bool:
         """Export the scene and make the job; report and return False if there is nothing to do."""
         scene = context.scene
         self._uid = issues_key(scene)
@@ -147,8 +161,7 @@ class ADRT_OT_render(bpy.types.Operator):
                 )
             crop = scene.render.use_border and scene.render.use_crop_to_border
             self._frame = frame_of(self._scene.camera, crop)
-            settings = self._settings if batch is None else replace(self._settings, batch=batch)
-            state.job = Job(self._scene, settings)
+            state.job = Job(self._scene, self._settings, watched)
         except (SceneError, SettingsError) as error:
             self.report({"ERROR"}, str(error))
             return False
@@ -163,7 +176,7 @@ class ADRT_OT_render(bpy.types.Operator):
             self.report({"ERROR"}, str(job.error) or type(job.error).__name__)
             if self._shown and job.film is not None:
                 # the picture is half of this render by now, so its mask and figures go with it
-                write_images(job.film, self._frame, {"cancelled": True, "done": job.factor})
+                write_images(job, self._frame, {"cancelled": True, "done": job.factor})
             return {"CANCELLED"}
         if job.film is None:
             self.report({"WARNING"}, "Cancelled before the first pixels; the images are as before")
@@ -174,7 +187,7 @@ class ADRT_OT_render(bpy.types.Operator):
             stats.setdefault("issues", [vars(issue) for issue in self._scene.issues])
         before = read_figures(find_image(MASK))
         figures = gather_figures(stats, self._scene, self._settings, before)
-        write_images(job.film, self._frame, figures)
+        write_images(job, self._frame, figures)
         state.figures[self._uid] = figures
         self._tell(job, figures)
         # a window must not change inside modal(): that would run its end a second time

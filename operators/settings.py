@@ -13,6 +13,8 @@ def settings_of(scene: Any) -> Settings:
     chosen = scene.adaptive_drt
     return Settings(
         method=chosen.method,
+        # as it was typed: Blender keeps float32, where 0.001 is 0.0010000000475
+        tolerance=float(f"{chosen.tolerance:.7g}"),
         order=int(chosen.order),
         distribution=chosen.distribution,
         light_rays=chosen.light_rays,

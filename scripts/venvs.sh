@@ -12,7 +12,7 @@ python=${PYTHON:-.venv/bin/python}
 make_venv() {
     local folder=$cache/bpy-$1
     shift
-    local wanted="$* embreex==4.4.0.post1 pytest==9.2.0 OpenEXR==3.5.3"
+    local wanted="$* embreex==4.4.0.post1 pytest==9.2.0 OpenEXR==3.5.3 hypothesis==6.170.15"
     [[ -f $folder/.ready && $(<"$folder/.ready") == "$wanted" ]] && return
     printf 'venvs: %s with %s\n' "$folder" "$wanted" >&2
     rm -rf "$folder"

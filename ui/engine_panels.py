@@ -21,6 +21,11 @@ ADDED = (
 
 REFUSED = (
     "DATA_PT_light",  # less than DATA_PT_EEVEE_light
+    "RENDER_PT_output_views",
+)
+"""Names of common panels whose settings this engine does not heed."""
+
+REFUSED_KINDS = (
     "DATA_PT_spot",
     "DATA_PT_lightprobe",
     "DATA_PT_volume",
@@ -29,10 +34,14 @@ REFUSED = (
     "RENDER_PT_freestyle",
     "RENDER_PT_gpencil",
     "RENDER_PT_grease_pencil",
+    "RENDER_PT_simplify_greasepencil",
     "VIEWLAYER_PT_freestyle",
     "MATERIAL_PT_freestyle",
 )
-"""Beginnings of the names of common panels whose settings this engine does not heed."""
+"""Beginnings of such names, for a panel and those within it."""
+
+IN_NODES = "NODE_"
+"""What the node editor's copy of a panel is called before its name; both share their engines."""
 
 
 def shared_panels() -> Iterator[Any]:
@@ -43,8 +52,8 @@ def shared_panels() -> Iterator[Any]:
     """
     for panel in bpy.types.Panel.__subclasses__():
         engines = getattr(panel, "COMPAT_ENGINES", None)
-        name = panel.__name__
-        if not isinstance(engines, set) or name.startswith(REFUSED):
+        name = panel.__name__.removeprefix(IN_NODES)
+        if not isinstance(engines, set) or name in REFUSED or name.startswith(REFUSED_KINDS):
             continue
         if name in ADDED or "BLENDER_RENDER" in engines:
             yield panel
@@ -84,7 +93,20 @@ class ADRT_PT_passes(_Ours, bpy.types.Panel):
             column.prop(context.view_layer, switch)
 
 
-classes = (ADRT_PT_film, ADRT_PT_passes)
+class ADRT_PT_override(_Ours, bpy.types.Panel):
+    bl_label = "Override"
+    bl_context = "view_layer"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: Any) -> None:
+        layout = self.layout
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        layout.prop(context.view_layer, "material_override", text="Material")
+        layout.prop(context.view_layer, "world_override", text="World")
+
+
+classes = (ADRT_PT_film, ADRT_PT_passes, ADRT_PT_override)
 
 
 def register() -> None:

@@ -8,6 +8,7 @@ from typing import Any
 import bpy
 
 from ..adaptive_drt.scene import Issue
+from ..operators.engine import ENGINE
 from ..operators.figures import issues_of, read_figures
 from ..operators.images import MASK, find_image
 from ..operators.state import issues_key, state
@@ -47,8 +48,11 @@ class _Main:
         chosen = context.scene.adaptive_drt
         column = layout.column()
         column.prop(chosen, "method")
-        column.prop(chosen, "order")
-        column.prop(chosen, "distribution")
+        if chosen.method == "EXACT":
+            column.prop(chosen, "tolerance")
+        else:
+            column.prop(chosen, "order")
+            column.prop(chosen, "distribution")
 
 
 class _Effects:
@@ -68,7 +72,8 @@ class _Effects:
             column.prop(chosen, use)
             below = column.column()
             below.active = getattr(chosen, use)
-            below.prop(chosen, rays)
+            if chosen.method == "RAYS":
+                below.prop(chosen, rays)
             if use == "use_motion":
                 _draw_shutter(below, context.scene.render)
 
@@ -90,8 +95,14 @@ class _Performance:
         layout = self.layout
         layout.use_property_split = True
         layout.use_property_decorate = False
-        layout.prop(context.scene.adaptive_drt, "seed")
-        layout.prop(context.scene.adaptive_drt, "threads")
+        chosen = context.scene.adaptive_drt
+        layout.prop(chosen, "seed")
+        layout.prop(chosen, "threads")
+        # the engine's picture alone is composed
+        if context.engine == ENGINE:
+            column = layout.column(heading="Compositor")
+            column.prop(context.scene.render, "compositor_device", text="Device")
+            column.prop(context.scene.render, "compositor_precision", text="Precision")
 
 
 class _Figures:
@@ -152,6 +163,9 @@ def figure_lines(figures: dict[str, Any]) -> list[tuple[str, str]]:
         lines.append(("Time", f"{seconds:.2f} s"))
     if figures.get("cancelled"):
         lines.append(("Cancelled at", f"{int(100.0 * figures.get('done', 0.0))} %"))
+    for name, said in (("error_estimate", "Error, estimated"), ("tolerance", "Tolerance")):
+        if isinstance(figures.get(name), (int, float)):
+            lines.append((said, f"{figures[name]:.2g}"))
     pixels = figures.get("pixels") or 0
     for name, count in figures.get("counts", {}).items():
         share = f" ({100.0 * count / pixels:.1f} %)" if pixels else ""

@@ -2,9 +2,19 @@
 """Settings of a scene: `scene.adaptive_drt`."""
 
 import bpy
-from bpy.props import BoolProperty, EnumProperty, IntProperty, PointerProperty
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty
+
+from ..adaptive_drt.settings import Settings
+
+DEFAULTS = Settings()
 
 METHODS = (
+    (
+        "EXACT",
+        "Exact",
+        "Light in closed form; the shutter and the pixel between exact events, to a tolerance",
+        1,
+    ),
     (
         "RAYS",
         "Distributed Rays",
@@ -29,24 +39,36 @@ class ADRT_PG_settings(bpy.types.PropertyGroup):
         name="Method",
         description="How flagged pixels are resolved",
         items=METHODS,
-        default="RAYS",
+        default=DEFAULTS.method,
+    )
+    tolerance: FloatProperty(
+        name="Tolerance",
+        description="Error that the picture may have: root mean square, relative to the picture's "
+        "mean; 0.001 is 0.1 %. For the method Exact",
+        default=DEFAULTS.tolerance,
+        min=1e-7,
+        soft_min=1e-4,
+        soft_max=0.1,
+        max=1.0,
+        step=0.1,
+        precision=4,
     )
     order: EnumProperty(
         name="Order",
         description="Order of the derivatives that decide where rays are distributed",
         items=ORDERS,
-        default="2",
+        default=str(DEFAULTS.order),
     )
     distribution: EnumProperty(
         name="Distribution",
         description="Which pixels get distributed rays",
         items=DISTRIBUTIONS,
-        default="ADAPTIVE",
+        default=DEFAULTS.distribution,
     )
     light_rays: IntProperty(
         name="Light Rays",
         description="Rays to each light in a pixel that lies in a penumbra",
-        default=49,
+        default=DEFAULTS.light_rays,
         min=1,
         soft_max=1024,
         max=1 << 20,
@@ -54,7 +76,7 @@ class ADRT_PG_settings(bpy.types.PropertyGroup):
     time_rays: IntProperty(
         name="Time Rays",
         description="Rays over the shutter in a pixel that sees motion",
-        default=128,
+        default=DEFAULTS.time_rays,
         min=1,
         soft_max=1024,
         max=1 << 20,
@@ -62,7 +84,7 @@ class ADRT_PG_settings(bpy.types.PropertyGroup):
     pixel_rays: IntProperty(
         name="Pixel Rays",
         description="Rays over the area of a pixel that holds an edge",
-        default=16,
+        default=DEFAULTS.pixel_rays,
         min=1,
         soft_max=256,
         max=1 << 20,

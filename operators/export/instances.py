@@ -7,6 +7,7 @@ from collections.abc import Hashable, Iterator
 from typing import Any
 
 from ...adaptive_drt.scene import Issue
+from .nodes import called
 
 
 def key_of(instance: Any) -> Hashable:
@@ -26,13 +27,15 @@ class Visible:
     """Tells which instances a render shows: what is hidden from renders is not among them.
 
     The depsgraph of an operator is the viewport's, so what is hidden in the viewport alone is
-    not in it; `missing` names those.
+    not in it; `missing` names those. `unheeded` is what the view layer asks of its collections
+    beyond being there.
     """
 
     def __init__(self, depsgraph: Any) -> None:
         view_layer = depsgraph.view_layer
         self._objects: set[Any] = set()
         self._instanced: dict[Any, set[Any]] = {}
+        self.unheeded: list[Issue] = []
         self._walk(view_layer.layer_collection)
 
     def __call__(self, instance: Any) -> bool:
@@ -58,6 +61,7 @@ class Visible:
         if layer.exclude or layer.collection.hide_render:
             return
         self._objects.update(o.original for o in layer.collection.objects if not o.hide_render)
+        self.unheeded.extend(_asked_of(layer))
         for child in layer.children:
             self._walk(child)
 
@@ -71,6 +75,18 @@ RENDERED = frozenset(
     "MESH CURVE SURFACE META FONT CURVES POINTCLOUD VOLUME GREASEPENCIL GPENCIL LIGHT".split()
 )
 """Types of objects that a render of Blender's shows."""
+
+
+def _asked_of(layer: Any) -> Iterator[Issue]:
+    """Yield what a view layer asks of a collection, and is left out."""
+    if not len(layer.collection.all_objects):
+        return
+    said = called("Collection", layer.name)
+    remedy = "exclude it from the view layer, or switch that off"
+    if layer.holdout:
+        yield Issue(said, f"its Holdout is left out, so its objects are seen: {remedy}")
+    if layer.indirect_only:
+        yield Issue(said, f"its Indirect Only is left out, so the camera sees it: {remedy}")
 
 
 def _reached(collection: Any) -> Iterator[Any]:

@@ -11,6 +11,7 @@ import numpy as np
 
 from ...adaptive_drt.scene import Camera, Issue, Light, Material, Scene, SceneError, Shape
 from .camera import camera_of
+from .clipping import clipped
 from .instances import RENDERED, Visible, key_of, name_of
 from .light import light_of
 from .material import material_of, slot_material
@@ -20,13 +21,23 @@ from .world import background_of
 
 CAMERA_KEY = "camera"
 
+STEREO = (
+    "Stereoscopy is left out, so its views are all alike: render each eye with a camera of its "
+    "own, or switch Stereoscopy off (scene.render.use_multiview; its panel is in Output under "
+    "Blender's own engines)"
+)
+
 
 @dataclass
 class _Export:
-    """What has been gathered so far; meshes and materials are read once however often used."""
+    """What has been gathered so far; meshes and materials are read once however often used.
+
+    override : the material that the view layer puts on everything, if any.
+    """
 
     opens: dict[Hashable, Matrix] | None
     closes: dict[Hashable, Matrix] | None
+    override: Any | None = None
     shapes: list[Shape] = field(default_factory=list)
     lights: list[Light] = field(default_factory=list)
     issues: list[Issue] = field(default_factory=list)
@@ -71,12 +82,14 @@ def export_scene(
     opens = closes = None
     if shutter is not None and move is not None:
         opens, closes = _ends(depsgraph, move, shutter)
-    gathered = _Export(opens, closes)
+    layer = depsgraph.view_layer_eval
+    gathered = _Export(opens, closes, layer.material_override)
     camera = _camera(depsgraph, gathered)
     if scene.render.use_multiview:
-        gathered.issues.append(Issue("Scene", "stereoscopy is left out: its views are all alike"))
+        gathered.issues.append(Issue("Scene", STEREO))
     _gather(depsgraph, gathered)
-    background = background_of(depsgraph.scene_eval.world, gathered.issues)
+    background = background_of(layer.world_override or depsgraph.scene_eval.world, gathered.issues)
+    gathered.issues.extend(clipped(_active_camera(depsgraph).data, camera, gathered.shapes))
     return Scene(
         camera=camera,
         shapes=tuple(gathered.shapes),
@@ -122,6 +135,7 @@ def _camera(depsgraph: Any, gathered: _Export) -> Camera:
 
 def _gather(depsgraph: Any, gathered: _Export) -> None:
     visible = Visible(depsgraph)
+    gathered.issues.extend(visible.unheeded)
     seen = set()
     # an instance is valid only until the next one, so all of it is copied here
     for instance in depsgraph.object_instances:
@@ -155,7 +169,7 @@ def _gather_mesh(instance: Any, name: str, gathered: _Export) -> None:
     if isinstance(form, str):
         gathered.issues.append(Issue(name, form))
         return
-    worn = slot_material(thing, mesh, name, gathered.issues)
+    worn = gathered.override or slot_material(thing, mesh, name, gathered.issues)
     key = worn.name_full if worn is not None else ""
     if key not in gathered.materials:
         gathered.materials[key] = material_of(worn, gathered.issues)

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...adaptive_drt.scene import Motion, Vector
+from ...adaptive_drt.scene import Motion, SceneError, Vector
 
 Matrix = NDArray[np.float64]
 
@@ -21,6 +21,9 @@ CURVED = 0.01
 
 TURNED = 1e-5
 """Of a thing's size: less change of its shape during the shutter is float32's rounding."""
+
+LAST_FRAME = 1_048_574
+"""Blender's own last frame, and the first with a minus."""
 
 
 @dataclass(frozen=True)
@@ -57,13 +60,22 @@ class Path:
 
 
 def shutter_of(scene: Any) -> Shutter | None:
-    """Return the shutter of a scene in frames, or None when nothing may move."""
+    """Return the shutter of a scene in frames, or None when nothing may move.
+
+    Raises
+    ------
+    SceneError
+        It opens or closes at no frame that Blender knows.
+    """
     render = scene.render
     if not render.use_motion_blur or render.motion_blur_shutter <= 0.0:
         return None
     frame, length = scene.frame_current + scene.frame_subframe, render.motion_blur_shutter
     early = {"START": 0.0, "CENTER": 0.5, "END": 1.0}[render.motion_blur_position]
-    return Shutter(frame - early * length, frame + (1.0 - early) * length)
+    shutter = Shutter(frame - early * length, frame + (1.0 - early) * length)
+    if not all(abs(time) <= LAST_FRAME for time in (shutter.opens, shutter.closes)):
+        raise SceneError(f"The scene's shutter is open for {length:g} frames: set it again")
+    return shutter
 
 
 @contextmanager

@@ -48,6 +48,13 @@ def test_depth_of_field_is_told(export):
     assert "depth of field" in things.reasons(export())["Camera"][0]
 
 
+def test_stereoscopy_is_told(export):
+    assert export().issues == ()
+    bpy.context.scene.render.use_multiview = True
+    (reason,) = things.reasons(export())["Scene"]
+    assert "Stereoscopy is left out" in reason and "use_multiview" in reason
+
+
 @pytest.mark.parametrize("kind, said", [("ORTHO", "orthographic"), ("PANO", "panoramic")])
 def test_other_cameras(export, core, kind, said):
     bpy.context.scene.camera.data.type = kind

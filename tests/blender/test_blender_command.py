@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import importlib
+import json
 
 import bpy
 import pytest
@@ -24,6 +25,7 @@ def saved(file, tmp_path):
     things.keyed(things.uv_sphere(), "location", (-3.0, 0.0, 0.0), (3.0, 0.0, 0.0))
     things.light("AREA", energy=500.0, size=1.0).location.z = 5.0
     scene.render.resolution_x, scene.render.resolution_y = 12, 8
+    scene.adaptive_drt.method = "RAYS"
     scene.adaptive_drt.light_rays = 4
     scene.frame_set(3)
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "scene.blend"))
@@ -100,6 +102,9 @@ def test_border(saved, run, tmp_path):
         ("--frame 3..1", "3..1 runs backwards"),
         ("--frame x", "'x' is not like 5, 1..10 or 1..3,7"),
         ("--light-rays 0", "0 is not in 1..1048576"),
+        ("--tolerance 0", "0 is not in"),
+        ("--tolerance nan", "nan is not in"),
+        ("--method EXACTLY", "invalid choice"),
         ("--order 3", "invalid choice"),
         ("--format TGAA", "invalid choice"),
         ("--border 0,0,2,1", "holds nothing of the picture"),
@@ -118,6 +123,26 @@ def test_help(saved, run, capfd):
     for name in ("frame", "output", "format", "border", *options):
         if name not in ("rna_type", "name"):
             assert f"--{name.replace('_', '-')}" in told
+
+
+def test_settings_of_the_other_method_are_told(saved, run, capfd):
+    assert run("--light-rays 9 --tolerance 0.01 --output //rays".split()) == 0
+    told = capfd.readouterr().err
+    assert "--tolerance does nothing with the method RAYS" in told and "--light" not in told
+
+
+def test_tolerance(saved, run, tmp_path, capfd):
+    """The line of the manual, of the method that a tolerance is for."""
+    before = _manners(saved)
+    code = run(
+        "--frame 1..2 --output //out_#### --format OPEN_EXR_MULTILAYER --method EXACT "
+        "--tolerance 0.001".split()
+    )
+    assert code == 0 and "does nothing" not in capfd.readouterr().err
+    assert _written(tmp_path) == ["out_0001.exr", "out_0002.exr"]
+    figures = exr.read_header(tmp_path / "out_0002.exr")["adaptive_drt.ViewLayer"]
+    assert json.loads(figures)["tolerance"] == 0.001
+    assert _manners(saved) == before and saved.adaptive_drt.method == "RAYS"
 
 
 def test_failures(saved, run, tmp_path, capfd):

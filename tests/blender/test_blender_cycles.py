@@ -73,11 +73,13 @@ SCENES = {
 @pytest.mark.parametrize(
     "kind", ["area", *(pytest.param(k, marks=pytest.mark.slow) for k in SCENES if k != "area")]
 )
-def test_agrees(stage, tmp_path, kind):
+@pytest.mark.parametrize("method", ["RAYS", "EXACT"])
+def test_agrees(stage, tmp_path, kind, method):
     from peer import render_cycles
 
     SCENES[kind]()
     chosen = stage.adaptive_drt
+    chosen.method = method
     # many rays: this is about light and geometry, not about how few will do
     chosen.light_rays, chosen.time_rays, chosen.pixel_rays = 256, 1024, 1024
     bpy.ops.adaptive_drt.render()

@@ -16,6 +16,7 @@ import things
 
 Progress = namedtuple("Progress", "done total stage film")
 STEPS = 4
+OURS = ("Adaptive Render", "Adaptive Mask", "Adaptive Samples")
 
 
 @pytest.fixture
@@ -37,6 +38,7 @@ def tracer(part, monkeypatch):
         film.color[0], film.color[1] = np.meshgrid(range(left, right), range(bottom, top))
         film.color[2], film.alpha[:] = 7.5, 1.0
         film.mask[1, 0] = True
+        film.samples[:] = np.arange(film.width)
         try:
             for step in range(STEPS):
                 module.before(step)
@@ -84,7 +86,10 @@ def test_images(file, tracer):
     assert picture.shape == mask.shape == (8, 8, 4)
     assert (picture[2, 5] == (5.0, 2.0, 7.5, 1.0)).all()
     assert (mask[0] == (0.0, 1.0, 0.0, 1.0)).all() and (mask[1:, :, 1] == 0.0).all()
+    samples = _pixels("Adaptive Samples")
+    assert (samples[:, 6] == (6.0, 6.0, 6.0, 1.0)).all() and (samples[..., 0] == range(8)).all()
     images = bpy.data.images
+    assert images["Adaptive Samples"].colorspace_settings.name == "Non-Color"
     assert images["Adaptive Render"].is_float and images["Adaptive Mask"].is_float
     assert images["Adaptive Mask"].colorspace_settings.name == "Non-Color"
     assert images["Adaptive Render"].colorspace_settings.name == "Linear Rec.709"
@@ -93,11 +98,11 @@ def test_images(file, tracer):
 
 def test_images_are_reused(file, tracer):
     bpy.ops.adaptive_drt.render()
-    first = [bpy.data.images[n] for n in ("Adaptive Render", "Adaptive Mask")]
+    first = [bpy.data.images[n] for n in OURS]
     bpy.context.scene.render.resolution_x = 12
     bpy.ops.adaptive_drt.render()
-    assert [bpy.data.images[n] for n in ("Adaptive Render", "Adaptive Mask")] == first
-    assert len(bpy.data.images) == 2 and _pixels("Adaptive Render").shape == (8, 12, 4)
+    assert [bpy.data.images[n] for n in OURS] == first
+    assert len(bpy.data.images) == 3 and _pixels("Adaptive Render").shape == (8, 12, 4)
     assert (_pixels("Adaptive Render")[2, 11] == (11.0, 2.0, 7.5, 1.0)).all()
 
 
@@ -130,13 +135,13 @@ def test_saved_and_loaded_and_rendered_again(file, tracer, tmp_path):
     for width in (8, 12):
         bpy.context.scene.render.resolution_x = width
         bpy.ops.adaptive_drt.render()
-        before = _pixels("Adaptive Render"), _pixels("Adaptive Mask"), _stats()
+        before = *(_pixels(name) for name in OURS), _stats()
         bpy.ops.wm.save_as_mainfile(filepath=path)
         bpy.ops.wm.open_mainfile(filepath=path)
-        assert len(bpy.data.images) == 2
-        assert (_pixels("Adaptive Render") == before[0]).all()
-        assert (_pixels("Adaptive Mask") == before[1]).all()
-        assert _stats() == before[2]
+        assert len(bpy.data.images) == 3
+        for name, pixels in zip(OURS, before, strict=False):
+            assert (_pixels(name) == pixels).all()
+        assert _stats() == before[-1]
 
 
 def test_statistics(file, tracer):
@@ -154,19 +159,26 @@ def test_statistics(file, tracer):
     assert "measured_ratio" not in _stats()
 
 
-def test_settings_arrive(file, tracer):
+def test_settings_arrive(file, tracer, part):
     values = dict(
         order="1", distribution="EVERYWHERE", light_rays=5, time_rays=6, pixel_rays=7, seed=-3,
         threads=1, use_penumbra=False, use_motion=False, use_edges=False,
     )  # fmt: skip
     chosen = bpy.context.scene.adaptive_drt
     assert (chosen.light_rays, chosen.time_rays, chosen.pixel_rays) == (49, 128, 16)
-    assert (chosen.method, chosen.order, chosen.distribution) == ("RAYS", "2", "ADAPTIVE")
+    defaults = part("adaptive_drt.settings").Settings()
+    assert (chosen.method, chosen.order, chosen.distribution) == (defaults.method, "2", "ADAPTIVE")
+    assert chosen.tolerance == pytest.approx(defaults.tolerance, rel=1e-7)
     for key, value in values.items():
         setattr(chosen, key, value)
     bpy.ops.adaptive_drt.render()
     settings = tracer.seen[0][1]
-    assert settings.method == "RAYS" and settings.order == 1
+    assert settings.tolerance == defaults.tolerance and settings.order == 1
+    for method in part("adaptive_drt.settings").METHODS:
+        chosen.method = method
+        chosen.tolerance = 0.0123
+        bpy.ops.adaptive_drt.render()
+        assert (tracer.seen[-1][1].method, tracer.seen[-1][1].tolerance) == (method, 0.0123)
     assert all(getattr(settings, k) == v for k, v in values.items() if k != "order")
 
 
@@ -185,8 +197,9 @@ def _manners():
     )
 
 
-@pytest.mark.parametrize("outcome", ["success", "failure", "no camera"])
-def test_manners(file, tracer, outcome):
+@pytest.mark.parametrize("outcome", ["success", "failure", "no camera", "cancelled"])
+def test_manners(file, tracer, part, tmp_path, monkeypatch, outcome):
+    monkeypatch.chdir(tmp_path)
     ball = things.uv_sphere()
     things.keyed(ball, "location", (0.0, 0.0, 0.0), (10.0, 0.0, 0.0))
     bpy.data.images.new("Mine", 2, 2, float_buffer=True)
@@ -199,13 +212,16 @@ def test_manners(file, tracer, outcome):
         tracer.fault = ZeroDivisionError("by the stand-in")
     elif outcome == "no camera":
         scene.camera = None
+    elif outcome == "cancelled":
+        tracer.before = lambda step: part("operators.state").state.job.cancel() if step else None
     before = _manners()
-    if outcome == "success":
+    if outcome in ("success", "cancelled"):
         bpy.ops.adaptive_drt.render()
+        assert _stats().get("cancelled", False) == (outcome == "cancelled")
     else:
         with pytest.raises(RuntimeError):
             bpy.ops.adaptive_drt.render()
-    assert _manners() == before
+    assert _manners() == before and list(tmp_path.iterdir()) == []
 
 
 def test_no_camera_says_what_to_do(file, tracer):
@@ -234,6 +250,53 @@ def test_no_click_while_one_runs(file, tracer, part):
     polls = []
     bpy.ops.adaptive_drt.render()
     assert polls == [False] * STEPS and bpy.ops.adaptive_drt.render.poll()
+
+
+def test_pixels_in_bands(file, part, export):
+    """All of a pass, whatever its height and channels; and no preview for one who has left."""
+    module = part("operators.job")
+    random = np.random.default_rng(3)
+    for height in (1, module.BAND - 1, module.BAND, 2 * module.BAND + 5):
+        job = module.Job(export(), part("adaptive_drt.settings").Settings())
+        job.film = film = part("adaptive_drt.film").Film(7, height)
+        film.color[:], film.normal[:] = random.random((2, 3, height, 7))
+        film.samples[:], film.mask[1] = random.integers(1, 99, (height, 7)), True
+        for one in (*part("adaptive_drt.film").PASSES, *part("adaptive_drt.film").PASSES):
+            np.testing.assert_array_equal(job.pixels(one.name), film.pixels(one.name))
+        job.factor = 0.5
+        job.cancel()
+        job.want_preview()
+        job._make_preview()
+        assert job.take_preview() is None
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="threads have no priority of their own there")
+def test_a_watched_render_gives_way(file, tracer, part, export):
+    """Its thread and those that it starts; nobody else, and only for a window."""
+    import os
+    import threading
+
+    found = []
+
+    def look(_step):
+        other = threading.Thread(target=lambda: found.append(priority()))
+        other.start()
+        other.join()
+        found.append(priority())
+
+    def priority():
+        return os.getpriority(os.PRIO_PROCESS, threading.get_native_id())
+
+    tracer.before = look
+    mine = priority()
+    for watched in (False, True):
+        found.clear()
+        job = part("operators.job").Job(export(), part("adaptive_drt.settings").Settings(), watched)
+        job.start()
+        job.wait()
+        gentle = part("operators.job").GENTLE if watched else 0
+        assert job.finished and set(found) == {min(19, mine + gentle)}
+    assert priority() == mine
 
 
 def test_cancelled_job_keeps_its_film(file, tracer, part, export):

@@ -151,3 +151,12 @@ def test_frame_and_subframe_come_back(export, shutter, core, fail):
     else:
         export()
     assert (shutter.frame_current, shutter.frame_subframe) == (3, 0.25)
+
+
+@pytest.mark.parametrize("length", [math.nan, math.inf, 1e9])
+def test_a_shutter_that_is_no_time_is_refused(export, core, shutter, length):
+    """Blender keeps any float32 here, one that is no number as well."""
+    things.uv_sphere()
+    shutter.render.motion_blur_shutter = length
+    with pytest.raises(core.SceneError, match="shutter"):
+        export()

@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import os
 import shutil
+import statistics
 from pathlib import Path
 
 import pytest
@@ -16,9 +17,11 @@ import pytest
 pytestmark = pytest.mark.slow
 SHOTS = ("running", "finished", "engine", "compositor", "failed")
 
-PART = 0.1
-"""Of the time that the whole picture would take: less than this is at once, on a machine that may
-be busy and draws without a graphics card. The promise is half a second."""
+AT_ONCE = 1.5
+"""Times as long as the same window needs, just after ESC and with no render, to draw a 1920 x 1080
+picture and to do 0.1 s of work in a thread that gives way: that is what ESC may have to wait for.
+On a quiet machine of two cores it is the promised half second. Other work on the machine, and
+drawing without a graphics card, slow both alike."""
 
 
 @pytest.fixture(scope="module")
@@ -48,12 +51,20 @@ def test_a_click_renders_and_the_picture_fills_in(facts):
 def test_escape_keeps_what_is_there(facts):
     assert facts["figures"]["cancelled"] and 0.0 < facts["figures"]["done"] < 1.0
     assert facts["cancelled"]["size"] == [1920, 1080] and 0.0 < facts["cancelled"]["part"] < 1.0
-    assert facts["escape_seconds"] < PART * facts["expected_seconds"]
+
+
+def test_escape_answers_at_once(facts):
+    """Mostly; a single one may have come at the worst of moments."""
+    for presses in (facts[f"{who}escapes"] for who in ("", "exact_", "engine_")):
+        ratios = [seconds / (drawing + chunk) for seconds, drawing, chunk in presses]
+        assert statistics.median(ratios) < AT_ONCE, presses
 
 
 def test_the_window_stays_alive(facts):
+    """It is drawn again and again, and never stands still for long."""
     filling = facts["gaps"]["filling"]
-    assert filling["looks"] > 5 and filling["longest"] < PART * facts["expected_seconds"]
+    slowest = max(drawing + chunk for _, drawing, chunk in facts["escapes"])
+    assert filling["looks"] > 5 and filling["longest"] < 2.0 * AT_ONCE * slowest, facts["gaps"]
 
 
 def test_a_click_renders_to_the_end(facts):
@@ -61,8 +72,7 @@ def test_a_click_renders_to_the_end(facts):
 
 
 def test_the_engine_obeys_escape(facts):
-    assert facts["engine_running"]
-    assert facts["engine_escape_seconds"] < PART * facts["expected_seconds"]
+    assert facts["engine_running"] and len(facts["engine_escapes"]) == 3
 
 
 def test_the_compositor_shows_the_mask(facts):

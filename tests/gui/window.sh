@@ -10,7 +10,7 @@ for _ in 1 2 3 4 5 6 7 8 9 10; do
     sleep 0.3
 done
 [ -s display ] || { cat xvfb.log >&2; kill $server; exit 1; }
-DISPLAY=:$(cat display) LIBGL_ALWAYS_SOFTWARE=1 timeout 150 \
+DISPLAY=:$(cat display) LIBGL_ALWAYS_SOFTWARE=1 timeout 240 \
     "${ADAPTIVE_DRT_BLENDER:-blender}" --gpu-backend opengl --window-geometry 0 0 1600 1000 \
     "$1" -P "$2" -- "$3"
 code=$?

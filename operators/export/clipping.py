@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a camera's Clip Start and Clip End would cut off in Blender's own renderers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from ...adaptive_drt.scene import Camera, Issue, Motion, Shape, Sphere, Vector
+from .shutter import Matrix
+
+STILL: Vector = (0.0, 0.0, 0.0)
+
+MOMENTS = np.linspace(-0.5, 0.5, 9)
+"""Of the shutter, at which moving shapes are looked at."""
+
+
+def clipped(data: Any, camera: Camera, shapes: Sequence[Shape]) -> Iterator[Issue]:
+    """Yield an issue for each shape that reaches nearer or farther than the camera shows.
+
+    Here all of a shape is rendered. Near is a ball around the camera as large as the part of the
+    view before Clip Start; far is depth along the camera's axis.
+
+    Parameters
+    ----------
+    data : Blender's camera.
+    """
+    if not shapes:
+        return
+    near, far = data.clip_start * _slant(data, camera), data.clip_end
+    # what is not finite makes no issue here: it has its own
+    with np.errstate(all="ignore"):
+        closest, deepest = _reach(camera, shapes)
+    for index in np.flatnonzero((deepest > 0.0) & ((closest < near) | (deepest > far))):
+        if closest[index] < near:
+            said = f"is nearer than the camera's Clip Start, {data.clip_start:.4g} m"
+            remedy = "lower Clip Start, so that all renderers show it, or move it away"
+        else:
+            said = f"reaches beyond the camera's Clip End, {far:.4g} m"
+            remedy = "raise Clip End, so that all renderers show it, or make it smaller"
+        yield Issue(shapes[index].name, f"it {said}, and is not cut there: {remedy}")
+
+
+def _slant(data: Any, camera: Camera) -> float:
+    """Return how much longer than its depth the longest ray of the picture is, at most."""
+    half = 0.5 * max(data.sensor_width, data.sensor_height) / camera.focal_length
+    side = half * (1.0 + 2.0 * max(abs(camera.shift_x), abs(camera.shift_y)))
+    return math.sqrt(1.0 + 2.0 * side * side)
+
+
+def _reach(camera: Camera, shapes: Sequence[Shape]) -> tuple[Matrix, Matrix]:
+    """Return the shapes' least distances from the camera and greatest depths, (n,) metres."""
+    matrix = np.array(camera.matrix)[:3]
+    forward = -matrix[:, 2] / np.linalg.norm(matrix[:, 2])
+    points, edges, radius = (np.array(x) for x in zip(*map(_parts, shapes), strict=True))
+    ways = np.array([_way(s.motion) for s in shapes]) - np.array(_way(camera.motion))
+    lengths = (edges * edges).sum(axis=2)
+    closest, deepest = np.full(len(shapes), np.inf), np.full(len(shapes), -np.inf)
+    for moment in MOMENTS if ways.any() else (0.0,):
+        place = points + moment * ways - matrix[:, 3]
+        # the nearest point of a rectangle; of a slanted parallelogram one that is nearly as near
+        along = -(edges * place[:, None]).sum(axis=2) / np.where(lengths > 0.0, lengths, 1.0)
+        nearest = place + (np.clip(along, 0.0, 1.0)[..., None] * edges).sum(axis=1)
+        closest = np.minimum(closest, np.abs(np.linalg.norm(nearest, axis=1) - radius))
+        deepest = np.maximum(deepest, place @ forward)
+    return closest, deepest + radius + np.maximum(edges @ forward, 0.0).sum(axis=1)
+
+
+def _parts(shape: Shape) -> tuple[Vector, tuple[Vector, Vector], float]:
+    """Return a shape as a point, two edges from it and a radius around all that."""
+    if isinstance(shape, Sphere):
+        return shape.center, (STILL, STILL), shape.radius
+    return shape.corner, (shape.edge_u, shape.edge_v), 0.0
+
+
+def _way(motion: Motion | None) -> Vector:
+    return STILL if motion is None else motion.displacement
