@@ -7,7 +7,7 @@ READY := $(VENV)/.ready
 BIN := $(VENV)/bin
 
 .DEFAULT_GOAL := help
-.PHONY: help venv demo test test-all stress lint format bench bench-paper package blender blender-venvs pictures compositor clean distclean
+.PHONY: help venv demo test test-all stress lint format bench bench-paper package blender blender-venvs pictures compositor clean distclean profile
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 20
@@ -44,6 +44,9 @@ format: $(READY)  ## format the code, fix what ruff can fix
 bench: $(READY)  ## time against error beside Cycles and Mitsuba, write docs/benchmark.md (half an hour)
 	@bash benchmarks/bench_setup.sh $(abspath $(VENV))
 	$(BIN)/python benchmarks/bench.py $(BENCH)
+
+profile: $(READY)  ## print seconds by stage, and the cost of derivatives
+	$(BIN)/python benchmarks/stages.py
 
 bench-paper: $(READY)  ## run the paper's table, write docs/paper-table.md
 	$(BIN)/python benchmarks/paper.py

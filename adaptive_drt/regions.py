@@ -50,8 +50,8 @@ DUST = 2.0**-40
 """Of a box. What the rounding of sums leaves of regions that are not there."""
 SEAM_PROBE = (np.full((1, 1, 1), -0.25), np.full((1, 1, 1), 0.25))
 """Where along the axes of a box two depths are compared, to see which way they change."""
-CHUNK = 1 << 16
-"""Candidates times lines at a time: their arrays fit the caches."""
+CHUNK = 1 << 18
+"""Candidates times lines at a time: bounds memory; with fewer, threads wait for each other."""
 
 
 @dataclass(frozen=True)

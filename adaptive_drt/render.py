@@ -83,7 +83,8 @@ def render(scene: Scene, settings: Settings | None = None) -> Generator[Progress
         for done in steps:
             yield Progress(done, film.width * film.height, "Rendering", film)
     film.stats = totals.statistics(plan, film, scene.issues + _advice(plan))
-    _cost_model(film, totals, _sample_seconds(plan, occluders, bounds))
+    if settings.method == "RAYS":
+        _cost_model(film, totals, _sample_seconds(plan, occluders, bounds))
     totals.finish(film, began)
     return film
 

@@ -26,7 +26,7 @@ __all__ = ["Clock", "Exact"]
 
 Ints: TypeAlias = NDArray[np.int64]
 
-PART = 8_192
+PART = 32_768
 """Pixels refined at a time, at most; fewer where threads would have none."""
 LEAST_PART = 1_024
 """Pixels refined at a time, if there are as many: fewer do not pay for NumPy's calls."""
