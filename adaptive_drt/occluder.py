@@ -38,8 +38,8 @@ DENSE_OBJECTS = 48
 """Up to so many objects each is tested against all points: 15 ns a pair, where gathering the points
 of pairs costs 250."""
 CACHED = 1 << 16
-"""Points at a time in such a test. 8,192 stay in the cache and are a tenth faster on one thread, but
-two threads then wait for each other at every call: a fifth slower (300 x 300)."""
+"""Points at a time in such a test. 8,192 stay in the cache and are a tenth faster on one thread,
+but two threads then wait for each other at every call: a fifth slower (300 x 300)."""
 TINY = float(np.finfo(np.float64).tiny)
 MATRIX = 1 << 20
 """Block-object tests at a time, to bound memory."""

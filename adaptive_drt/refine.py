@@ -25,7 +25,7 @@ from .primary import Pairs, pair_hits, places, surface
 from .regions import Boxes, find_regions
 from .shade import Shaded, shade
 from .variation import BENDS, KINKS, STEPS
-from .vector import dot
+from .vector import cross, dot
 
 __all__ = ["Refined", "Task", "refine"]
 
@@ -296,9 +296,26 @@ def _nearest_point(plan: Plan, w: Array, item: Ints, time: Array | float) -> Arr
     flat = np.flatnonzero(item >= plan.sphere_count)
     ids = item[flat] - plan.sphere_count
     corner = plan.quads.moved(ids, _at(time, flat))
-    middle = corner + 0.5 * (plan.quads.edge_u[:, ids] + plan.quads.edge_v[:, ids])
-    t[flat] = dot(w[:, flat], middle) / dot(w[:, flat], w[:, flat])
+    u, v = plan.quads.edge_u[:, ids], plan.quads.edge_v[:, ids]
+    t[flat] = _on_plane(w[:, flat], corner, u, v)
     return np.maximum(t, float(np.finfo(np.float64).tiny))
+
+
+def _on_plane(w: Array, corner: Array, u: Array, v: Array) -> Array:
+    """Ray parameters (m,) of quads' planes, no farther than twice their farthest corner.
+
+    An arm of a star may leave the region it stands for: the plane goes on where the quad ends.
+    """
+    normal = cross(u, v)
+    facing, height = dot(w, normal), dot(corner, normal)
+    corners = (corner, corner + u, corner + v, corner + u + v)
+    ww = dot(w, w)
+    along = [dot(w, c) / ww for c in corners]
+    limit = 2.0 * np.sqrt(np.maximum.reduce([dot(c, c) for c in corners]) / ww)
+    ahead = np.abs(facing) * limit > np.abs(height)
+    ahead &= facing * height > 0.0
+    t = np.where(ahead, height, 0.0) / np.where(ahead, facing, 1.0)
+    return np.where(ahead, t, np.maximum.reduce(along))
 
 
 def _at(time: Array | float, rows: Ints) -> Array | float:

@@ -311,6 +311,8 @@ def _past_quads(
     facing = np.abs(dot(axis, normal))
     near = np.where(facing > TINY, height / np.maximum(facing, TINY), far)
     near = np.clip(near, far * NEAREST, far * (1.0 - NEAREST))
+    # from a patch that reaches through the quad's plane its outline is seen anywhere
+    near = np.where(height > _plane_slack(plan, patch, light, pairs, normal)[0], near, far * 0.25)
     rate, steps = _rates(plan, light, patch, pairs, near, far)
     depth, width = np.zeros(ids.size), np.ones(ids.size)
     shifts = np.zeros((3, ids.size))
@@ -339,6 +341,25 @@ def _past_quads(
     depth[own] = 0.0
     # a quad that the light lies on this side of hides nothing of it
     size = np.sqrt(dot(normal, normal))
-    depth[dot(to, normal) + light.radius * size <= height] = 0.0
-    before = dot(to, normal) - light.radius * size > height
+    beyond = dot(to, normal) - height
+    point_slack, light_slack = _plane_slack(plan, patch, light, pairs, normal)
+    depth[(beyond + light.radius * size < -light_slack) & (height > point_slack)] = 0.0
+    before = (beyond - light.radius * size > light_slack) & (height > point_slack)
     return _Shadows(depth, shifts, width, ends, covers & before & ~misses & ~own)
+
+
+def _plane_slack(
+    plan: Plan, patch: Patch, light: Emitter, pairs: Pairs, normal: Array
+) -> tuple[Array, Array]:
+    """How far points and light move against the planes of quads, times |normal|: (m,) each."""
+    point = np.zeros(pairs.item.size)
+    for step in patch.steps:
+        point += np.abs(dot(step[:, pairs.pixel], normal))
+    moved = np.zeros(pairs.item.size)
+    half, d = patch.time[pairs.pixel], plan.quads.displacement
+    if d is not None:
+        moved += half * np.abs(dot(d[:, pairs.item - plan.sphere_count], normal))
+    point += moved
+    if light.displacement is not None:
+        moved = moved + half * np.abs(dot(light.displacement, normal))
+    return point, moved
