@@ -112,7 +112,9 @@ def _touch(foot: Array, u: Array, v: Array, r: Array, limit: Array) -> Array:
     c = np.maximum(r * r * dot(foot, foot) - dot(base, base), 0.0)
     root = np.sqrt(np.maximum(b * b - a * c, 0.0))
     # the greater root, without cancellation; none where the image has no end
-    s = np.where(b > 0.0, -(b + root) / np.where(a < 0.0, a, -TINY), c / np.maximum(root - b, TINY))
+    with np.errstate(over="ignore"):  # an image that ends far away is cut off in any case
+        far, near = -(b + root) / np.where(a < 0.0, a, -1.0), c / np.maximum(root - b, TINY)
+    s = np.where(b > 0.0, far, near)
     endless = (a >= 0.0) & (b >= 0.0)
     s = np.minimum(np.where(endless, limit, s), limit)
     w = foot + s * u
