@@ -9,7 +9,7 @@ bends, or where something moves are refined to a goal in the second.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -25,16 +25,21 @@ from .plan import Plan
 from .primary import Pairs, Tile
 from .refine import Refined, Task
 from .shade import Shaded, shade
+from .sights import NO_SIGHT, find_sights
 from .variation import BENDS, no_variation
 
-__all__ = ["RIM", "Frame", "Sheet", "first_pass", "lattice"]
+__all__ = ["RIM", "Frame", "Sheet", "first_pass", "lattice", "widened"]
 
 Array: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
 Mask: TypeAlias = NDArray[np.bool_]
 
-RIM = 2
-"""Pixels around a region: a pixel's error hangs on the second differences of its neighbours."""
+RIM = 3
+"""Pixels around a region: blocks end on the first, and a pixel's error hangs on the second
+differences of its neighbours."""
+ALIGNED = 8
+"""Pixels: what regions are widened to multiples of, within the picture, so that blocks of pixels
+are whole whatever part of the picture is rendered."""
 STARRED = 0.03
 """Of the contrast: goals below which regions are sampled by stars from the first."""
 LIKELY = 2.0
@@ -117,17 +122,32 @@ def lattice(height: int) -> tuple[int, int]:
     return step // 2, step
 
 
+def widened(plan: Plan, region: tuple[int, int, int, int]) -> Plan:
+    """The plan for a region in whole blocks and a rim around them."""
+    left, bottom, right, top = region
+    width, height = plan.picture
+    left, bottom = left - left % ALIGNED, bottom - bottom % ALIGNED
+    right = max(right, min(right + -right % ALIGNED, width))
+    top = max(top, min(top + -top % ALIGNED, height))
+    return replace(plan, region=(left - RIM, bottom - RIM, right + RIM, top + RIM))
+
+
 class Frame:
-    """The first pass over the whole region and a rim around it, and what is resolved of it.
+    """The first pass over the whole region and what is around it, and what is resolved of it.
 
     Pixels are numbered row by row, from the lower left; arrays as in `Sheet`.
     """
 
-    def __init__(self, plan: Plan) -> None:
-        """An empty frame of a plan whose region has been widened by `RIM` on each side."""
+    def __init__(self, plan: Plan, region: tuple[int, int, int, int]) -> None:
+        """An empty frame of a region and the plan that has been `widened` for it."""
         left, bottom, right, top = plan.region
         self.plan = plan
         self.width, self.height = right - left, top - bottom
+        # columns and rows of the region itself
+        self.own = (
+            slice(region[1] - bottom, region[3] - bottom),
+            slice(region[0] - left, region[2] - left),
+        )
         n = self.width * self.height
         self.color, self.alpha = np.zeros((3, n)), np.zeros(n)
         self.deviation = no_variation(n)
@@ -136,6 +156,7 @@ class Frame:
         self.item = np.full(n, -1)
         self.depth, self.normal = np.full(n, np.inf), np.zeros((3, n))
         self.samples, self.error = np.ones(n, dtype=np.int64), np.zeros(n)
+        self.settled = np.zeros(n, dtype=np.bool_)
         self._rivals: list[Pairs] = []
 
     def add(self, tile: Tile, sheet: Sheet) -> None:
@@ -181,9 +202,10 @@ class Frame:
     def goal(self) -> Goal:
         """The goal of the picture, of whose rows those of `lattice` are in."""
         first, step = lattice(self.height - 2 * RIM)
-        inside = np.zeros((self.height, self.width), dtype=np.bool_)
-        inside[RIM + first : -RIM : step, RIM:-RIM] = True
-        index = np.flatnonzero(inside)
+        inside = self.inner().reshape(self.height, self.width)
+        some = np.zeros_like(inside)
+        some[RIM + first : -RIM : step] = inside[RIM + first : -RIM : step]
+        index = np.flatnonzero(some)
         color = self.color[:, index] + self._change[:, index]
         error, cut = self.error[index], self.outline[index]
         return make_goal(self.plan.settings.tolerance, color, error, cut)
@@ -198,74 +220,111 @@ class Frame:
     def inner(self) -> Mask:
         """The pixels of the region itself, without those around it: (n,)."""
         inside = np.zeros((self.height, self.width), dtype=np.bool_)
-        inside[RIM:-RIM, RIM:-RIM] = True
+        inside[self.own] = True
         return inside.ravel()
+
+    def chosen(self, goal: Goal) -> Mask:
+        """The pixels (n,) that are to be refined, as far as they are not settled."""
+        return (self.outline | (self.error > goal.error)) & self.inner() & ~self.settled
+
+    def grid(self, side: int) -> tuple[int, int, int, int]:
+        """Blocks of pixels of one side: the first's column and row, and how many there are."""
+        return RIM, RIM, (self.width - 2 * RIM) // side, (self.height - 2 * RIM) // side
+
+    def sights(self) -> Ints:
+        """What each pixel sees during the shutter: (n,), see `sights`."""
+        sight = np.where(self.outline, NO_SIGHT, self.item + 1)
+        rows = np.flatnonzero(self.outline & self.mask[1])
+        if rows.size:
+            place, half = self._middles(rows)[:2], 0.5 if self.plan.edges else 0.0
+            sight[rows] = find_sights(self.plan, place, half, self._rivals_of(rows))
+        return sight
+
+    def settle(self, rows: Ints, color: Array, alpha: Array, error: Array) -> None:
+        """Enter pixels' means that need no refining."""
+        self.color[:, rows], self.alpha[rows], self.error[rows] = color, alpha, error
+        self.settled[rows] = True
 
     def tasks(self, goal: Goal, size: int) -> list[tuple[Ints, Task]]:
         """What is to be refined: numbers of pixels, and the task; smooth pixels are corrected."""
-        chosen = (self.outline | (self.error > goal.error)) & self.inner()
+        chosen = self.chosen(goal)
+        kept = chosen | self.settled
         # a mean of light is never below 0, whatever differences say
-        self.color = np.where(chosen, self.color, np.maximum(self.color + self._change, 0.0))
-        rivals = self._sorted_rivals(chosen)
-        rows = np.flatnonzero(chosen)
-        tasks = []
+        self.color = np.where(kept, self.color, np.maximum(self.color + self._change, 0.0))
+        return self._in_parts(np.flatnonzero(chosen), goal, size, True)
+
+    def point_tasks(self, rows: Ints, goal: Goal, size: int) -> list[tuple[Ints, Task]]:
+        """What is to be integrated over the shutter, at the middles of pixels only."""
+        return self._in_parts(rows, goal, size, False)
+
+    def _in_parts(self, rows: Ints, goal: Goal, size: int, whole: bool) -> list[tuple[Ints, Task]]:
         # every k-th pixel, so that the parts are alike
         step = max(1, -(-rows.size // size))
-        for first in range(step if rows.size else 0):
-            part = rows[first::step]
-            tasks.append((part, self._task(part, rivals, goal)))
-        return tasks
+        parts = [rows[first::step] for first in range(step if rows.size else 0)]
+        return [(part, self._task(part, goal, whole and self.plan.edges)) for part in parts]
 
-    def _sorted_rivals(self, chosen: Mask) -> Pairs:
-        pixel = np.concatenate([p.pixel for p in self._rivals])
-        item = np.concatenate([p.item for p in self._rivals])
-        keep = chosen[pixel]
-        order = np.argsort(pixel[keep], kind="stable")
-        return Pairs(pixel[keep][order], item[keep][order])
+    def _rivals_of(self, rows: Ints) -> Pairs:
+        """The rivals of some pixels, which are numbered anew, sorted by pixel."""
+        number = np.full(self.item.size, -1)
+        number[rows] = np.arange(rows.size)
+        own = [number[pairs.pixel] for pairs in self._rivals]
+        kept = [np.flatnonzero(each >= 0) for each in own]
+        pixel = np.concatenate([each[index] for each, index in zip(own, kept, strict=True)])
+        item = np.concatenate(
+            [pairs.item[index] for pairs, index in zip(self._rivals, kept, strict=True)]
+        )
+        order = np.argsort(pixel, kind="stable")
+        return Pairs(pixel[order], item[order])
 
-    def _task(self, part: Ints, rivals: Pairs, goal: Goal) -> Task:
+    def _middles(self, rows: Ints) -> Array:
+        """The middles (3, m) of pixels and shutter."""
         left, bottom, _, _ = self.plan.region
-        y, x = np.divmod(part, self.width)
-        middle = np.stack([left + x + 0.5, bottom + y + 0.5, np.zeros(part.size)])
-        half = np.zeros((3, part.size))
-        if self.plan.edges:
+        y, x = np.divmod(rows, self.width)
+        return np.stack([left + x + 0.5, bottom + y + 0.5, np.zeros(rows.size)])
+
+    def _task(self, part: Ints, goal: Goal, whole: bool) -> Task:
+        middle, half = self._middles(part), np.zeros((3, part.size))
+        deviation = self.deviation[..., part]
+        if whole:
             half[:2] = 0.5
+        else:
+            deviation[:, :2] = 0.0
         half[2] = np.where(self.mask[1, part], 0.5, 0.0)
         cells = Cells(
             np.arange(part.size), middle - half, middle + half, np.ones(part.size),
-            self.color[:, part], self.alpha[part], self.deviation[..., part],
+            self.color[:, part], self.alpha[part], deviation,
             np.zeros(part.size), self.outline[part] & (goal.error < STARRED * goal.contrast),
         )  # fmt: skip
-        number = np.full(self.item.size, -1)
-        number[part] = np.arange(part.size)
-        own = number[rivals.pixel]
-        keep = own >= 0
-        return Task(
-            cells, self.item[part], self.outline[part],
-            Pairs(own[keep], rivals.item[keep]), goal,
-        )  # fmt: skip
+        return Task(cells, self.item[part], self.outline[part], self._rivals_of(part), goal)
 
     def enter(self, rows: Ints, refined: Refined) -> None:
         """Enter what was refined."""
         self.color[:, rows], self.alpha[rows] = refined.color, refined.alpha
-        self.samples[rows], self.error[rows] = refined.samples, refined.error
+        self.error[rows] = refined.error
+        self.count(rows, refined)
+
+    def count(self, rows: Ints, refined: Refined) -> None:
+        """Add the points that were shaded beyond the first pass' own."""
+        self.samples[rows] += refined.samples - 1
 
     def show(self, film: Film, tile: Tile | None = None, rows: Ints | None = None) -> None:
         """Write to a film what is there: of a tile, of pixels, or all."""
+        own_rows, own_columns = self.own
         if rows is not None:
             y, x = np.divmod(rows, self.width)
-            place = y - RIM, x - RIM
+            place = y - own_rows.start, x - own_columns.start
             film.color[:, *place] = self.color[:, rows]
             film.alpha[place] = self.alpha[rows]
             film.samples[place] = self.samples[rows]
             return
-        first, step = (RIM, 1) if tile is None else (tile.first, tile.step)
-        first += max(0, -(-(RIM - first) // step)) * step
-        mine = slice(first, self.height - RIM, step)
-        its = slice(first - RIM, film.height, step)
+        first, step = (own_rows.start, 1) if tile is None else (tile.first, tile.step)
+        first += max(0, -(-(own_rows.start - first) // step)) * step
+        mine = slice(first, own_rows.stop, step)
+        its = slice(first - own_rows.start, film.height, step)
 
         def part(values: NDArray[Any]) -> NDArray[Any]:
-            return values.reshape(*values.shape[:-1], self.height, self.width)[..., mine, RIM:-RIM]
+            table = values.reshape(*values.shape[:-1], self.height, self.width)
+            return table[..., mine, own_columns]
 
         film.color[:, its], film.alpha[its] = part(self.color), part(self.alpha)
         film.mask[:, its], film.normal[:, its] = part(self.mask), part(self.normal)

@@ -6,14 +6,15 @@ from __future__ import annotations
 import time
 from collections.abc import Generator
 from contextlib import closing
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import partial
 from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .exact import RIM, Frame, Sheet, first_pass, lattice
+from .blocks import SIDES, Blocks
+from .exact import RIM, Frame, Sheet, first_pass, lattice, widened
 from .film import Film
 from .goal import Goal
 from .occluder import Occluders
@@ -46,6 +47,10 @@ class Clock:
         self.seconds[stage] = self.seconds.get(stage, 0.0) + now - self._last
         self._last = now
 
+    def restart(self) -> None:
+        """Begin a stage here: what was since the last is counted elsewhere."""
+        self._last = time.perf_counter()
+
 
 @dataclass
 class Exact:
@@ -69,8 +74,8 @@ class Exact:
 
     def run(self, film: Film) -> Generator[int, None, None]:
         """Fill a film; yields how many of its pixels are done, at least once a heartbeat."""
-        wide = _widened(self.plan, self.plan.region)
-        frame = Frame(wide)
+        wide = widened(self.plan, self.plan.region)
+        frame = Frame(wide, self.plan.region)
         size = film.width * film.height
         done = 0
         jobs, tiles = self._first(wide, range(frame.height))
@@ -88,7 +93,12 @@ class Exact:
         frame.correct()
         for _ in self._set_goal(frame):
             yield size // 2
-        tasks = frame.tasks(self.goal, self._part(frame))
+        clock("means of smooth pixels")
+        if self.plan.motion:
+            for _ in self._interpolate(frame):
+                yield size // 2
+        clock.restart()
+        tasks = frame.tasks(self.goal, self._part(int(frame.chosen(self.goal).sum())))
         frame.show(film)
         clock("means of smooth pixels")
         self._add(clock.seconds)
@@ -125,8 +135,8 @@ class Exact:
         if self.plan.region == (0, 0, width, height):
             self.goal = frame.goal()
             return
-        whole = _widened(self.plan, (0, 0, width, height))
-        sample = Frame(whole)
+        whole = widened(self.plan, (0, 0, width, height))
+        sample = Frame(whole, (0, 0, width, height))
         first, step = lattice(height)
         for above in range(min(2 * RIM + 1, step)):
             jobs, tiles = self._first(whole, range(first + above, height + 2 * RIM, step))
@@ -138,19 +148,34 @@ class Exact:
         sample.correct()
         self.goal = sample.goal()
 
-    def _part(self, frame: Frame) -> int:
-        size = frame.outline.size // (4 * self.plan.threads)
-        return int(np.clip(size, LEAST_PART, PART))
+    def _interpolate(self, frame: Frame) -> Generator[None, None, None]:
+        """Settle what motion leaves smooth, from points at the nodes of blocks."""
+        clock = Clock()
+        blocks = Blocks(frame, self.goal)
+        for side in SIDES:
+            rows = blocks.nodes(side)
+            tasks = frame.point_tasks(rows, self.goal, self._part(rows.size))
+            clock("blocks")
+            todo = [partial(_refine, self.plan, self.occluders, task) for _, task in tasks]
+            with closing(in_order(self.plan, todo)) as outcomes:
+                for outcome in outcomes:
+                    if outcome is not None:
+                        refined, seconds = outcome
+                        self._add({"nodes of blocks": seconds["refining"]})
+                        blocks.enter(tasks.pop(0)[0], refined)
+                    yield
+            clock.restart()
+            blocks.settle()
+            clock("blocks")
+        self._add(clock.seconds)
+
+    def _part(self, count: int) -> int:
+        """Pixels of a part, when so many are to be refined."""
+        return int(np.clip(-(-count // self.plan.threads), LEAST_PART, PART))
 
     def _add(self, seconds: dict[str, float]) -> None:
         for stage, span in seconds.items():
             self.seconds[stage] = self.seconds.get(stage, 0.0) + span
-
-
-def _widened(plan: Plan, region: tuple[int, int, int, int]) -> Plan:
-    """The plan for a region and a rim around it, whose values second differences need."""
-    left, bottom, right, top = region
-    return replace(plan, region=(left - RIM, bottom - RIM, right + RIM, top + RIM))
 
 
 def _first(

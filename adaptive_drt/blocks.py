@@ -1,0 +1,181 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Blocks of pixels whose means are interpolated between points, where motion leaves them smooth.
+
+What moves is seen, and lit, for some part of the shutter, and that part changes slowly across the
+picture: the mean over the shutter at a point of the picture is a smooth function even where each
+moment's picture has edges. So the integral over time is taken at the nodes of blocks, three by
+three of them, the quadratics through those give the pixels' means, and their second differences
+tell how far these may be off. Blocks that are not smooth enough are cut into four.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import NDArray
+
+from .exact import Frame
+from .goal import Goal
+from .refine import Refined
+from .variation import KINKS, STEPS
+
+__all__ = ["Blocks"]
+
+Array: TypeAlias = NDArray[np.float64]
+Ints: TypeAlias = NDArray[np.int64]
+Mask: TypeAlias = NDArray[np.bool_]
+
+SIDES = (8, 4, 2)
+"""Pixels: sides of blocks, the larger first. Nodes are at the middles of pixels."""
+OFF = 1.0 / 16.0
+"""Of a second difference of nodes: how far a quadratic through them is off a kink at a random
+place, RMS (a kink is off by 1/8 at most); a smooth function's by less."""
+ALLOWED = 0.4
+"""Of the goal: what interpolating may add to what the nodes are off by."""
+
+
+class Blocks:
+    """The pixels of a frame in which something moves, and what has been found out about them.
+
+    Attributes
+    ----------
+    wanted : (n,) pixels that are to be resolved.
+    value : (4, n) radiance and coverage at the middles of pixels, means over the shutter.
+    known : (n,) whether `value` is there.  error : (n,) how far it may be off.
+    """
+
+    def __init__(self, frame: Frame, goal: Goal) -> None:
+        """Find out where the picture may be interpolated at all."""
+        self.frame, self.goal = frame, goal
+        moving = frame.mask[1]
+        self.wanted = frame.chosen(goal) & moving
+        self.known = ~moving & ~frame.outline
+        self.value = np.concatenate([frame.color, frame.alpha[None]])
+        self.error = np.zeros(self.known.size)
+        self._open: _Level | None = None
+        if self.wanted.any():
+            self._sight = frame.sights()
+            across = frame.deviation[:, :2].sum(axis=1)
+            self._kink, self._step = across[KINKS], across[STEPS]
+
+    def nodes(self, side: int) -> Ints:
+        """Pixels whose values blocks of this side need and that are not known: ascending."""
+        if not self.wanted.any():
+            return np.zeros(0, dtype=np.int64)
+        self._open = self._candidates(side)
+        rows: Ints = np.unique(self._open.nodes)
+        unknown: Ints = rows[~self.known[rows]]
+        return unknown
+
+    def enter(self, rows: Ints, refined: Refined) -> None:
+        """Enter the values of nodes."""
+        self.value[:3, rows], self.value[3, rows] = refined.color, refined.alpha
+        self.error[rows] = refined.error
+        self.known[rows] = True
+        # what the first pass shaded is one of the points
+        self.frame.count(rows, refined)
+
+    def settle(self) -> None:
+        """Interpolate the blocks that are smooth enough."""
+        level = self._open
+        if level is None or not level.origin.size:
+            return
+        values = self.value[:, level.nodes]
+        off = OFF * self._bends(values)
+        smooth = np.flatnonzero(off <= ALLOWED * self.goal.error)
+        if not smooth.size:
+            return
+        part = level.take(smooth)
+        means = _means(values[..., smooth], level.side, bool(self.frame.plan.edges))
+        error = np.hypot(self.error[part.nodes].max(axis=0), off[smooth])
+        y, x = np.divmod(np.arange(level.side**2), level.side)
+        rows = part.origin + (y * self.frame.width + x)[:, None]
+        mine = self.wanted[rows]
+        chosen = rows[mine]
+        self.frame.settle(
+            chosen,
+            np.maximum(means[:3, mine], 0.0),
+            np.clip(means[3, mine], 0.0, 1.0),
+            np.broadcast_to(error, rows.shape)[mine],
+        )
+        self.wanted[chosen] = False
+
+    def _bends(self, values: Array) -> Array:
+        """The largest second difference of nodes (4, 9, b), RMS over channels: (b,)."""
+        grid = values.reshape(4, 3, 3, -1)
+        lines = np.concatenate(
+            [
+                grid[:, 0] - 2.0 * grid[:, 1] + grid[:, 2],
+                grid[:, :, 0] - 2.0 * grid[:, :, 1] + grid[:, :, 2],
+            ],
+            axis=1,
+        )
+        square = (lines[:3] ** 2).sum(axis=0) / 3.0
+        if self.frame.plan.transparent:
+            square = np.maximum(square, (self.goal.contrast * lines[3]) ** 2)
+        bends: Array = np.sqrt(square.max(axis=0))
+        return bends
+
+    def _candidates(self, side: int) -> _Level:
+        """Blocks of one side that hold wanted pixels, and are alike in what they see."""
+        frame = self.frame
+        first_x, first_y, columns, rows = frame.grid(side)
+        if columns <= 0 or rows <= 0:
+            nothing = np.zeros(0, dtype=np.int64)
+            return _Level(side, nothing, np.zeros((9, 0), dtype=np.int64))
+
+        def windows(values: NDArray[np.generic], size: int) -> NDArray[np.generic]:
+            table = values.reshape(frame.height, frame.width)[first_y:, first_x:]
+            seen: NDArray[np.generic] = sliding_window_view(table, (size, size))
+            return seen[::side, ::side][:rows, :columns]
+
+        own = windows(self.wanted, side).any(axis=(2, 3))
+        at_y, at_x = np.nonzero(own)
+        sight = windows(self._sight, side + 1)[at_y, at_x]
+        low, high = sight.min(axis=(1, 2)), sight.max(axis=(1, 2))
+        spacing = side // 2
+        kink = windows(self._kink, side + 1)[at_y, at_x].max(axis=(1, 2))
+        step = windows(self._step, side + 1)[at_y, at_x].max(axis=(1, 2))
+        rough = spacing * kink + step > ALLOWED * self.goal.error
+        keep = np.flatnonzero((low == high) & (low >= 0) & ~rough)
+        origin = (first_y + side * at_y[keep]) * frame.width + first_x + side * at_x[keep]
+        y, x = np.divmod(np.arange(9), 3)
+        offset = spacing * (y * frame.width + x)
+        return _Level(side, origin, origin + offset[:, None])
+
+
+@dataclass(frozen=True)
+class _Level:
+    """Blocks of one side: `origin` (b,) their first pixels, `nodes` (9, b), row by row."""
+
+    side: int
+    origin: Ints
+    nodes: Ints
+
+    def take(self, index: Ints) -> _Level:
+        return _Level(self.side, self.origin[index], self.nodes[:, index])
+
+
+def _means(values: Array, side: int, whole: bool) -> Array:
+    """Means over pixels (k, side * side, b) of the quadratics through nodes (k, 9, b).
+
+    Parameters
+    ----------
+    whole : whether pixels are squares; else they are their middles.
+    """
+    # x from 0 to 2 over the block
+    x = np.arange(side) / (0.5 * side)
+    square = x * x
+    if whole:
+        square = square + (2.0 / side) ** 2 / 12.0
+    weights = np.stack([0.5 * square - 1.5 * x + 1.0, 2.0 * x - square, 0.5 * (square - x)])
+    grid = values.reshape(values.shape[0], 3, 3, -1)
+    w = weights[:, None, :, None, None]
+    by_row = w[0] * grid[:, None, 0] + w[1] * grid[:, None, 1] + w[2] * grid[:, None, 2]
+    w = weights[:, None, None, :, None]
+    mean = w[0] * by_row[:, :, :1] + w[1] * by_row[:, :, 1:2] + w[2] * by_row[:, :, 2:]
+    means: Array = mean.reshape(values.shape[0], side * side, -1)
+    return means

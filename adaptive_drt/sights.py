@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What each pixel sees during the shutter, as a number: where neighbours have the same number, the
+picture may be interpolated between them.
+
+A moving outline that passes over pixels leaves their means over time smooth: by how long each sees
+the object. Those means have a kink where the shutter opens or closes on the outline, and a step
+where an outline stands still. So a sight is the list of objects that are seen, and for each of
+those that move whether it enters the pixel's centre within the shutter, and whether it leaves it.
+"""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .forms import Boxes, make_forms
+from .lines import TIME, Lattice, intervals
+from .plan import Plan
+from .primary import Pairs
+
+__all__ = ["NO_SIGHT", "find_sights"]
+
+Array: TypeAlias = NDArray[np.float64]
+Ints: TypeAlias = NDArray[np.int64]
+
+NO_SIGHT = -1
+"""An outline that stands still, or more than can be said in a number: nothing to interpolate."""
+
+SMALL = 2.0
+"""Pixels: half the size of objects that count wherever they pass a pixel, not its middle alone."""
+
+
+def find_sights(plan: Plan, place: Array, half: float, pairs: Pairs) -> Ints:
+    """Sights of pixels with outlines: (n,) numbers >= 0, or `NO_SIGHT`.
+
+    Parameters
+    ----------
+    place : (2, n) picture coordinates of the pixels' centres.  half : half a pixel, or 0 where
+        pixels are but their centres.
+    pairs : the objects that may be seen in each pixel, sorted by pixel.
+    """
+    count = place.shape[1]
+    time = np.full((1, count), 0.5)
+    boxes = Boxes(np.concatenate([place - half, -time]), np.concatenate([place + half, time]))
+    _, cover = make_forms(plan, boxes, pairs)
+    front = np.full(count, np.inf)
+    hides = np.flatnonzero(cover.full)
+    np.minimum.at(front, pairs.pixel[hides], cover.far[hides])
+    kept = np.flatnonzero(cover.some & (cover.near <= front[pairs.pixel]))
+    pairs, full, reach = pairs.take(kept), cover.full[kept], cover.reach[:, kept]
+    moves = plan.moves[pairs.item]
+    refused = np.zeros(count, dtype=np.bool_)
+    refused[pairs.pixel[~moves & ~full]] = True
+    # two that stand still, neither wholly before the other: a seam
+    refused |= np.bincount(pairs.pixel[~moves], minlength=count) > 1
+    code = 4 * (pairs.item + 1)
+    mover = np.flatnonzero(moves)
+    if mover.size:
+        phase, seen = _phases(plan, place, pairs.take(mover))
+        code[mover] += phase
+        # what is that small may pass between all the middles
+        refused[pairs.pixel[mover[~seen & (reach[:, mover].min(axis=0) < SMALL)]]] = True
+    total = np.zeros(count, dtype=np.uint64)
+    np.add.at(total, pairs.pixel, _mixed(code.astype(np.uint64)))
+    sight = (total >> np.uint64(1)).astype(np.int64)
+    return np.where(refused, NO_SIGHT, sight)
+
+
+def _phases(plan: Plan, place: Array, pairs: Pairs) -> tuple[Ints, NDArray[np.bool_]]:
+    """Whether movers enter (2) and leave (1) the centres' rays, and whether they meet them."""
+    time = np.full((1, place.shape[1]), 0.5)
+    lines = Boxes(np.concatenate([place, -time]), np.concatenate([place, time]))
+    forms, cover = make_forms(plan, lines, pairs)
+    low, high = intervals(forms, cover.full, Lattice(TIME, 1, 1))
+    low, high = low[0, 0], high[0, 0]
+    phase = 2 * (low > -0.5).astype(np.int64) + (high < 0.5)
+    return phase, high > low
+
+
+def _mixed(number: NDArray[np.uint64]) -> NDArray[np.uint64]:
+    """Numbers spread over 64 bits, so that sums tell lists apart (Steele, Lea, Flood 2014)."""
+    z = number * np.uint64(0x9E3779B97F4A7C15)
+    z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    mixed: NDArray[np.uint64] = z ^ (z >> np.uint64(31))
+    return mixed
