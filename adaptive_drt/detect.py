@@ -18,13 +18,13 @@ from .edge import EdgeTest, detect_edges, half_pixel
 from .occluder import Occluders
 from .passing import moves_in_sight, outlines_pass
 from .plan import Plan
-from .primary import Pairs, Surface, Tile, find_pairs, nearest, pair_hits, surface
-from .shadow import Shadow, contributes, curvature, detect_shadows
+from .primary import Pairs, Surface, nearest, pair_hits, surface
+from .shadow import Shadow, contributes, curvature, detect_shadows, stands_clear
 from .shadow_edge import detect_shadow_edges, detect_steep_light, patch_reach
 from .sweep import light_changes, patch_light_changes
 from .vector import dot
 
-__all__ = ["Center", "Flags", "detect", "trace_center"]
+__all__ = ["Center", "Clear", "Flags", "detect", "detect_clear", "trace_center"]
 
 Array: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
@@ -75,11 +75,16 @@ class Flags:
     rivals: Pairs
 
 
-def trace_center(plan: Plan, bounds: Ints, tile: Tile) -> Center:
-    """Trace the centre rays of a tile."""
-    count = tile.index.size
-    w = plan.lens.directions(tile.x, tile.y)
-    pairs = find_pairs(plan, bounds, tile)
+def trace_center(plan: Plan, x: Array, y: Array, pairs: Pairs) -> Center:
+    """Trace the centre rays of n pixels.
+
+    Parameters
+    ----------
+    x, y : (n,) pixel coordinates of the centres.
+    pairs : all objects that may be seen in each pixel, sorted by object.
+    """
+    count = x.size
+    w = plan.lens.directions(x, y)
     t = pair_hits(plan, w[:, pairs.pixel], pairs.item)
     depth, item = nearest(count, pairs, t)
     depth_still, item_still = depth, item
@@ -109,40 +114,112 @@ def detect(plan: Plan, occluders: Occluders, center: Center, clock: Clock) -> Fl
     ----------
     clock : called with the name of each stage that has ended.
     """
-    count = center.depth.size
-    mask = np.zeros((3, count), dtype=np.bool_)
     pairs = center.pairs
-    front_still = clear = center.depth_still
-    outlines = np.zeros(count, dtype=np.bool_)
-    test = None
-    if plan.edges:
-        test = detect_edges(plan, count, pairs, center.w[:, pairs.pixel], center.t)
-        mask[2] = outlines[:] = test.edge
-        front_still, clear = test.front_still, test.nearest_still
-        clock("detect edges")
-    if plan.motion:
-        moving = pairs.take(plan.moves[pairs.item])
-        w = center.w[:, moving.pixel]
-        motion, outline = outlines_pass(plan, count, moving, w, front_still, clear)
-        mask[1] = motion | moves_in_sight(plan, center.item)
-        mask[2] |= outline
-        outlines |= motion | outline
-        clock("detect motion")
+    found = _find_outlines(plan, center, clock)
+    test, outlines = found.test, found.outline
+    mask = np.zeros((3, outlines.size), dtype=np.bool_)
+    mask[1], mask[2] = found.motion, found.edge
     shadows, candidates = _detect_light(plan, occluders, center, test, mask, clock)
     if test is not None and plan.motion:
         mask[1] |= _outline_light(plan, occluders, center, test, mask)
         clock("detect moving shadows")
-    return Flags(
-        mask, shadows, candidates, outlines, _rivals(plan, pairs, test, front_still, outlines)
-    )
+    return Flags(mask, shadows, candidates, outlines, _rivals(plan, pairs, test, outlines))
 
 
-def _rivals(plan: Plan, pairs: Pairs, test: EdgeTest | None, front: Array, outlines: Mask) -> Pairs:
+@dataclass(frozen=True)
+class _Outlines:
+    """Outlines in n pixels, during the shutter; `test` is None without edges.
+
+    Attributes
+    ----------
+    motion : (n,) what is seen changes.  edge : (n,) outlines or seams stand or pass in the pixel.
+    outline : (n,) either, but for what moves and fills the pixel.
+    """
+
+    test: EdgeTest | None
+    motion: Mask
+    edge: Mask
+    outline: Mask
+
+
+def _find_outlines(plan: Plan, center: Center, clock: Clock) -> _Outlines:
+    count = center.depth.size
+    pairs = center.pairs
+    motion, edge = np.zeros((2, count), dtype=np.bool_)
+    front_still = clear = center.depth_still
+    test = None
+    if plan.edges:
+        test = detect_edges(plan, count, pairs, center.w[:, pairs.pixel], center.t)
+        edge |= test.edge
+        front_still, clear = test.front_still, test.nearest_still
+        clock("detect edges")
+    outline = edge
+    if plan.motion:
+        moving = pairs.take(plan.moves[pairs.item])
+        w = center.w[:, moving.pixel]
+        passing, swept = outlines_pass(plan, count, moving, w, front_still, clear)
+        motion = passing | moves_in_sight(plan, center.item)
+        edge = edge | swept
+        outline = edge | passing
+        clock("detect motion")
+    return _Outlines(test, motion, edge, outline)
+
+
+def _rivals(plan: Plan, pairs: Pairs, test: EdgeTest | None, outlines: Mask) -> Pairs:
     """The candidates of pixels with outlines, less what stands still behind something that does."""
     keep = outlines[pairs.pixel]
     if test is not None:
-        keep &= plan.moves[pairs.item] | (test.near <= front[pairs.pixel])
+        keep &= plan.moves[pairs.item] | (test.near <= test.front_still[pairs.pixel])
     return pairs.take(keep)
+
+
+@dataclass(frozen=True)
+class Clear:
+    """Squares of pixels in which nothing may change but smoothly, and what the others may see.
+
+    Attributes
+    ----------
+    clear : (n,) one object that stands still fills it, or none does; no outline, no shadow and
+        no motion reaches it, and no light is so near that it changes steeply.
+    item : (n,) the object that fills a square without outlines, -1 for none.
+    pairs : the objects that may be seen in each square, sorted by object.
+    """
+
+    clear: Mask
+    item: Ints
+    pairs: Pairs
+
+
+def detect_clear(plan: Plan, occluders: Occluders, center: Center, clock: Clock) -> Clear:
+    """Find the squares of pixels that need not be looked into.
+
+    Parameters
+    ----------
+    plan : of a picture whose pixels are the squares, with edges.
+    """
+    found = _find_outlines(plan, center, clock)
+    assert found.test is not None
+    clear = ~found.outline & ~found.motion
+    rows = np.flatnonzero(clear[center.rows])
+    hits = center.hits.take(rows)
+    reach = _reach(plan, center, found.test)[rows]
+    dull = np.ones(rows.size, dtype=np.bool_)
+    for light in plan.lights:
+        shape = plan.shadow_light(light)
+        candidates = occluders.find(shape, hits, reach)
+        dull[candidates.pixel] = False
+        dull &= ~detect_steep_light(light, hits, reach)
+        dull &= stands_clear(light, light.center, hits, reach, curvature(plan, hits))
+        if light.displacement is not None:
+            dull &= ~light_changes(plan, hits, shape, candidates, reach)
+    clear[center.rows[rows]] &= dull
+    whole = np.flatnonzero(~found.outline & (center.item >= 0))
+    rivals = _rivals(plan, center.pairs, found.test, found.outline)
+    item = np.concatenate([rivals.item, center.item[whole]])
+    order = np.argsort(item, kind="stable")
+    pairs = Pairs(np.concatenate([rivals.pixel, whole])[order], item[order])
+    clock("clear squares")
+    return Clear(clear, np.where(found.outline, -1, center.item), pairs)
 
 
 def _detect_light(

@@ -18,17 +18,17 @@ from numpy.typing import NDArray
 from .cells import Cells
 from .detect import Center, Flags, detect, trace_center
 from .film import NO_DEPTH, Film
-from .goal import LATTICE_ROWS, Goal, make_goal
+from .goal import Goal, make_goal
 from .occluder import Occluders
 from .patch import make_patch
 from .plan import Plan
-from .primary import Pairs, Tile
+from .primary import Pairs
 from .refine import Refined, Task
 from .shade import Shaded, shade
 from .sights import NO_SIGHT, find_sights
 from .variation import BENDS, no_variation
 
-__all__ = ["RIM", "Frame", "Sheet", "first_pass", "lattice", "widened"]
+__all__ = ["RIM", "Frame", "Sheet", "first_pass", "widened"]
 
 Array: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
@@ -52,7 +52,7 @@ TRUSTED = 0.05
 
 @dataclass(frozen=True)
 class Sheet:
-    """The first pass over a tile of n pixels.
+    """The first pass over n pixels.
 
     Attributes
     ----------
@@ -75,13 +75,13 @@ class Sheet:
 
 
 def first_pass(
-    plan: Plan, occluders: Occluders, bounds: Ints, tile: Tile, clock: Callable[[str], None]
+    plan: Plan, occluders: Occluders, x: Array, y: Array, pairs: Pairs, clock: Callable[[str], None]
 ) -> Sheet:
-    """Trace, detect and shade the centres of a tile's pixels."""
-    center = trace_center(plan, bounds, tile)
+    """Trace, detect and shade the centres of n pixels; arguments as those of `trace_center`."""
+    center = trace_center(plan, x, y, pairs)
     clock("camera rays")
     flags = detect(plan, occluders, center, clock)
-    n = tile.index.size
+    n = x.size
     color = np.zeros((3, n))
     if not plan.transparent:
         color[:] = plan.background[:, None]
@@ -114,12 +114,6 @@ def _shade_centers(plan: Plan, occluders: Occluders, center: Center, flags: Flag
     time = np.zeros(rows.size) if plan.motion else 0.0
     known = tuple(zip(flags.shadows, flags.candidates, strict=True))
     return shade(plan, occluders, center.hits, time, patch, known)
-
-
-def lattice(height: int) -> tuple[int, int]:
-    """Rows of a picture that its goal is taken from: the first, and the step to the next."""
-    step = max(1, height // LATTICE_ROWS)
-    return step // 2, step
 
 
 def widened(plan: Plan, region: tuple[int, int, int, int]) -> Plan:
@@ -157,58 +151,73 @@ class Frame:
         self.depth, self.normal = np.full(n, np.inf), np.zeros((3, n))
         self.samples, self.error = np.ones(n, dtype=np.int64), np.zeros(n)
         self.settled = np.zeros(n, dtype=np.bool_)
+        self._traced: list[Ints] = []
+        self._corrected, self._change = np.zeros(0, dtype=np.int64), np.zeros((3, 0))
         self._rivals: list[Pairs] = []
 
-    def add(self, tile: Tile, sheet: Sheet) -> None:
-        """Enter a tile."""
-        rows = np.arange(tile.first, self.height, tile.step)
-        index = (rows[:, None] * self.width + np.arange(self.width)).ravel()
-        for name in ("color", "alpha", "deviation", "mask", "outline", "item", "depth"):
+    def add(self, x: Ints, y: Ints, sheet: Sheet) -> Ints:
+        """Enter pixels that have been traced; returns their numbers."""
+        index = self.numbers(x, y)
+        for name in ("color", "alpha", "deviation", "mask", "outline", "item", "depth", "normal"):
             getattr(self, name)[..., index] = getattr(sheet, name)
-        self.normal[:, index] = sheet.normal
+        self._traced.append(index)
         self._rivals.append(Pairs(index[sheet.rivals.pixel], sheet.rivals.item))
+        return index
+
+    def lay(
+        self, x: Ints, y: Ints, color: Array, error: Array, item: Ints, depth: Array, normal: Array
+    ) -> Ints:
+        """Enter pixels whose means are known, as `clear.Lawn` has them; returns their numbers."""
+        index = self.numbers(x, y)
+        self.color[:, index], self.error[index], self.item[index] = color, error, item
+        self.depth[index], self.normal[:, index] = depth, normal
+        self.alpha[index] = np.where((item < 0) & self.plan.transparent, 0.0, 1.0)
+        self.settled[index] = True
+        return index
+
+    def numbers(self, x: Ints, y: Ints) -> Ints:
+        """Numbers of pixels given by their coordinates."""
+        left, bottom, _, _ = self.plan.region
+        return (y - bottom) * self.width + (x - left)
 
     def correct(self) -> None:
         """Give smooth pixels their means: second differences, where nothing is cut or moves."""
+        # the outermost have no neighbours to one side
+        inside = np.zeros((self.height, self.width), dtype=np.bool_)
+        inside[1:-1, 1:-1] = True
+        traced: Ints = np.sort(np.concatenate([np.zeros(0, dtype=np.int64), *self._traced]))
+        index = traced[inside.ravel()[traced]]
         smooth = ~self.outline & ~self.mask[1]
-        change = np.zeros_like(self.color)
+        change = np.zeros((3, index.size))
         for axis, step in ((0, 1), (1, self.width)):
-            inner, low, high = self._rows(step)
-            same = (self.item[inner] == self.item[low]) & (self.item[inner] == self.item[high])
-            good = smooth[inner] & ~self.outline[low] & ~self.outline[high] & same
-            bend = self.color[:, low] - 2.0 * self.color[:, inner] + self.color[:, high]
+            low, high = index - step, index + step
+            same = (self.item[index] == self.item[low]) & (self.item[index] == self.item[high])
+            good = smooth[index] & ~self.outline[low] & ~self.outline[high] & same
+            bend = self.color[:, low] - 2.0 * self.color[:, index] + self.color[:, high]
             bend = np.where(good, bend / 24.0, 0.0)
+            own = np.sqrt((bend * bend).sum(axis=0) / 3.0)
             size = np.zeros(smooth.size)
-            size[inner] = np.sqrt((bend * bend).sum(axis=0) / 3.0)
-            widest = size.copy()
-            widest[inner] = np.maximum(size[inner], np.maximum(size[low], size[high]))
-            foreseen = self.deviation[BENDS, axis]
+            size[index] = own
+            widest = np.maximum(own, np.maximum(size[low], size[high]))
+            foreseen = self.deviation[BENDS, axis, index]
             known = np.minimum(foreseen, CORRECTED * widest + TRUSTED * foreseen)
-            ok = np.zeros(smooth.size, dtype=np.bool_)
-            ok[inner] = good
-            self.deviation[BENDS, axis] = np.where(ok, known, foreseen)
+            self.deviation[BENDS, axis, index] = np.where(good, known, foreseen)
             # a neighbour in a penumbra says nothing of a pixel that none reaches
-            likely = LIKELY * foreseen[inner]
-            too_large = size[inner] > likely
-            most = np.where(too_large, likely, 1.0) / np.where(too_large, size[inner], 1.0)
-            change[:, inner] += bend * most
-        self._change = change
-        self.error = self.deviation.sum(axis=(0, 1))
+            likely = LIKELY * foreseen
+            too_large = own > likely
+            most = np.where(too_large, likely, 1.0) / np.where(too_large, own, 1.0)
+            change += bend * most
+        self._corrected, self._change = index, change
+        self.error[traced] = self.deviation[..., traced].sum(axis=(0, 1))
 
-    def _rows(self, step: int) -> tuple[slice, slice, slice]:
-        n = self.item.size
-        return slice(step, n - step), slice(0, n - 2 * step), slice(2 * step, n)
-
-    def goal(self) -> Goal:
-        """The goal of the picture, of whose rows those of `lattice` are in."""
-        first, step = lattice(self.height - 2 * RIM)
-        inside = self.inner().reshape(self.height, self.width)
-        some = np.zeros_like(inside)
-        some[RIM + first : -RIM : step] = inside[RIM + first : -RIM : step]
+    def goal(self, rows: Mask) -> Goal:
+        """The goal of the picture, from the frame's `rows` (height,) of pixels."""
+        some = self.inner().reshape(self.height, self.width) & rows[:, None]
         index = np.flatnonzero(some)
-        color = self.color[:, index] + self._change[:, index]
+        color = self.color.copy()
+        color[:, self._corrected] += self._change
         error, cut = self.error[index], self.outline[index]
-        return make_goal(self.plan.settings.tolerance, color, error, cut)
+        return make_goal(self.plan.settings.tolerance, color[:, index], error, cut)
 
     def estimate(self) -> float:
         """RMS error of the region over its mean, as estimated."""
@@ -248,9 +257,10 @@ class Frame:
     def tasks(self, goal: Goal, size: int) -> list[tuple[Ints, Task]]:
         """What is to be refined: numbers of pixels, and the task; smooth pixels are corrected."""
         chosen = self.chosen(goal)
-        kept = chosen | self.settled
+        kept = np.flatnonzero(~(chosen | self.settled)[self._corrected])
+        rows = self._corrected[kept]
         # a mean of light is never below 0, whatever differences say
-        self.color = np.where(kept, self.color, np.maximum(self.color + self._change, 0.0))
+        self.color[:, rows] = np.maximum(self.color[:, rows] + self._change[:, kept], 0.0)
         return self._in_parts(np.flatnonzero(chosen), goal, size, True)
 
     def point_tasks(self, rows: Ints, goal: Goal, size: int) -> list[tuple[Ints, Task]]:
@@ -307,27 +317,25 @@ class Frame:
         """Add the points that were shaded beyond the first pass' own."""
         self.samples[rows] += refined.samples - 1
 
-    def show(self, film: Film, tile: Tile | None = None, rows: Ints | None = None) -> None:
-        """Write to a film what is there: of a tile, of pixels, or all."""
+    def show(self, film: Film, rows: Ints | None = None) -> None:
+        """Write to a film what is there: of some pixels the picture, or all."""
         own_rows, own_columns = self.own
         if rows is not None:
             y, x = np.divmod(rows, self.width)
-            place = y - own_rows.start, x - own_columns.start
+            y, x = y - own_rows.start, x - own_columns.start
+            mine = np.flatnonzero((x >= 0) & (x < film.width) & (y >= 0) & (y < film.height))
+            rows, place = rows[mine], (y[mine], x[mine])
             film.color[:, *place] = self.color[:, rows]
             film.alpha[place] = self.alpha[rows]
             film.samples[place] = self.samples[rows]
             return
-        first, step = (own_rows.start, 1) if tile is None else (tile.first, tile.step)
-        first += max(0, -(-(own_rows.start - first) // step)) * step
-        mine = slice(first, own_rows.stop, step)
-        its = slice(first - own_rows.start, film.height, step)
 
         def part(values: NDArray[Any]) -> NDArray[Any]:
             table = values.reshape(*values.shape[:-1], self.height, self.width)
-            return table[..., mine, own_columns]
+            return table[..., own_rows, own_columns]
 
-        film.color[:, its], film.alpha[its] = part(self.color), part(self.alpha)
-        film.mask[:, its], film.normal[:, its] = part(self.mask), part(self.normal)
-        film.samples[its] = part(self.samples)
+        film.color[:], film.alpha[:] = part(self.color), part(self.alpha)
+        film.mask[:], film.normal[:] = part(self.mask), part(self.normal)
+        film.samples[:] = part(self.samples)
         depth = part(self.depth)
-        film.depth[its] = np.where(np.isfinite(depth), depth, NO_DEPTH)
+        film.depth[:] = np.where(np.isfinite(depth), depth, NO_DEPTH)

@@ -14,14 +14,11 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["LATTICE_ROWS", "Goal", "make_goal"]
+__all__ = ["Goal", "make_goal"]
 
 Array: TypeAlias = NDArray[np.float64]
 Mask: TypeAlias = NDArray[np.bool_]
 
-LATTICE_ROWS = 64
-"""Rows of the whole picture, at least, that the goal is taken from: so any border of a picture is
-rendered to the goal of the whole, and parts rendered apart join to the last bit."""
 REACHED = 0.6
 """Of the goal: the error that refined pixels end with, RMS; they stop at the first split below."""
 RESERVE = 0.7

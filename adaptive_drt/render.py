@@ -19,7 +19,7 @@ from .film import Film
 from .integrate import Pixels, Resolver, resolve
 from .occluder import Occluders
 from .plan import Plan, make_plan
-from .primary import Pairs, Tile, screen_bounds
+from .primary import Pairs, Tile, find_pairs, screen_bounds
 from .resolve import Clock, Exact
 from .scene import Issue, Scene, validate
 from .settings import Settings
@@ -141,7 +141,7 @@ def _render_tile(
 ) -> _TileResult:
     clock = Clock()
     tile = Tile.make(plan, first, step)
-    center = trace_center(plan, bounds, tile)
+    center = trace_center(plan, tile.x, tile.y, find_pairs(plan, bounds, tile))
     clock("camera rays")
     if plan.settings.distribution == "EVERYWHERE":
         flags = everywhere(plan, center)
@@ -235,7 +235,7 @@ def _sample_seconds(
     rows = max(1, min(top - bottom, SAMPLE_ROWS // (right - left)))
     tile = Tile.make(plain, 0, max(1, (top - bottom) // rows))
     clock = Clock()
-    center = trace_center(plain, bounds, tile)
+    center = trace_center(plain, tile.x, tile.y, find_pairs(plain, bounds, tile))
     flags = everywhere(plain, center)
     resolve(plain, occluders, tile, center, flags)
     clock("plain")

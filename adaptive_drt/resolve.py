@@ -14,13 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .blocks import SIDES, Blocks
-from .exact import RIM, Frame, Sheet, first_pass, lattice, widened
+from .clear import Lawn, Survey, survey
+from .exact import Frame, widened
 from .film import Film
 from .goal import Goal
 from .occluder import Occluders
 from .plan import Plan
 from .primary import Tile, screen_bounds
 from .refine import Refined, Task, refine
+from .squares import SIDES as SQUARES
+from .squares import Squares, coarse
 from .threads import in_order
 
 __all__ = ["Clock", "Exact"]
@@ -29,6 +32,13 @@ Ints: TypeAlias = NDArray[np.int64]
 
 PART = 32_768
 """Pixels refined at a time, at most; fewer where threads would have none."""
+SURVEYED = 262_144
+"""Pixels surveyed at a time, at most: most of them lie in squares and take but a few points."""
+GOAL_ROWS = 16
+"""Rows of squares of the whole picture, at least, that the goal is taken from: so any border of a
+picture is rendered to the goal of the whole, and parts rendered apart join to the last bit."""
+GOAL_RIM = 2
+"""Pixels at the sides of such a row that do not count: second differences need their neighbours."""
 LEAST_PART = 1_024
 """Pixels refined at a time, if there are as many: fewer do not pay for NumPy's calls."""
 
@@ -77,17 +87,10 @@ class Exact:
         wide = widened(self.plan, self.plan.region)
         frame = Frame(wide, self.plan.region)
         size = film.width * film.height
-        done = 0
-        jobs, tiles = self._first(wide, range(frame.height))
-        with closing(in_order(self.plan, jobs)) as results:
-            for result in results:
-                if result is not None:
-                    sheet, seconds = result
-                    self._add(seconds)
-                    tile = tiles.pop(0)
-                    frame.add(tile, sheet)
-                    frame.show(film, tile)
-                    done += tile.index.size
+        with closing(self._survey(frame, wide, 0, 1)) as steps:
+            for done, lots in steps:
+                for entered in lots:
+                    frame.show(film, entered)
                 yield size * done // (2 * frame.width * frame.height)
         clock = Clock()
         frame.correct()
@@ -113,48 +116,75 @@ class Exact:
                     self._add(seconds)
                     rows = tasks.pop(0)[0]
                     frame.enter(rows, refined)
+                    self.shaded += int(refined.samples.sum()) - rows.size
                     frame.show(film, rows=rows)
                     done += rows.size
                 yield done
-        self.shaded = int(film.samples.sum())
         self.error_estimate = frame.estimate()
 
-    def _first(self, wide: Plan, rows: range) -> tuple[list[Any], list[Tile]]:
-        """The first pass' jobs and tiles over rows of a plan's region."""
-        left, _, right, _ = wide.region
-        bounds = screen_bounds(wide)
-        most = max(1, wide.settings.batch // (right - left))
-        count = -(-len(rows) // most)
-        count = min(len(rows), -(-count // wide.threads) * wide.threads)
-        tiles = [Tile.make(wide, rows[k], rows.step * count) for k in range(count)]
-        return [partial(_first, wide, self.occluders, bounds, tile) for tile in tiles], tiles
+    def _survey(
+        self, frame: Frame, wide: Plan, first: int, step: int
+    ) -> Generator[tuple[int, list[Ints]], None, None]:
+        """Survey every `step`-th row of squares; yields pixels done, and those done last."""
+        side = SQUARES[0]
+        rough = coarse(wide, side)
+        bounds = screen_bounds(rough)
+        left, bottom, right, top = rough.region
+        rows = -(-(top - bottom - first) // step)
+        most = max(1, SURVEYED // (side * side * (right - left)))
+        count = -(-rows // most)
+        count = min(rows, -(-count // wide.threads) * wide.threads)
+        tiles = [Tile.make(rough, first + step * k, step * count) for k in range(count)]
+        jobs = [
+            partial(_first, wide, self.occluders, Squares.of_tile(rough, side, bounds, tile))
+            for tile in tiles
+        ]
+        done = 0
+        with closing(in_order(wide, jobs)) as results:
+            for result in results:
+                entered: list[Ints] = []
+                if result is not None:
+                    found, seconds = result
+                    self._add(seconds)
+                    entered += [frame.lay(*_fields(lawn)) for lawn in found.lawns]
+                    entered += [frame.add(*rest) for rest in found.rest]
+                    done += sum(each.size for each in entered)
+                    self.shaded += found.points + sum(x.size for x, _, _ in found.rest)
+                yield done, entered
 
     def _set_goal(self, frame: Frame) -> Generator[None, None, None]:
         """Set the goal of the whole picture, whatever part of it this frame is."""
         width, height = self.plan.picture
-        if self.plan.region == (0, 0, width, height):
-            self.goal = frame.goal()
-            return
-        whole = widened(self.plan, (0, 0, width, height))
-        sample = Frame(whole, (0, 0, width, height))
-        first, step = lattice(height)
-        for above in range(min(2 * RIM + 1, step)):
-            jobs, tiles = self._first(whole, range(first + above, height + 2 * RIM, step))
-            with closing(in_order(whole, jobs)) as results:
-                for result in results:
-                    if result is not None:
-                        sample.add(tiles.pop(0), result[0])
+        whole = (0, 0, width, height)
+        side = SQUARES[0]
+        step = max(1, height // (side * GOAL_ROWS))
+        first = step // 2
+        y = np.arange(height)
+        chosen = ((y // side) % step == first) & (y % side >= GOAL_RIM)
+        chosen &= y % side < side - GOAL_RIM
+        if not chosen.any():
+            chosen[:] = True
+        if self.plan.region != whole:
+            wide = widened(self.plan, whole)
+            frame = Frame(wide, whole)
+            # the frame's first row of squares is the one below the picture
+            below = -(wide.region[1] // side)
+            rows = self._survey(frame, wide, (first + below) % step, step)
+            with closing(rows) as steps:
+                for _ in steps:
                     yield
-        sample.correct()
-        self.goal = sample.goal()
+            frame.correct()
+        inside = np.zeros(frame.height, dtype=np.bool_)
+        inside[frame.own[0]] = chosen
+        self.goal = frame.goal(inside)
 
     def _interpolate(self, frame: Frame) -> Generator[None, None, None]:
         """Settle what motion leaves smooth, from points at the nodes of blocks."""
         clock = Clock()
         blocks = Blocks(frame, self.goal)
         for side in SIDES:
-            rows = blocks.nodes(side)
-            tasks = frame.point_tasks(rows, self.goal, self._part(rows.size))
+            wanted = blocks.nodes(side)
+            tasks = frame.point_tasks(wanted, self.goal, self._part(wanted.size))
             clock("blocks")
             todo = [partial(_refine, self.plan, self.occluders, task) for _, task in tasks]
             with closing(in_order(self.plan, todo)) as outcomes:
@@ -162,7 +192,9 @@ class Exact:
                     if outcome is not None:
                         refined, seconds = outcome
                         self._add({"nodes of blocks": seconds["refining"]})
-                        blocks.enter(tasks.pop(0)[0], refined)
+                        rows = tasks.pop(0)[0]
+                        blocks.enter(rows, refined)
+                        self.shaded += int(refined.samples.sum()) - rows.size
                     yield
             clock.restart()
             blocks.settle()
@@ -178,12 +210,14 @@ class Exact:
             self.seconds[stage] = self.seconds.get(stage, 0.0) + span
 
 
-def _first(
-    plan: Plan, occluders: Occluders, bounds: Ints, tile: Tile
-) -> tuple[Sheet, dict[str, float]]:
+def _first(plan: Plan, occluders: Occluders, squares: Squares) -> tuple[Survey, dict[str, float]]:
     plan.go_on()
     clock = Clock()
-    return first_pass(plan, occluders, bounds, tile, clock), clock.seconds
+    return survey(plan, occluders, squares, clock), clock.seconds
+
+
+def _fields(lawn: Lawn) -> tuple[Any, ...]:
+    return tuple(getattr(lawn, name) for name in Lawn.__dataclass_fields__)
 
 
 def _refine(plan: Plan, occluders: Occluders, task: Task) -> tuple[Refined, dict[str, float]]:

@@ -32,7 +32,14 @@ from .quadric import (
 )
 from .vector import cross, dot, squared_norm
 
-__all__ = ["Shadow", "classify_pairs", "contributes", "curvature", "detect_shadows"]
+__all__ = [
+    "Shadow",
+    "classify_pairs",
+    "contributes",
+    "curvature",
+    "detect_shadows",
+    "stands_clear",
+]
 
 Array: TypeAlias = NDArray[np.float64]
 Mask: TypeAlias = NDArray[np.bool_]
@@ -122,6 +129,26 @@ def contributes(
     tilt, graze = _tilt(light, to, reach, bend) / distance, graze / distance
     dark = height <= -cone.sine - tilt + graze
     return dark, ~dark & (height < cone.sine + graze)
+
+
+def stands_clear(
+    light: Emitter, center: Array, surface: Surface, reach: Array, bend: Array
+) -> Mask:
+    """Where the whole light, or none of it, shines on all of the surface within reach: (n,).
+
+    There the points' own horizons and the light's own plane cut nothing. Arguments as those of
+    `contributes`.
+    """
+    to = center - surface.point
+    tilt = _tilt(light, to, reach, bend) + graze_of(surface.point, light.radius)
+    low = dot(surface.normal, to)
+    if light.kind == QUAD:
+        low -= np.abs(dot(surface.normal, light.half_u)) + np.abs(dot(surface.normal, light.half_v))
+        above = (low > tilt) & (off_back(light, to, surface.point) > reach)
+    else:
+        above = low > tilt + (0.0 if light.kind == POINT else light.radius)
+    clear: Mask = above | contributes(light, center, surface, reach, bend)[0]
+    return clear
 
 
 def _tilt(light: Emitter, to: Array, reach: Array | float, bend: Array | float) -> Array:

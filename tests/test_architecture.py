@@ -19,9 +19,9 @@ ORDER = (
     "partials jet elementary vector bounds "
     "radiometry recognise quadric quad embree camera sampling emitter light "
     "arcs outline visible_light "
-    "plan primary seam forms lines crossings painting ranks regions sights "
+    "plan primary squares seam forms lines crossings painting ranks regions sights "
     "edge shadow shadow_edge visibility occluder passing sweep detect "
-    "gather patch variation clip hidden shade cells goal refine exact blocks threads resolve "
+    "gather patch variation clip hidden shade cells goal refine exact blocks clear threads resolve "
     "integrate cost render"
 ).split()
 """The core's files by rank: each imports only names to its left. Put a new file in its place."""

@@ -1,0 +1,156 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The first pass over a tile of squares: clear ones by a few points, the rest pixel by pixel."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .detect import detect_clear, trace_center
+from .exact import Sheet, first_pass
+from .occluder import Occluders
+from .patch import make_patch
+from .plan import Plan
+from .primary import Pairs, pair_hits, surface
+from .shade import shade
+from .shadow import Shadow
+from .squares import SIDES, Squares, coarse, means, nodes, roughness, series
+
+__all__ = ["Lawn", "Survey", "survey"]
+
+Array: TypeAlias = NDArray[np.float64]
+Ints: TypeAlias = NDArray[np.int64]
+Mask: TypeAlias = NDArray[np.bool_]
+Clock: TypeAlias = Callable[[str], None]
+
+ALLOWED = 0.1
+"""Of the tolerance, relative to the square's own radiance: what a bicubic may be off by."""
+
+
+@dataclass(frozen=True)
+class Lawn:
+    """Pixels of clear squares: (n,) `x`, `y` of their lower left corners in the picture.
+
+    Attributes
+    ----------
+    color : (3, n) mean radiance.  error : (n,) what it may be off by.
+    item : (n,) the object that fills them, -1 for none.
+    depth : (n,), normal : (3, n) of the hits at the centres.
+    """
+
+    x: Ints
+    y: Ints
+    color: Array
+    error: Array
+    item: Ints
+    depth: Array
+    normal: Array
+
+
+@dataclass(frozen=True)
+class Survey:
+    """What a first pass found: lawns, the other pixels, and points shaded for the lawns.
+
+    `rest` has pixels x, y and what was found of them.
+    """
+
+    lawns: list[Lawn]
+    rest: list[tuple[Ints, Ints, Sheet]]
+    points: int
+
+
+def survey(plan: Plan, occluders: Occluders, squares: Squares, clock: Clock) -> Survey:
+    """Find the clear squares; trace, detect and shade the centres of all other pixels.
+
+    Parameters
+    ----------
+    plan : whose region bounds the pixels.  squares : of the largest side.
+    """
+    lawns, points = [], 0
+    for side, smaller in zip(SIDES, (*SIDES[1:], 1), strict=True):
+        plan.go_on()
+        cut = np.ones(squares.x.size, dtype=np.bool_)
+        if plan.edges:
+            rough = coarse(plan, side)
+            center = trace_center(rough, *squares.middles, squares.pairs)
+            found = detect_clear(rough, occluders, center, clock)
+            squares = Squares(side, squares.x, squares.y, found.pairs)
+            some = np.flatnonzero(found.clear)
+            lawn, smooth, count = _mow(plan, occluders, squares, some, found.item[some])
+            lawns.append(lawn)
+            points += count
+            cut[some[smooth]] = False
+        squares = squares.cut(np.flatnonzero(cut), smaller, plan.region)
+        clock("clear squares")
+    rest = []
+    for first in range(0, squares.x.size, plan.settings.batch):
+        plan.go_on()
+        part = squares.part(first, first + plan.settings.batch)
+        rest.append((part.x, part.y, first_pass(plan, occluders, *part.middles, part.pairs, clock)))
+    return Survey(lawns, rest, points)
+
+
+def _mow(
+    plan: Plan, occluders: Occluders, squares: Squares, some: Ints, item: Ints
+) -> tuple[Lawn, Mask, int]:
+    """The pixels of clear squares; which of the squares are smooth, and how many points it took."""
+    side = squares.side
+    color = np.zeros((3, 16, some.size))
+    if not plan.transparent:
+        color[:] = plan.background[:, None, None]
+    hit = np.flatnonzero(item >= 0)
+    seen = np.ones(some.size, dtype=np.bool_)
+    if hit.size:
+        across, up = squares.middles
+        x, y = nodes(across[some[hit]], up[some[hit]], side)
+        light, found = _shade(plan, occluders, x.ravel(), y.ravel(), np.tile(item[hit], 16))
+        color[:, :, hit] = light.reshape(3, 16, -1)
+        seen[hit] = found.reshape(16, -1).all(axis=0)
+    coefficients = series(color)
+    off = roughness(coefficients)
+    size = np.sqrt((color * color).mean(axis=(0, 1)))
+    smooth = seen & (off <= ALLOWED * plan.settings.tolerance * size)
+    index = np.flatnonzero(smooth)
+    # never below 0, whatever a bicubic says
+    mean = np.maximum(means(coefficients[..., index], side), 0.0)
+    return _lawn(plan, squares, some[index], item[index], mean, off[index]), smooth, 16 * hit.size
+
+
+def _shade(plan: Plan, occluders: Occluders, x: Array, y: Array, item: Ints) -> tuple[Array, Mask]:
+    """Radiance (3, n) of objects that nothing shadows at pixel coordinates; and where it is hit."""
+    w = plan.lens.directions(x, y)
+    t = pair_hits(plan, w, item)
+    found = np.isfinite(t)
+    hits = surface(plan, w, np.where(found, t, 1.0), item)
+    patch = make_patch(plan, w, np.where(found, t, 1.0), hits, np.zeros((3, item.size)))
+    none, nothing = np.zeros(item.size, dtype=np.bool_), np.zeros(0, dtype=np.int64)
+    pairs = Pairs(nothing, nothing)
+    known = ((Shadow(none, none, none, pairs), pairs),) * len(plan.lights)
+    return shade(plan, occluders, hits, 0.0, patch, known).color, found
+
+
+def _lawn(
+    plan: Plan, squares: Squares, chosen: Ints, item: Ints, mean: Array, error: Array
+) -> Lawn:
+    """The pixels within the plan's region of chosen squares, given their means (3, s, s, b)."""
+    side = squares.side
+    left, bottom, right, top = plan.region
+    place = np.arange(side)
+    x = (side * squares.x[chosen] + place[None, :, None]) + 0 * place[:, None, None]
+    y = (side * squares.y[chosen] + place[:, None, None]) + 0 * place[None, :, None]
+    inside = (x >= left) & (x < right) & (y >= bottom) & (y < top)
+    x, y, color = x[inside], y[inside], mean[:, inside]
+    whose = np.broadcast_to(np.arange(chosen.size), inside.shape)[inside]
+    items = item[whose]
+    depth, normal = np.full(x.size, np.inf), np.zeros((3, x.size))
+    for number in np.unique(item[item >= 0]):
+        rows = np.flatnonzero(items == number)
+        w = plan.lens.directions(x[rows] + 0.5, y[rows] + 0.5)
+        own = np.full(rows.size, number)
+        depth[rows] = pair_hits(plan, w, own)
+        normal[:, rows] = surface(plan, w, depth[rows], own).normal
+    return Lawn(x, y, color, error[whose], items, depth, normal)
