@@ -63,12 +63,15 @@ class Survey:
     points: int
 
 
-def survey(plan: Plan, occluders: Occluders, squares: Squares, clock: Clock) -> Survey:
+def survey(
+    plan: Plan, occluders: Occluders, bounds: Ints, squares: Squares, clock: Clock
+) -> Survey:
     """Find the clear squares; trace, detect and shade the centres of all other pixels.
 
     Parameters
     ----------
-    plan : whose region bounds the pixels.  squares : of the largest side.
+    plan : whose region bounds the pixels.  bounds : (4, objects) `screen_bounds` of the plan.
+    squares : of the largest side.
     """
     lawns, points = [], 0
     for side, smaller in zip(SIDES, (*SIDES[1:], 1), strict=True):
@@ -86,6 +89,7 @@ def survey(plan: Plan, occluders: Occluders, squares: Squares, clock: Clock) -> 
             cut[some[smooth]] = False
         squares = squares.cut(np.flatnonzero(cut), smaller, plan.region)
         clock("clear squares")
+    squares = squares.within(bounds)
     rest = []
     for first in range(0, squares.x.size, plan.settings.batch):
         plan.go_on()

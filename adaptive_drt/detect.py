@@ -169,7 +169,8 @@ def _rivals(plan: Plan, pairs: Pairs, test: EdgeTest | None, outlines: Mask) -> 
     """The candidates of pixels with outlines, less what stands still behind something that does."""
     keep = outlines[pairs.pixel]
     if test is not None:
-        keep &= plan.moves[pairs.item] | (test.near <= test.front_still[pairs.pixel])
+        still = test.some & (test.near <= test.front_still[pairs.pixel])
+        keep &= plan.moves[pairs.item] | still
     return pairs.take(keep)
 
 

@@ -60,7 +60,7 @@ class EdgeTest:
     front : (n,) bound on the ray parameter of whatever covers the whole pixel first; inf if none.
     front_still : (n,) the same among objects that do not move.
     nearest_still : (n,) the least ray parameter at which such an object may be seen; inf if none.
-    seen : (m,) which candidates may be seen from somewhere in their pixel.
+    some : (m,) which candidates some ray of their pixel may hit; seen : (m,) and see.
     near, far : (m,) bounds on the ray parameter of what is seen of them.
     """
 
@@ -68,6 +68,7 @@ class EdgeTest:
     front: Array
     front_still: Array
     nearest_still: Array
+    some: Mask
     seen: Mask
     near: Array
     far: Array
@@ -104,7 +105,7 @@ def detect_edges(plan: Plan, count: int, pairs: Pairs, w: Array, t: Array) -> Ed
     some_still = np.flatnonzero(cover.some & ~plan.moves[pairs.item])
     np.minimum.at(nearest_still, pairs.pixel[some_still], cover.near[some_still])
     far = np.minimum(cover.far, front[pairs.pixel])
-    return EdgeTest(edge, front, front_still, nearest_still, seen, cover.near, far)
+    return EdgeTest(edge, front, front_still, nearest_still, cover.some, seen, cover.near, far)
 
 
 def _seams(plan: Plan, count: int, pairs: Pairs, w: Array, t: Array, chosen: Mask) -> Mask:

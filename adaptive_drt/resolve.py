@@ -128,7 +128,7 @@ class Exact:
         """Survey every `step`-th row of squares; yields pixels done, and those done last."""
         side = SQUARES[0]
         rough = coarse(wide, side)
-        bounds = screen_bounds(rough)
+        bounds, fine = screen_bounds(rough), screen_bounds(wide)
         left, bottom, right, top = rough.region
         rows = -(-(top - bottom - first) // step)
         most = max(1, SURVEYED // (side * side * (right - left)))
@@ -136,7 +136,7 @@ class Exact:
         count = min(rows, -(-count // wide.threads) * wide.threads)
         tiles = [Tile.make(rough, first + step * k, step * count) for k in range(count)]
         jobs = [
-            partial(_first, wide, self.occluders, Squares.of_tile(rough, side, bounds, tile))
+            partial(_first, wide, self.occluders, fine, Squares.of_tile(rough, side, bounds, tile))
             for tile in tiles
         ]
         done = 0
@@ -210,10 +210,12 @@ class Exact:
             self.seconds[stage] = self.seconds.get(stage, 0.0) + span
 
 
-def _first(plan: Plan, occluders: Occluders, squares: Squares) -> tuple[Survey, dict[str, float]]:
+def _first(
+    plan: Plan, occluders: Occluders, bounds: Ints, squares: Squares
+) -> tuple[Survey, dict[str, float]]:
     plan.go_on()
     clock = Clock()
-    return survey(plan, occluders, squares, clock), clock.seconds
+    return survey(plan, occluders, bounds, squares, clock), clock.seconds
 
 
 def _fields(lawn: Lawn) -> tuple[Any, ...]:

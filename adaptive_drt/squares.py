@@ -79,6 +79,13 @@ class Squares:
         pairs = Pairs(child, np.repeat(self.pairs.item, copies))
         return Squares(side, x[inside], y[inside], pairs)
 
+    def within(self, bounds: Ints) -> Squares:
+        """Pixels without the pairs of objects whose `screen_bounds` leave them out."""
+        x, y, item = self.x[self.pairs.pixel], self.y[self.pairs.pixel], self.pairs.item
+        left, bottom, right, top = bounds
+        inside = (x >= left[item]) & (x < right[item]) & (y >= bottom[item]) & (y < top[item])
+        return replace(self, pairs=self.pairs.take(inside))
+
     def part(self, first: int, last: int) -> Squares:
         """The squares from the `first` to before the `last`."""
         kept = np.flatnonzero((self.pairs.pixel >= first) & (self.pairs.pixel < last))
