@@ -35,7 +35,7 @@ test-all: lint  ## lint, and every test
 	$(BIN)/python -m pytest tests
 
 stress: $(READY)  ## the long stress test: kernels, hostile and changed scenes, masks; docs/stability.md
-	$(BIN)/python benchmarks/stress.py
+	$(BIN)/python benchmarks/stress.py $(STRESS)
 
 format: $(READY)  ## format the code, fix what ruff can fix
 	$(BIN)/ruff check --fix .

@@ -24,6 +24,12 @@ REACHED = 0.6
 RESERVE = 0.7
 """Of the tolerance: what the goal is set for. The rest is for what estimates do not see."""
 BISECTIONS = 60
+GRID = 1.01
+"""Ratio of one goal to the next. What is left over the whole picture jumps where the goal passes a
+pixel's own error, so the greatest goal is often just that, and whether the pixel is above it would
+be for rounding to say. A goal on a grid lies on no pixel's error."""
+GRID_START = 0.9
+"""Of the tolerance: a goal of the grid; no number that errors and contrasts of round scenes are."""
 WIDEST = 1e3
 """Of the tolerance: the greatest goal."""
 LEAST = 2.0**-10
@@ -66,4 +72,6 @@ def make_goal(tolerance: float, color: Array, error: Array, cut: Mask) -> Goal:
             high = middle
         else:
             low = middle
-    return Goal(max(low, tolerance * mean * LEAST), max(contrast, mean))
+    scale = GRID_START * tolerance * mean
+    goal = scale * GRID ** np.floor(np.log(max(low / scale, LEAST)) / np.log(GRID))
+    return Goal(float(goal), max(contrast, mean))

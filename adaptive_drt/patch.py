@@ -19,6 +19,11 @@ Array: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
 
 TINY = float(np.finfo(np.float64).tiny)
+FLAT = 2.0**-52
+"""Cosine between normal and ray: the least that a plane is seen at."""
+RIM = 2.0**-16
+"""The same of a sphere. A ray that just misses one stands for its rim, where the cosine is nothing
+but rounding, sign and all; a chord ends the steps long before."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +38,7 @@ class Patch:
     cross : (3, n) metres across the view, what the object moves against the ray.
     time : (n,) half the box's extent in shutter times.
     bend : (n,) curvature of the surface, 1 / m; 0 for planes.
-    slant : (n,) cosine between the surface's normal and the ray, at least 2^-52.
+    slant : (n,) cosine between the surface's normal and the ray, at least `FLAT` or `RIM`.
     """
 
     steps: Array
@@ -74,11 +79,11 @@ def make_patch(plan: Plan, w: Array, t: Array, surface: Surface, half: Array) ->
     lens, normal = plan.lens, surface.normal
     length = np.sqrt(dot(w, w))
     along = dot(normal, w)
-    slant = np.maximum(np.abs(along) / length, 2.0**-52)
-    safe = np.where(along < 0.0, -slant, slant) * length
-    bend = np.zeros(t.size)
+    bend, least = np.zeros(t.size), np.full(t.size, FLAT)
     ball = np.flatnonzero(surface.item < plan.sphere_count)
-    bend[ball] = 1.0 / plan.spheres.radius[surface.item[ball]]
+    bend[ball], least[ball] = 1.0 / plan.spheres.radius[surface.item[ball]], RIM
+    slant = np.maximum(np.abs(along) / length, least)
+    safe = np.where(along <= least * length, -slant, slant) * length
     steps, slides, cross = np.zeros((3, 3, t.size)), np.zeros((3, t.size)), np.zeros((3, t.size))
     for axis, step in ((0, lens.right), (1, lens.up)):
         against = (t * half[axis]) * step[:, None]

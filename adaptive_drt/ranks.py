@@ -25,9 +25,9 @@ Array: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
 Mask: TypeAlias = NDArray[np.bool_]
 
-TOUCH = 2.0**-36
+TOUCH = 2.0**-30
 """Of the size of what is compared: objects that touch may overlap by rounding, to no visible
-effect."""
+effect. A scene a million of its sizes away is rounded to some 2^-33 of its size."""
 
 
 def find_ranks(

@@ -39,6 +39,9 @@ middle. A smooth length's own error is a third of it; that of a jump at most hal
 differs twice, so that three estimates cover it too."""
 STEEPEST = 4.0
 """Steeper outlines count as that steep: they are left to what the lines find of them."""
+ALIKE = 1.0 - 2.0**-20
+"""Of the best axis' component: axes from there on are equally good, and the first of them is taken,
+not the one that rounding chooses."""
 UNSEEN = 0.5
 """Of the area of an object that falls between the lines: its weight is off by about that."""
 SQUARES = (0, 2, 5)
@@ -158,14 +161,13 @@ def _candidates(plan: Plan, boxes: Boxes, pairs: Pairs) -> _Candidates:
     full = np.flatnonzero(cover.full)
     np.minimum.at(front, pairs.pixel[full], cover.far[full])
     kept = np.flatnonzero(cover.some & (cover.near <= front[pairs.pixel]))
-    kept = kept[np.lexsort((pairs.item[kept], cover.near[kept], pairs.pixel[kept]))]
+    # where two begin equally deep, what ends first: the scene's own order has no say
+    by = (pairs.item, cover.far, cover.near, pairs.pixel)
+    kept = kept[np.lexsort([key[kept] for key in by])]
     forms, cover, pairs = forms.take(kept), cover.take(kept), pairs.take(kept)
     box = pairs.pixel
     number = np.bincount(box, minlength=count)
     rank, settled, balls = find_ranks(plan, boxes, pairs, cover, number)
-    # of objects equally deep the first wins
-    order = np.lexsort((np.where(settled[box], rank, pairs.item), box))
-    forms, cover, pairs = forms.take(order), cover.take(order), pairs.take(order)
     closed, moving = np.zeros((2, count), dtype=np.bool_)
     closed[box[cover.full]] = True
     moving[box[plan.moves[pairs.item]]] = True
@@ -176,6 +178,9 @@ def _candidates(plan: Plan, boxes: Boxes, pairs: Pairs) -> _Candidates:
     allowed = wide.copy()
     allowed[TIME] &= ~balls | ~(wide[0] | wide[1])
     axis, steep = _axis(forms, cover, box, overlap, allowed)
+    # of objects equally deep the first wins
+    order = np.lexsort((np.where(settled[box], rank, pairs.item), box))
+    forms, cover, pairs = forms.take(order), cover.take(order), pairs.take(order)
     start = np.cumsum(number) - number
     return _Candidates(pairs, forms, cover, number, start, settled, closed, wide, axis, steep)
 
@@ -200,9 +205,10 @@ def _axis(forms: Forms, cover: Cover, box: Ints, overlap: Ints, wide: Mask) -> t
             share = np.where(near, slopes[k], 1.0) / np.where(near, total, 1.0)
             np.minimum.at(across[k], box[overlap], share)
     across = np.where(wide, across, -1.0)
-    axis: Ints = np.argmax(across, axis=0)
+    best = across.max(axis=0)
+    axis: Ints = np.argmax(across >= ALIKE * best, axis=0)
     # one outline has a component of 1 / sqrt(3) at least; with several, none may suit them all
-    least = np.maximum(np.sqrt(3.0) * across.max(axis=0), 1.0 / STEEPEST)
+    least = np.maximum(np.sqrt(3.0) * best, 1.0 / STEEPEST)
     return axis, np.maximum(1.0 / least, 1.0)
 
 

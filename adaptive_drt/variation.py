@@ -44,6 +44,9 @@ NEAREST = 2.0**-20
 """Of the distance to a light: an outline nearer than that is as good as there."""
 SHARPEST = 1e3
 """Half extents in units of a shadow's width: sharper than that makes no difference."""
+ALIKE = 1.0 + 2.0**-20
+"""Edges of a quad as sharp as that times another are equally sharp: before a point all are, and the
+first of them counts, not the one that rounding chooses."""
 ROUGH = 0.5
 """Of a shadow's width: a half extent from which the shadow is a step within the cell."""
 NEAR = 0.8
@@ -330,7 +333,7 @@ def _past_quads(
         covers &= height_of > half + whole
         crosses = np.abs(height_of) < half + whole
         sharp = np.where(crosses, whole / np.maximum(half, whole / SHARPEST), 0.0)
-        better = sharp > sharpest
+        better = sharp > ALIKE * sharpest
         sharpest = np.where(better, sharp, sharpest)
         width = np.where(better, 2.0 * half, width)
         shifts = np.where(better, each, shifts)

@@ -1,23 +1,25 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The long version of the tests of stability: writes docs/stability.md.
 
-A million random configurations through the kernels, a thousand hostile scenes rendered in every
-way, scenes moved, scaled, turned and mirrored, and masks on adversarial scenes.
+A million random configurations through each kernel, a thousand hostile scenes rendered in every
+way, scenes moved, scaled, turned and mirrored, and masks on adversarial scenes. Parts can be run
+apart: each writes its own section of the page and leaves the others as they are.
 """
 
 from __future__ import annotations
 
 import argparse
+import re
 import sys
 import time
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
-from importlib import import_module
-from importlib.util import find_spec
+from dataclasses import dataclass
 from multiprocessing import get_context
 from pathlib import Path
 
 import machine
+import stress_kernels
 import stress_scenes
 from stress_scenes import Found
 
@@ -27,32 +29,32 @@ FAULTS_SHOWN = 20
 HEAD = """\
 # Stability
 
-What was tried to break the numbers, the worst that was found with the seeds that show it, and
-what is promised. `make stress` writes this page; `make test` runs a smaller set of all of it.
-
-Run on {machine}, from seed {seed}, in {minutes:.0f} minutes.
+What was tried to break the numbers, and the worst that was found with the seeds that show it.
+`make stress` writes this page; `make test` runs a smaller set of all of it. What a section
+promises is what its own run checks, configuration by configuration; it lists what was broken.
 """
 
-PROMISES = """\
-## What is promised
-- Any scene at all renders to finite numbers, or a message says why its camera forms no picture.
-  What cannot be rendered (a number that is none, a shape without a size) is left out and named.
-- No pixel is brighter than all area lights together and the background.
-- The picture does not hang on where, how large or how turned the scene is: to 1e-9 of its mean, and
-  to 1e-6 after a move by a million times its size (which rounds every coordinate by 1e-10 of it).
-- Coordinates up to 1e30 m, sizes down to 1e-60 m, and scenes scaled by any power of two between
-  2^-130 and 2^40 come out the same to the last bit.
-- The mask leaves out no pixel that depends on a domain, down to 1e-12 of a radius from tangency.
-- What lies within 2^-40 (1e-12) of the distance from the camera of a surface, of a light's plane
-  or of the horizon counts as lying on it.
-
+TAIL = """\
 ## What is not promised
+
 - Of two surfaces of different colours in one and the same place, which one is seen: the first in
   the list where both lie at the very same depth, else rounding decides.
 - Under method RAYS, round lights have no coordinates of their own: turning the scene takes other
   sample points of them, so penumbrae differ by their sampling error.
-- Sizes beyond those above, and numbers of light beyond float32's range: images clip them.
+- Numbers of light beyond float32's range: images clip them.
 """
+
+
+@dataclass(frozen=True)
+class Part:
+    """A section of the page: `run` takes a first seed, a count and processes, and returns what
+    came out in Markdown and how many promises were broken."""
+
+    title: str
+    about: str
+    promise: str
+    count: int
+    run: Callable[[int, int, int], tuple[str, int]]
 
 
 def run_all(work: Callable[[int], Found], seeds: range, workers: int) -> list[Found]:
@@ -62,11 +64,13 @@ def run_all(work: Callable[[int], Found], seeds: range, workers: int) -> list[Fo
 
 
 def table(found: list[Found]) -> str:
-    """The largest of each figure, and the seed that shows it."""
-    lines = ["| | worst | seed |", "|---|---|---|"]
-    for name in dict.fromkeys(name for each in found for name in each.figures):
-        worst = max((each for each in found if name in each.figures), key=lambda f: f.figures[name])
-        lines.append(f"| {name} | {worst.figures[name]:.2g} | {worst.seed} |")
+    """The median and the largest of each figure, and the seed that shows it."""
+    lines = ["| | median | worst | seed | limit |", "|---|---|---|---|---|"]
+    for name, limit in stress_scenes.LIMITS.items():
+        those = sorted((each.figures[name], each.seed) for each in found if name in each.figures)
+        if those:
+            middle, (worst, seed) = those[len(those) // 2][0], those[-1]
+            lines.append(f"| {name} | {middle:.1g} | {worst:.2g} | {seed} | {limit:g} |")
     return "\n".join(lines)
 
 
@@ -76,92 +80,145 @@ def faults(found: list[Found]) -> str:
     rest = len(lines) - FAULTS_SHOWN
     if rest > 0:
         lines = [*lines[:FAULTS_SHOWN], f"- and {rest} more"]
-    return "\n".join(lines) or "No fault."
+    return "\n".join(["Broken promises:", "", *lines]) if lines else "Broken promises: none."
 
 
-def hostile_part(seeds: range, workers: int) -> tuple[str, int]:
-    found = run_all(stress_scenes.hostile, seeds, workers)
+def count_faults(found: list[Found]) -> int:
+    return sum(len(each.faults) for each in found)
+
+
+def hostile(seed: int, count: int, workers: int) -> tuple[str, int]:
+    found = run_all(stress_scenes.hostile, range(seed, seed + count), workers)
     renders = int(sum(each.figures.get("renders", 0) for each in found))
     refused = sum(bool(each.figures.get("refused")) for each in found)
     text = (
-        "## Hostile scenes\n"
-        "Random scenes in which one to four things went wrong: sizes of zero, denormals, 1e29 m, "
-        "copies in one place, a sphere around a light, a light around the camera, motion through "
-        "either, 0 to 1e30 W, lenses and pixels of any shape. Each is rendered "
-        f"{', '.join(stress_scenes.WAYS)}.\n\n"
-        f"{len(seeds)} scenes, {renders} renders, {refused} cameras refused with a message. "
-        f"NaN, infinity, exceptions, warnings, light from nowhere: {faults(found)}\n"
+        f"{count} scenes, each rendered {', '.join(stress_scenes.WAYS)}: {renders} renders; "
+        f"{refused} cameras refused with a message.\n\n{faults(found)}\n"
     )
-    return text, sum(len(each.faults) for each in found)
+    return text, count_faults(found)
 
 
-def invariance_part(seeds: range, workers: int) -> tuple[str, int]:
-    found = run_all(stress_scenes.invariance, seeds, workers)
+def changes(seed: int, count: int, workers: int) -> tuple[str, int]:
+    found = run_all(stress_scenes.invariance, range(seed, seed + count), workers)
     text = (
-        "## Changes of the whole scene\n"
-        f"{len(seeds)} random scenes; the pictures' relative RMSE.\n\n{table(found)}\n\n"
-        f"{faults(found)}\n"
+        f"{count} random scenes; relative RMSE between the pictures before and after, methods "
+        f"EXACT and RAYS.\n\n{table(found)}\n\n{faults(found)}\n"
     )
-    return text, sum(len(each.faults) for each in found)
+    return text, count_faults(found)
 
 
-def mask_part(seeds: range, workers: int) -> tuple[str, int]:
-    found = run_all(stress_scenes.adversarial, seeds, workers)
-    names = dict.fromkeys(name.split(":")[0] for each in found for name in each.figures)
-    rows = []
-    for name in sorted(names):
+def masks(seed: int, count: int, workers: int) -> tuple[str, int]:
+    found = run_all(stress_scenes.adversarial, range(seed, seed + count), workers)
+    names = sorted({name.split(":")[0] for each in found for name in each.figures})
+    rows, wide = [], []
+    for name in names:
         depend, flagged = (
             sum(each.figures.get(f"{name}:{what}", 0.0) for each in found)
             for what in ("depend", "flagged")
         )
         rows.append(f"| {name} | {depend:.0f} | {flagged:.0f} |")
-    lines = "\n".join(rows)
-    text = (
-        "## The mask on adversarial scenes\n"
+        if flagged > stress_scenes.MOST_FLAGGED * depend:
+            wide.append(Found(seed, [f"{name}: {flagged:.0f} flagged, {depend:.0f} depend"]))
+    text = "\n".join(
+        [
+            f"{count} scenes.",
+            "",
+            "| touching | pixels that depend | flagged at order 2 |",
+            "|---|---|---|",
+            *rows,
+            "",
+            faults([*found, *wide]),
+            "",
+        ]
+    )
+    return text, count_faults(found) + len(wide)
+
+
+PARTS = {
+    "kernels": Part(
+        "Kernels",
+        "Roots, distances, angles, arcs and light, each against long doubles and, where they are "
+        "farthest off, 50 digits.",
+        "No NaN, infinity, warning or exception; errors stay within the bounds below; no bound "
+        "is more than 100 times the largest error seen.",
+        1_000_000,
+        stress_kernels.run,
+    ),
+    "hostile": Part(
+        "Hostile scenes",
+        "Random scenes in which one to four things went wrong: sizes of zero, denormals, 1e29 m, "
+        "copies in one place, a sphere around a light, a light around the camera, motion through "
+        "either, 0 to 1e30 W, lenses and pixels of any shape.",
+        "Any scene renders to finite numbers without a warning, or a message says why its camera "
+        "forms no picture. No pixel is below zero, or brighter than all lights together and the "
+        "background.",
+        1_000,
+        hostile,
+    ),
+    "changes": Part(
+        "Changes of the whole scene",
+        "The camera, the objects, the lights and all motion are moved, scaled (point lights' "
+        "power with them), turned or mirrored, or told in another order.",
+        "The picture does not change by more than the limits below; scaled by a power of two, "
+        "not by a bit.",
+        200,
+        changes,
+    ),
+    "masks": Part(
+        "The mask on adversarial scenes",
         "Outlines, shadows and paths that miss or meet a pixel's ray, a light or each other by "
         "1e-3 down to 1e-12 of a radius, tiny occluders, contact; against an oracle in extended "
-        f"precision that shares no code with the tracer.\n\n{len(seeds)} scenes.\n\n"
-        f"| touching | pixels that depend | flagged at order 2 |\n|---|---|---|\n{lines}\n\n"
-        "Not counted are pixels within 1e-9 of the radius of touching, or 1e-11 of its distance "
-        f"where that is more.\n\nPixels left out: {faults(found)}\n"
-    )
-    return text, sum(len(each.faults) for each in found)
+        "precision that shares no code with the tracer. Not counted are pixels within 1e-9 of the "
+        "radius of touching, or 1e-11 of its distance where that is more.",
+        "No pixel that depends on a domain is left out, by either order; order 2 flags at most "
+        f"{stress_scenes.MOST_FLAGGED:g} times the pixels that depend.",
+        2_000,
+        masks,
+    ),
+}
 
 
-def kernel_part(seed: int, count: int) -> str:
-    """The kernels against extended precision, by their own file."""
-    if find_spec("stress_kernels") is None:
-        return "## Kernels\nNot run.\n"
-    text: str = import_module("stress_kernels").run(seed, count)
-    return text
+def sections(page: Path) -> dict[str, str]:
+    """The sections that a page has, by title."""
+    if not page.exists():
+        return {}
+    parts = re.split(r"^## (.*)\n", page.read_text(encoding="utf-8"), flags=re.MULTILINE)
+    return dict(zip(parts[1::2], (text.strip() + "\n" for text in parts[2::2]), strict=True))
+
+
+def written(part: Part, seed: int, count: int, workers: int) -> tuple[str, int]:
+    """A section's text, and how many promises its run broke."""
+    where, began = machine.describe(), time.perf_counter()
+    text, wrong = part.run(seed, count, workers)
+    minutes = (time.perf_counter() - began) / 60.0
+    run = f"Run on {where}, from seed {seed}, in {minutes:.0f} minutes."
+    return "\n\n".join([part.about, f"Promised: {part.promise}", run, text]), wrong
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("parts", nargs="*", default=list(PARTS), help=f"of {', '.join(PARTS)}")
     parser.add_argument("--seed", type=int, default=1_000)
-    parser.add_argument("--scenes", type=int, default=1_000, help="hostile scenes")
-    parser.add_argument("--changed", type=int, default=200, help="scenes moved, scaled and turned")
-    parser.add_argument("--masks", type=int, default=2_000, help="adversarial scenes for the mask")
-    parser.add_argument("--kernels", type=int, default=1_000_000, help="configurations of kernels")
+    parser.add_argument(
+        "--count", type=int, help="configurations or scenes, in place of each's own"
+    )
     parser.add_argument("--workers", type=int, default=2, help="processes")
     parser.add_argument("--page", type=Path, default=PAGE, help="where to write")
     chosen = parser.parse_args()
-    began, seed = time.perf_counter(), chosen.seed
-    parts, wrong = [kernel_part(seed, chosen.kernels)], 0
-    for part, count in (
-        (hostile_part, chosen.scenes),
-        (invariance_part, chosen.changed),
-        (mask_part, chosen.masks),
-    ):
-        if count:
-            text, bad = part(range(seed, seed + count), chosen.workers)
-            print(text)
-            parts.append(text)
-            wrong += bad
-    minutes = (time.perf_counter() - began) / 60.0
-    head = HEAD.format(machine=machine.describe(), seed=seed, minutes=minutes)
-    chosen.page.write_text("\n".join([head, PROMISES, *parts]), encoding="utf-8")
-    return 1 if wrong else 0
+    unknown = set(chosen.parts) - set(PARTS)
+    if unknown:
+        parser.error(f"no such part: {', '.join(sorted(unknown))}")
+    broken = 0
+    for name in chosen.parts:
+        part = PARTS[name]
+        text, wrong = written(part, chosen.seed, chosen.count or part.count, chosen.workers)
+        print(text)
+        broken += wrong
+        # read anew: another part may have been written meanwhile
+        known = sections(chosen.page) | {part.title: text.strip() + "\n"}
+        body = [f"## {p.title}\n\n{known.get(p.title, 'Not run.')}" for p in PARTS.values()]
+        chosen.page.write_text("\n".join([HEAD, *body, TAIL]), encoding="utf-8")
+    return 1 if broken else 0
 
 
 if __name__ == "__main__":
