@@ -16,16 +16,18 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from .ahead import hits_or_near
 from .cells import Cells, merge, split
 from .goal import Goal
 from .occluder import Occluders
 from .patch import make_patch
 from .plan import Plan
-from .primary import Pairs, pair_hits, places, surface
-from .regions import Boxes, find_regions
+from .primary import Pairs, places, surface
+from .regions import Boxes, Regions, find_regions
 from .shade import Shaded, shade
+from .stray import kept_parts
 from .variation import BENDS, KINKS, STEPS
-from .vector import cross, dot
+from .vector import dot
 
 __all__ = ["Refined", "Task", "refine"]
 
@@ -47,10 +49,15 @@ AXIS = 0.4
 STAR = np.array([0.04, 0.15, 0.5])
 """Of the deviation of a centroid's sample: that of a star's mean, by kind: about
 twice what was measured, 0.02, 0.07 and 0.3."""
+CORNERS = np.array([[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]])
+"""Of a cube: the star in three dimensions, (samples, axes). Exact for quadratics as six arms along
+the axes are, in four samples, and not as far out."""
 INSIDE = 1.0 - 2.0**-10
 """Of a star's arms: of a box or a triangle they would end on a side. Whether a point on an outline
 is hit, or one on a seam is inside another object, is for rounding to say; this keeps the points
 off, and the quadrature's second moments to a five hundredth."""
+STRAY = 0.5
+"""Of the contrast: how far a region may be off whose sample sees another object's place."""
 LINES = 16
 """Lines an axis, at most, that show the shape of regions: with more, cells are better split."""
 EDGE_SHARE = 0.7
@@ -171,7 +178,7 @@ def _plain(plan: Plan, occluders: Occluders, task: Task, cells: Cells) -> tuple[
     middle, half = 0.5 * (cells.low + cells.high), 0.5 * (cells.high - cells.low)
     spread = np.zeros((6, cells.pixel.size))
     spread[[0, 2, 5]] = half / np.sqrt(3.0)
-    light, points = _sample(
+    light, points, _ = _sample(
         plan, occluders, middle, spread, half, task.item[cells.pixel], cells.star
     )
     done = replace(
@@ -191,40 +198,66 @@ def _sample(
     half: Array,
     item: Ints,
     star: Mask,
-) -> tuple[Shaded, Ints]:
+    found: tuple[Regions, Ints] | None = None,
+) -> tuple[Shaded, Ints, Array]:
     """Mean light of regions (m,), by their centroids or by stars, and the points that took.
 
     Parameters
     ----------
     place : (3, m) centroids.  spread : (6, m) lower triangular roots of their second moments:
         xx, yx, yy, tx, ty, tt.  half : (3, m) half the extents of their boxes.
+    found : where there are others beside them: all regions, and which of them (m,) these are.
+
+    Returns with it the part (m,) of their points that none saw where it should be.
     """
-    wide = half > 0.0
-    arms = wide.sum(axis=0)
-    count = np.where(star & (arms > 0), 2 * arms, 1)
-    region = np.repeat(np.arange(item.size), count)
-    number = places(count)
-    # which axis an arm is along: the k-th of those that are wide
-    order = np.cumsum(wide, axis=0) - 1
+    region, offset, lot = _arms(spread, half > 0.0, star)
+    count = np.bincount(region, minlength=item.size)
     at = place[:, region]
-    many = count[region] > 1
-    arm, sign = number // 2, np.where(number % 2 == 0, 1.0, -1.0)
-    for axis, columns in ((0, (0, 1, 3)), (1, (-1, 2, 4)), (2, (-1, -1, 5))):
-        rows = np.flatnonzero(many & wide[axis, region] & (order[axis, region] == arm))
-        own = region[rows]
-        length = sign[rows] * np.sqrt(arms[own]) * INSIDE
-        for along, column in enumerate(columns):
-            if column >= 0:
-                at[along, rows] += length * spread[column, own]
-    light = _look(plan, occluders, at, half[:, region], item[region], count)
+    short, lost = np.zeros(region.size), np.zeros(region.size)
+    if found is not None:
+        kept, stray = kept_parts(plan, found[0], found[1][region], at, offset, half[:, region], lot)
+        offset *= kept
+        short, lost = 1.0 - kept * kept, stray.astype(np.float64)
+    light = _look(plan, occluders, at + offset, half[:, region], item[region], count)
     part = 1.0 / count[region]
 
     def mean(values: Array) -> Array:
         return np.stack([_sum(region, part * row, item.size) for row in values])
 
-    deviation = np.stack([mean(kind) for kind in light.deviation])
-    deviation *= np.where(count > 1, STAR[:, None, None], 1.0)
-    return Shaded(mean(light.color), deviation), count
+    gain = np.where(count[region] > 1, STAR[:, None] + (1.0 - STAR[:, None]) * short, 1.0)
+    deviation = np.stack([mean(kind * g) for kind, g in zip(light.deviation, gain, strict=True)])
+    return Shaded(mean(light.color), deviation), count, _sum(region, part * lost, item.size)
+
+
+def _arms(spread: Array, wide: Mask, star: Mask) -> tuple[Ints, Array, Ints]:
+    """Samples of regions (m,), with `_sample`'s spreads; wide : (3, m) axes that they extend along.
+
+    Returns
+    -------
+    region : (k,) which one each stands for.  offset : (3, k) from its centroid.
+    lot : (k,) numbers of those samples that balance each other.
+    """
+    axes = wide.sum(axis=0)
+    cube = star & (axes == 3)
+    count = np.where(star & (axes > 0), np.where(cube, len(CORNERS), 2 * axes), 1)
+    region = np.repeat(np.arange(count.size), count)
+    number = places(count)
+    inner = cube[region]
+    many, sign = count[region] > 1, np.where(number % 2 == 0, 1.0, -1.0)
+    # which axis an arm is along: the k-th of those that are wide
+    order = np.cumsum(wide, axis=0) - 1
+    offset = np.zeros((3, region.size))
+    for axis, columns in ((0, (0, 1, 3)), (1, (-1, 2, 4)), (2, (-1, -1, 5))):
+        own = many & wide[axis, region] & (inner | (order[axis, region] == number // 2))
+        rows = np.flatnonzero(own)
+        which = region[rows]
+        corner = CORNERS[number[rows] % len(CORNERS), axis]
+        length = np.where(inner[rows], corner, sign[rows] * np.sqrt(axes[which]))
+        for along, column in enumerate(columns):
+            if column >= 0:
+                offset[along, rows] += length * spread[column, which] * INSIDE
+    first = np.where(inner, number == 0, number % 2 == 0)
+    return region, offset, np.cumsum(first) - 1
 
 
 def _by_regions(plan: Plan, occluders: Occluders, task: Task, cells: Cells) -> tuple[Cells, Ints]:
@@ -236,10 +269,11 @@ def _by_regions(plan: Plan, occluders: Occluders, task: Task, cells: Cells) -> t
     hit = np.flatnonzero(found.item >= 0)
     box = found.box[hit]
     half = np.minimum(0.5 * (cells.high - cells.low)[:, box], _extent(found.spread[:, hit]))
-    light, points = _sample(
+    light, points, lost = _sample(
         plan, occluders, found.place[:, hit], found.spread[:, hit], half, found.item[hit],
-        cells.star[box],
+        cells.star[box], (found, hit),
     )  # fmt: skip
+    light.deviation[STEPS] += STRAY * task.goal.contrast * lost * (half > 0.0)
     backdrop = np.zeros(3) if plan.transparent else plan.background
     color = np.empty((3, found.box.size))
     color[:] = backdrop[:, None]
@@ -274,56 +308,11 @@ def _look(
     """
     w = plan.lens.directions(place[0], place[1])
     time: Array | float = place[2] if plan.motion else 0.0
-    t = _hits(plan, w, item, time)
+    t = hits_or_near(plan, w, item, time)
     hits = surface(plan, w, t, item, time)
     with np.errstate(over="ignore", invalid="ignore"):  # sizes that only estimates hang on
         patch = make_patch(plan, w, t, hits, half)
     return shade(plan, occluders, hits, time, patch, sizes=sizes)
-
-
-def _hits(plan: Plan, w: Array, item: Ints, time: Array | float) -> Array:
-    """Ray parameters (m,) of objects; where a ray just misses a sphere, of its nearest point."""
-    when = time[:, None] if isinstance(time, np.ndarray) else time
-    t = pair_hits(plan, w[:, :, None], item, when)[:, 0]
-    missed = np.flatnonzero(~np.isfinite(t))
-    if missed.size:
-        t[missed] = _nearest_point(plan, w[:, missed], item[missed], _at(time, missed))
-    return t
-
-
-def _nearest_point(plan: Plan, w: Array, item: Ints, time: Array | float) -> Array:
-    """Ray parameters where rays pass spheres, or cut the planes of quads."""
-    t = np.empty(item.size)
-    ball = np.flatnonzero(item < plan.sphere_count)
-    v = plan.spheres.moved(item[ball], _at(time, ball))
-    t[ball] = dot(w[:, ball], v) / dot(w[:, ball], w[:, ball])
-    flat = np.flatnonzero(item >= plan.sphere_count)
-    ids = item[flat] - plan.sphere_count
-    corner = plan.quads.moved(ids, _at(time, flat))
-    u, v = plan.quads.edge_u[:, ids], plan.quads.edge_v[:, ids]
-    t[flat] = _on_plane(w[:, flat], corner, u, v)
-    return np.maximum(t, float(np.finfo(np.float64).tiny))
-
-
-def _on_plane(w: Array, corner: Array, u: Array, v: Array) -> Array:
-    """Ray parameters (m,) of quads' planes, no farther than twice their farthest corner.
-
-    An arm of a star may leave the region it stands for: the plane goes on where the quad ends.
-    """
-    normal = cross(u, v)
-    facing, height = dot(w, normal), dot(corner, normal)
-    corners = (corner, corner + u, corner + v, corner + u + v)
-    ww = dot(w, w)
-    along = [dot(w, c) / ww for c in corners]
-    limit = 2.0 * np.sqrt(np.maximum.reduce([dot(c, c) for c in corners]) / ww)
-    ahead = np.abs(facing) * limit > np.abs(height)
-    ahead &= facing * height > 0.0
-    t = np.where(ahead, height, 0.0) / np.where(ahead, facing, 1.0)
-    return np.where(ahead, t, np.maximum.reduce(along))
-
-
-def _at(time: Array | float, rows: Ints) -> Array | float:
-    return time[rows] if isinstance(time, np.ndarray) else time
 
 
 def _of_cells(rivals: Pairs, pixel: Ints, count: int) -> Pairs:

@@ -19,11 +19,12 @@ from .emitter import POINT, Emitter
 from .gather import unblocked
 from .hidden import hide
 from .occluder import Occluders
+from .open_variation import open_variation
 from .patch import Patch
 from .plan import Plan
 from .primary import Pairs, Surface, places
 from .shadow import Shadow, detect_shadows
-from .variation import BENDS, KINKS, no_variation, open_variation, shadow_variation
+from .variation import BENDS, KINKS, no_variation, shadow_variation
 from .vector import dot
 
 __all__ = ["Shaded", "shade"]
@@ -84,7 +85,8 @@ def shade(
         with np.errstate(over="ignore", invalid="ignore"):
             spread += np.sqrt(dot(weight, weight) / 3.0) * varies
     # a size that leaves float64's range says no more than that it is large
-    return Shaded(total * albedo, np.nan_to_num(spread, copy=False, nan=0.0, posinf=LARGEST))
+    spread = np.minimum(np.nan_to_num(spread, copy=False, nan=0.0), LARGEST)
+    return Shaded(total * albedo, spread)
 
 
 def _see(

@@ -22,7 +22,7 @@ from .primary import Pairs, Surface
 from .quad import edge_planes
 from .vector import cross, dot
 
-__all__ = ["BENDS", "KINKS", "STEPS", "no_variation", "open_variation", "shadow_variation"]
+__all__ = ["BENDS", "KINKS", "STEPS", "half_angle", "no_variation", "shadow_variation"]
 
 Array: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
@@ -49,14 +49,6 @@ ALIKE = 1.0 + 2.0**-20
 first of them counts, not the one that rounding chooses."""
 ROUGH = 0.5
 """Of a shadow's width: a half extent from which the shadow is a step within the cell."""
-NEAR = 0.8
-"""Irradiance over the half extent in units of the distance to the light: the factor of its square
-(second derivatives of cos / d^2 are at most some 3 to 6 in that unit, over 6)."""
-ROUND = 1.0 / 6.0
-"""The same for the turn of the normal over the half extent."""
-SET = 1.0 / 12.0
-"""Where a light goes down behind the surface's own horizon: of the square of the turn over the
-light's half angle (the slope then changes over twice that angle), or of the turn of a kink."""
 
 
 BENDS, KINKS, STEPS = range(3)
@@ -69,49 +61,7 @@ def no_variation(count: int) -> Array:
     return np.zeros((3, 3, count))
 
 
-def open_variation(
-    light: Emitter, center: Array, surface: Surface, patch: Patch, factor: Array
-) -> Array:
-    """Of a light that nothing hides but the surface's own horizon.
-
-    Parameters
-    ----------
-    center : (3, n) or (3, 1) the light's centre.  factor : (n,) unblocked, of `irradiance_factor`.
-    """
-    to = center - surface.point
-    square = np.maximum(dot(to, to), TINY)
-    distance = np.sqrt(square)
-    cosine = dot(surface.normal, to) / distance
-    half = _half_angle(light, distance)
-    # at normal incidence
-    most = _most(light, to, square, half)
-    result = no_variation(factor.size)
-    bends = result[BENDS]
-    clear = np.maximum(distance - light.radius, 0.25 * distance)
-    slope = np.sqrt(np.maximum(1.0 - patch.slant**2, 0.0)) * patch.bend / patch.slant**2
-    drift = None if light.displacement is None else light.displacement
-    turns = np.zeros((3, factor.size))
-    for axis in range(3):
-        step = patch.steps[axis]
-        if axis == 2 and drift is not None:
-            step = step - drift * patch.time
-        size = np.sqrt(dot(step, step))
-        bent = patch.slides[axis] * patch.bend
-        # the rim of a sphere: the surface turns away ever faster
-        rim = bent * np.minimum(patch.cross[axis] * slope, 1.0)
-        bends[axis] = factor * NEAR * (size / clear) ** 2
-        bends[axis] += most * ROUND * np.minimum(bent * bent + rim, 1.0)
-        turns[axis] = bent + size / clear
-    turn = np.sqrt(dot(turns, turns))
-    low = np.abs(cosine) < turn + np.sin(half)
-    rows = np.flatnonzero(low & (most > 0.0))
-    if rows.size:
-        set_ = SET * most[rows] / np.maximum(turn[rows] + half[rows], TINY)
-        bends[:, rows] += set_ * turns[:, rows] ** 2
-    return result
-
-
-def _half_angle(light: Emitter, distance: Array) -> Array:
+def half_angle(light: Emitter, distance: Array) -> Array:
     """Half the angle (n,) under which a light's ball is seen."""
     if light.kind == POINT:
         return np.zeros_like(distance)
@@ -119,21 +69,6 @@ def _half_angle(light: Emitter, distance: Array) -> Array:
         return np.arctan2(light.radius, distance)
     half: Array = np.arcsin(np.minimum(light.radius / distance, 1.0))
     return half
-
-
-def _most(light: Emitter, to: Array, square: Array, half: Array) -> Array:
-    """The factor (n,) of a light at normal incidence, roughly."""
-    most: Array = 1.0 / square
-    if light.kind == POINT:
-        return most
-    if light.kind == QUAD:
-        u, v = light.half_u, light.half_v
-        area = 4.0 * float(np.sqrt(dot(u, u) * dot(v, v))[0])
-        facing = np.maximum(-dot(light.normal, to), 0.0) / np.sqrt(square)
-        most = np.minimum(area * facing / square, np.pi)
-        return most
-    most = np.pi * np.sin(half) ** 2
-    return most
 
 
 def shadow_variation(
@@ -297,7 +232,7 @@ def _extent(light: Emitter, toward: Array, far: Array) -> Array:
         wide = np.abs(dot(light.half_u, toward)) + np.abs(dot(light.half_v, toward))
         flat: Array = np.arctan2(wide, far)
         return flat
-    return _half_angle(light, far)
+    return half_angle(light, far)
 
 
 def _past_quads(

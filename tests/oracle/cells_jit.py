@@ -44,6 +44,12 @@ HALVINGS = 22
 INNER = 0.2
 """Error of an inner integral as a share of the outer one's, so that it does not look like shape."""
 
+SLICES = 8
+"""Parts of the shutter, at least: what 7 places found all alike may still hold a flash."""
+
+BANDS = 4
+"""Parts of a pixel's height, at least, for the same reason."""
+
 LEAST = 1e-13
 """Shorter intervals, as shares of a pixel, are left out: they are roundings of one root."""
 
@@ -101,9 +107,9 @@ def _area(scene, among, count, x, y, t, goal, work, stack, values, area):
     row = work[5]
     area[:] = 0.0
     trial = np.empty(3)
-    stack[0, 0], stack[0, 1], stack[0, 2] = 0.0, 0.5, 0.0
-    stack[1, 0], stack[1, 1], stack[1, 2] = 0.5, 1.0, 0.0
-    left = 2
+    left = BANDS
+    for k in range(BANDS):
+        stack[k, 0], stack[k, 1], stack[k, 2] = k / BANDS, (k + 1) / BANDS, 0.0
     while left:
         left -= 1
         a, b, depth = stack[left, 0], stack[left, 1], stack[left, 2]
@@ -148,8 +154,9 @@ def means(scene, pixels, goal, moving, most, result, evaluations):
             result[i] = area
             evaluations[i] = tally[0]
             continue
-        stack[0, 0], stack[0, 1], stack[0, 2] = -0.5, 0.5, 0.0
-        left = 1
+        left = SLICES
+        for k in range(SLICES):
+            stack[k, 0], stack[k, 1], stack[k, 2] = k / SLICES - 0.5, (k + 1) / SLICES - 0.5, 0.0
         while left:
             left -= 1
             a, b, depth = stack[left, 0], stack[left, 1], stack[left, 2]

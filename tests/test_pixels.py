@@ -1,0 +1,41 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Method EXACT: single pixels whose error was far beyond their goal, each for its own cause."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from adaptive_drt.render import render_image
+from adaptive_drt.settings import Settings
+from oracle.converged import converged
+from random_scenes import random_scene
+
+pytestmark = pytest.mark.filterwarnings("error")
+
+TRUTH = 0.1
+"""Of the tolerance: the goal of the truth's pixels."""
+
+PIXELS = (
+    # seed, x, y, tolerance, tolerances that the pixel may be off by, cause
+    (245, 13, 26, 1e-3, 20.0, "an arm of a star below the floor that a ball rests on"),
+    (210, 16, 8, 1e-3, 2.0, "arms of a star hidden where two objects meet"),
+    (238, 28, 25, 1e-2, 2.0, "stars reached out too far along the shutter, to a ball's rim"),
+    (202, 4, 9, 1e-4, 3.0, "the plane of a quad light runs through the pixel"),
+)
+
+
+@pytest.mark.parametrize(("seed", "x", "y", "tolerance", "most", "cause"), PIXELS)
+def test_a_pixel_that_was_wrong(seed, x, y, tolerance, most, cause):
+    scene = random_scene(seed)
+    part = replace(scene, camera=replace(scene.camera, border=(x, y, x + 1, y + 1)))
+    film = render_image(part, Settings(tolerance=tolerance))
+    width, height = scene.camera.resolution
+    rng = np.random.default_rng(seed)
+    some = np.stack([rng.integers(0, width, 100), rng.integers(0, height, 100)], axis=1)
+    scale = converged(scene, some, goal=0.1).color.mean()
+    truth = converged(scene, np.array([[x, y]]), goal=TRUTH * tolerance, scale=scale)
+    error = np.sqrt(((film.color[:, 0, 0] - truth.color[0]) ** 2).mean()) / (tolerance * scale)
+    assert error < most, f"seed {seed}, pixel {x}, {y}: {error:.2f}, {cause}"
