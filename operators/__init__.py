@@ -3,10 +3,11 @@
 
 import bpy
 
-from . import check, command, compositor, engine, images, render
+from . import check, command, compositor, engine, images, render, undo
 
 classes = (
     render.ADRT_OT_render,
+    render.ADRT_OT_cancel,
     check.ADRT_OT_check,
     compositor.ADRT_OT_show_mask,
     engine.ADRT_RE_engine,
@@ -17,12 +18,14 @@ def register() -> None:
     for cls in classes:
         bpy.utils.register_class(cls)
     images.register()
+    undo.register()
     command.register()
 
 
 def unregister() -> None:
     render.stop()
     command.unregister()
+    undo.unregister()
     images.unregister()
     for cls in reversed(classes):
         bpy.utils.unregister_class(cls)

@@ -34,6 +34,9 @@ OPTIONAL = {"Depth": "use_pass_z", "Normal": "use_pass_normal"}
 TICK = 0.05
 """Seconds between two looks at whether to go on."""
 
+GRACE = 0.15
+"""Seconds that a cancelled render waits for the last word of its threads."""
+
 SHOW = 1.0
 """Seconds between two showings of the picture so far; ESC waits while one is drawn."""
 
@@ -96,16 +99,16 @@ class ADRT_RE_engine(bpy.types.RenderEngine):
                 picture.show(job)
                 if self._is_over():
                     job.cancel()
+                    job.wait(GRACE)
+                    break
+            job.leave()
             if job.error is not None:
                 raise job.error
             if job.film is not None:
                 picture.finish(job)
         finally:
-            job.cancel()
-            job.wait()
+            state.leave(job)
             picture.close()
-            if state.job is job:
-                state.job = None
         if job.finished:
             self._tell(depsgraph.scene.original, job.film)
 

@@ -30,6 +30,9 @@ OUTPUTS = (
 """Image, pass and whether it is data rather than colour."""
 NAMES = frozenset(name for name, _source, _is_data in OUTPUTS)
 
+BLENDERS = {"RENDER_RESULT": "Render Result", "COMPOSITING": "Viewer Node"}
+"""Types of images that Blender itself fills, and what it calls them."""
+
 
 @dataclass(frozen=True)
 class Frame:
@@ -73,8 +76,13 @@ def write_picture(flat: NDArray[np.float32], film: Film, frame: Frame) -> None:
 
 
 def _write(name: str, is_data: bool, flat: NDArray[np.float32], film: Film, frame: Frame) -> Any:
-    image = _ready(name, frame.size, is_data)
-    image.pixels.foreach_set(_framed(flat, film, frame))
+    return fill_image(name, is_data, _framed(flat, film, frame), frame.size)
+
+
+def fill_image(name: str, is_data: bool, flat: NDArray[np.float32], size: tuple[int, int]) -> Any:
+    """Return the image of that name, made now or reused, with these pixels in it."""
+    image = _ready(name, size, is_data)
+    image.pixels.foreach_set(flat)
     image.update()
     return image
 
@@ -82,7 +90,10 @@ def _write(name: str, is_data: bool, flat: NDArray[np.float32], film: Film, fram
 def _ready(name: str, size: tuple[int, int], is_data: bool) -> Any:
     """Return the image of that name, as a float image of that size."""
     image = find_image(name)
-    if image is not None and not _fits(image):
+    if image is not None and image.type in BLENDERS:
+        # nobody can write its pixels; it gets its own name back
+        image.name, image = BLENDERS[image.type], None
+    if image is not None and not holds_picture(image):
         # what cannot hold our pixels is replaced under its users' hands, not beside them
         image.source = "GENERATED"
         image.use_generated_float = True
@@ -96,7 +107,8 @@ def _ready(name: str, size: tuple[int, int], is_data: bool) -> Any:
     return image
 
 
-def _fits(image: Any) -> bool:
+def holds_picture(image: Any) -> bool:
+    """Whether its pixels are there, and are such as ours."""
     return bool(image.has_data and image.is_float and image.channels == 4)
 
 

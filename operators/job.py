@@ -44,6 +44,11 @@ class Job:
     finished : whether the picture is whole.
     preview : the picture as it was when the host last asked for it, flat float32; or None.
 
+    A host that has cancelled need not wait until the threads have ended, which takes them a chunk
+    of rays, or most of a second where pixels are chosen in a large picture: after `leave` none of
+    these is set any more, and the threads end by themselves. The film may then be written to once
+    more, by pixels that hold as well.
+
     Parameters
     ----------
     watched : whether a window is to stay alive and wants to see progress.
@@ -58,6 +63,8 @@ class Job:
         self._settings = replace(settings, batch=WINDOW_BATCH) if watched else settings
         self._cancel = threading.Event()
         self._thread = threading.Thread(target=self.run, name="Adaptive Render", daemon=True)
+        self._over, self._left = threading.Event(), False
+        self._telling = threading.Lock()
         self._began = 0.0
         self.film: Film | None = None
         self.error: Exception | None = None
@@ -88,18 +95,22 @@ class Job:
         try:
             while not self._cancel.is_set():
                 progress = next(steps)
-                self.film = progress.film
-                self.factor = progress.done / progress.total if progress.total else 0.0
-                self.stage = progress.stage
+                factor = progress.done / progress.total if progress.total else 0.0
+                self._tell(film=progress.film, factor=factor, stage=progress.stage)
                 self._make_preview()
         except StopIteration as end:
-            self.film = end.value
-            self.factor = 1.0
-            self.finished = True
+            self._tell(film=end.value, factor=1.0, finished=True)
         except Exception as error:  # the host reports it; a thread has nobody to raise it to
-            self.error = error
+            self._tell(error=error)
         finally:
+            # nothing is written to the film any more, even if other threads have yet to end
+            self._over.set()
             steps.close()
+
+    def _tell(self, **news: Any) -> None:
+        with self._telling:
+            if not self._left:
+                self.__dict__.update(news)
 
     def want_preview(self) -> None:
         """Ask for a preview of the picture, if there will be more of it than in the last one.
@@ -163,9 +174,20 @@ class Job:
         self._cancel.set()
 
     def wait(self, seconds: float | None = None) -> None:
-        """Wait for its end, at most so many seconds."""
+        """Wait until it tells nothing new any more, at most so many seconds."""
         if self._thread.is_alive():
-            self._thread.join(seconds)
+            self._over.wait(seconds)
+
+    def leave(self) -> None:
+        """Ask it to end, and let it tell nothing more."""
+        self._cancel.set()
+        with self._telling:
+            self._left = True
+
+    def join(self) -> None:
+        """Wait until its threads have ended."""
+        if self._thread.is_alive():
+            self._thread.join()
 
     @property
     def cancelled(self) -> bool:
@@ -174,11 +196,17 @@ class Job:
 
     @property
     def ending(self) -> bool:
-        """Whether it has been asked to end, which takes it a chunk of rays."""
+        """Whether it has been asked to end."""
         return self._cancel.is_set()
 
     @property
     def running(self) -> bool:
+        """Whether there may be news."""
+        return self._thread.is_alive() and not (self._left or self._over.is_set())
+
+    @property
+    def alive(self) -> bool:
+        """Whether it still has a thread."""
         return self._thread.is_alive()
 
     @property

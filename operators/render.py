@@ -32,7 +32,8 @@ TICK = 0.1
 """Seconds between two looks at a render that runs in a window."""
 
 GRACE = 0.15
-"""Seconds that ESC waits for the render to end before it gives the window back."""
+"""Seconds that ESC waits for the render's last word, which comes with its next sign of life; after
+that the picture is taken as it is."""
 
 SHOW = 0.5
 """Seconds between two showings of the picture so far."""
@@ -71,7 +72,7 @@ class ADRT_OT_render(bpy.types.Operator):
         try:
             job.run()
         finally:
-            state.job = None
+            state.leave()
         return self._finish(job)
 
     def invoke(self, context: Any, _event: Any) -> set[str]:
@@ -94,20 +95,16 @@ class ADRT_OT_render(bpy.types.Operator):
             return {"CANCELLED"}
         if event.type == "ESC" and event.value == "PRESS":
             job.cancel()
-            # it mostly ends sooner than the window could be drawn to say so
-            job.wait(GRACE)
-            if job.running:
-                self._show_progress(context, "Cancelling")
-                return {"RUNNING_MODAL"}
         elif event.type != "TIMER":
             return {"PASS_THROUGH"}
-        # a cancelled job ends within a chunk of rays; until then the window stays alive
+        if job.ending:
+            job.wait(GRACE)
         elif job.running:
             if self._has_rested():
-                self._show_progress(context, "Cancelling" if job.ending else job.text)
+                self._show_progress(context, job.text)
                 self._show_so_far(job)
             return {"PASS_THROUGH"}
-        state.job = None
+        state.leave()
         self._leave(context)
         return self._finish(job)
 
@@ -146,7 +143,7 @@ class ADRT_OT_render(bpy.types.Operator):
 
     def cancel(self, context: Any) -> None:
         """Stop when Blender ends the operator itself: a file is loaded, a window closed."""
-        stop()
+        state.leave()
         self._leave(context)
 
     def _prepare(self, context: Any, watched: bool = False) -> bool:
@@ -169,7 +166,6 @@ class ADRT_OT_render(bpy.types.Operator):
 
     def _finish(self, job: Job) -> set[str]:
         """Write what the job left, and tell."""
-        job.wait()
         if job.error is not None:
             if not isinstance(job.error, (SceneError, SettingsError)):
                 log.error("render failed", exc_info=job.error)
@@ -228,10 +224,24 @@ def redraw_panels() -> None:
                     region.tag_redraw()
 
 
+class ADRT_OT_cancel(bpy.types.Operator):
+    """Cancel the render that Adaptive Render has begun, and keep what there is of its picture"""
+
+    bl_idname = "adaptive_drt.cancel"
+    bl_label = "Cancel Adaptive Render"
+    bl_options = {"INTERNAL"}
+
+    @classmethod
+    def poll(cls, _context: Any) -> bool:
+        return state.job is not None
+
+    def execute(self, _context: Any) -> set[str]:
+        # who began it sees that at its next look
+        state.job.cancel()
+        return {"FINISHED"}
+
+
 def stop() -> None:
-    """End a running render and wait for its thread; nothing of it is kept."""
-    job = state.job
-    if job is not None:
-        job.cancel()
-        job.wait()
-        state.job = None
+    """End all renders and wait for their threads; nothing of them is kept."""
+    state.leave()
+    state.join()

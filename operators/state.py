@@ -6,6 +6,7 @@ Nothing of it is Blender data, so undo and file loading cannot pull it away.
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
@@ -19,15 +20,33 @@ class State:
     """What runs and what was found.
 
     job : the running render, if any.
+    left : renders that nobody waits for any more, whose threads may have yet to end.
     watch : is told of the engine's progress with the scene and the job; None: nobody.
     issues : the last found, by `issues_key`.
     figures : of the last render, by `issues_key`.
     """
 
     job: Job | None = None
+    left: deque[Job] = field(default_factory=deque)
     watch: Callable[[Any, Job], None] | None = None
     issues: dict[str, tuple[Issue, ...]] = field(default_factory=dict)
     figures: dict[str, dict[str, Any]] = field(default_factory=dict)
+
+    def leave(self, job: Job | None = None) -> None:
+        """Be done with a render, the running one unless given, and let its threads end."""
+        job = job or self.job
+        if job is not None:
+            job.leave()
+            self.left.append(job)
+            while self.left and not self.left[0].alive:
+                self.left.popleft()
+        if job is self.job:
+            self.job = None
+
+    def join(self) -> None:
+        """Wait until the threads of all renders that were left have ended."""
+        while self.left:
+            self.left.popleft().join()
 
 
 state = State()

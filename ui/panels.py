@@ -45,6 +45,7 @@ class _Main:
         else:
             # in the button's place, so that nothing jumps under the mouse
             row.progress(factor=job.factor, type="BAR", text=f"{job.text} (ESC: cancel)")
+            row.operator("adaptive_drt.cancel", text="", icon="X")
         chosen = context.scene.adaptive_drt
         column = layout.column()
         column.prop(chosen, "method")

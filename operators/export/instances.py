@@ -32,11 +32,14 @@ class Visible:
     """
 
     def __init__(self, depsgraph: Any) -> None:
-        view_layer = depsgraph.view_layer
         self._objects: set[Any] = set()
         self._instanced: dict[Any, set[Any]] = {}
         self.unheeded: list[Issue] = []
-        self._walk(view_layer.layer_collection)
+        self._walk(depsgraph.view_layer.layer_collection)
+        below = depsgraph.scene.original.background_set
+        while below is not None:
+            self._walk(_first_layer(below).layer_collection)
+            below = below.background_set
 
     def __call__(self, instance: Any) -> bool:
         thing = instance.object.original
@@ -87,6 +90,12 @@ def _asked_of(layer: Any) -> Iterator[Issue]:
         yield Issue(said, f"its Holdout is left out, so its objects are seen: {remedy}")
     if layer.indirect_only:
         yield Issue(said, f"its Indirect Only is left out, so the camera sees it: {remedy}")
+
+
+def _first_layer(scene: Any) -> Any:
+    """Return the view layer whose objects a scene lends as a Background Set."""
+    layers = scene.view_layers
+    return next((layer for layer in layers if layer.use), layers[0])
 
 
 def _reached(collection: Any) -> Iterator[Any]:

@@ -160,9 +160,20 @@ def _gather(depsgraph: Any, gathered: _Export) -> None:
 
 
 def _gather_mesh(instance: Any, name: str, gathered: _Export) -> None:
+    """Gather a mesh object; one in Edit Mode holds its faces only in a copy made of it."""
     thing = instance.object
-    mesh = thing.data
-    pointer = mesh.as_pointer()
+    if not thing.data.is_editmode:
+        _gather_faces(instance, thing.data, name, gathered)
+        return
+    try:
+        _gather_faces(instance, thing.to_mesh(), name, gathered)
+    finally:
+        thing.to_mesh_clear()
+
+
+def _gather_faces(instance: Any, mesh: Any, name: str, gathered: _Export) -> None:
+    thing = instance.object
+    pointer = thing.data.as_pointer()
     if pointer not in gathered.forms:
         gathered.forms[pointer] = mesh_form(mesh, gathered.known)
     form = gathered.forms[pointer]

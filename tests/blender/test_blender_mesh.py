@@ -278,3 +278,25 @@ def test_modifiers_are_heeded(export):
     ball.modifiers.new("Triangulate", "TRIANGULATE")
     scene = export()
     assert scene.shapes == () and "neither" in things.reasons(scene)["Sphere"][0]
+
+
+def test_in_edit_mode(export):
+    """What is being edited is rendered as it stands: the evaluated mesh has no faces then."""
+    red = things.material("Red", "ShaderNodeBsdfDiffuse", Color=(1.0, 0.0, 0.0, 1.0))
+    floor = things.plane(size=4.0)
+    floor.data.materials.append(red)
+    before = export().shapes
+    bpy.context.view_layer.objects.active = floor
+    bpy.ops.object.mode_set(mode="EDIT")
+    try:
+        scene = export()
+        assert scene.shapes == before and scene.issues == ()
+        work = bmesh.from_edit_mesh(floor.data)
+        for vertex in work.verts:
+            vertex.co.z += 3.0
+        bmesh.update_edit_mesh(floor.data)
+        (quad,) = export().shapes
+        assert quad.corner[2] == 3.0 and quad.material == before[0].material
+    finally:
+        bpy.ops.object.mode_set(mode="OBJECT")
+    assert export().shapes == (quad,)

@@ -113,6 +113,18 @@ def test_an_image_of_the_same_name_is_taken_over(file, tracer):
     assert (_pixels("Adaptive Render")[2, 5] == (5.0, 2.0, 7.5, 1.0)).all()
 
 
+def test_blender_s_own_image_of_that_name_is_let_be(file, tracer):
+    """No one can write to it, whatever it is called."""
+    bpy.context.scene.render.engine = "ADAPTIVE_DRT"
+    bpy.ops.render.render()
+    theirs = bpy.data.images["Render Result"]
+    theirs.name = "Adaptive Render"
+    for _ in range(2):
+        bpy.ops.adaptive_drt.render()
+    assert (_pixels("Adaptive Render")[2, 5] == (5.0, 2.0, 7.5, 1.0)).all()
+    assert theirs.name == "Render Result"
+
+
 @pytest.mark.parametrize("crop", [False, True])
 def test_border(file, tracer, crop):
     render = bpy.context.scene.render

@@ -131,3 +131,21 @@ def test_visibility_flags_are_told(export):
     scene = export()
     assert set(things.reasons(scene)) == {"Ball", "Hole", "Seen"}
     assert len(scene.shapes) == 2 and len(scene.lights) == 1
+
+
+def test_background_sets_are_seen(export):
+    """What a scene's Background Set holds, and that one's, unless it is hidden there."""
+    top, scenes = bpy.context.scene, []
+    for name in ("Near", "Far"):
+        scenes.append(bpy.data.scenes.new(name))
+        inside = _collection(f"{name} Collection", scenes[-1].collection)
+        things.uv_sphere(f"{name} Ball", collection=inside)
+        things.uv_sphere(f"{name} Hidden", collection=inside).hide_render = True
+    bpy.data.scenes["Far"].collection.objects.link(things.light("POINT", "Far Lamp"))
+    bpy.context.scene.collection.objects.unlink(bpy.data.objects["Far Lamp"])
+    top.background_set, scenes[0].background_set = scenes
+    bpy.context.view_layer.update()
+    scene = export()
+    assert _names(scene) == ["Far Ball", "Near Ball"] and len(scene.lights) == 1
+    bpy.data.collections["Far Collection"].hide_render = True
+    assert _names(export()) == ["Near Ball"]
