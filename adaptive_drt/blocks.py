@@ -33,7 +33,7 @@ SIDES = (8, 4, 2)
 OFF = 1.0 / 16.0
 """Of a second difference of nodes: how far a quadratic through them is off a kink at a random
 place, RMS (a kink is off by 1/8 at most); a smooth function's by less."""
-ALLOWED = 0.4
+ALLOWED = 0.6
 """Of the goal: what interpolating may add to what the nodes are off by."""
 
 
@@ -58,8 +58,7 @@ class Blocks:
         self._open: _Level | None = None
         if self.wanted.any():
             self._sight = frame.sights()
-            across = frame.deviation[:, :2].sum(axis=1)
-            self._kink, self._step = across[KINKS], across[STEPS]
+            self._kink, self._step = (_standing(frame.deviation[kind]) for kind in (KINKS, STEPS))
 
     def nodes(self, side: int) -> Ints:
         """Pixels whose values blocks of this side need and that are not known: ascending."""
@@ -139,7 +138,8 @@ class Blocks:
         spacing = side // 2
         kink = windows(self._kink, side + 1)[at_y, at_x].max(axis=(1, 2))
         step = windows(self._step, side + 1)[at_y, at_x].max(axis=(1, 2))
-        rough = spacing * kink + step > ALLOWED * self.goal.error
+        # with nodes in all pixels second differences show kinks, but never steps within pixels
+        rough = step + spacing * kink * (spacing > 1) > ALLOWED * self.goal.error
         keep = np.flatnonzero((low == high) & (low >= 0) & ~rough)
         origin = (first_y + side * at_y[keep]) * frame.width + first_x + side * at_x[keep]
         y, x = np.divmod(np.arange(9), 3)
@@ -157,6 +157,18 @@ class _Level:
 
     def take(self, index: Ints) -> _Level:
         return _Level(self.side, self.origin[index], self.nodes[:, index])
+
+
+def _standing(deviation: Array) -> Array:
+    """Across the picture, what deviations (3, n) by axis leave once the shutter is averaged: (n,).
+
+    What moves farther in the shutter than a pixel is wide is spread over that distance: a share a
+    of x and y beside one of b in time falls to a^2 / b at most.
+    """
+    across, along = deviation[0] + deviation[1], deviation[2]
+    spread = np.maximum(across, along)
+    left: Array = across * across / np.where(spread > 0.0, spread, 1.0)
+    return left
 
 
 def _means(values: Array, side: int, whole: bool) -> Array:

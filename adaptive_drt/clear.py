@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .detect import detect_clear, trace_center
-from .exact import Sheet, first_pass
+from .exact import Lawn, Sheet, first_pass
 from .occluder import Occluders
 from .patch import make_patch
 from .plan import Plan
@@ -19,8 +19,9 @@ from .primary import Pairs, pair_hits, surface
 from .shade import shade
 from .shadow import Shadow
 from .squares import SIDES, Squares, coarse, means, nodes, roughness, series
+from .vector import cross
 
-__all__ = ["Lawn", "Survey", "survey"]
+__all__ = ["Survey", "survey"]
 
 Array: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
@@ -29,26 +30,6 @@ Clock: TypeAlias = Callable[[str], None]
 
 ALLOWED = 0.1
 """Of the tolerance, relative to the square's own radiance: what a bicubic may be off by."""
-
-
-@dataclass(frozen=True)
-class Lawn:
-    """Pixels of clear squares: (n,) `x`, `y` of their lower left corners in the picture.
-
-    Attributes
-    ----------
-    color : (3, n) mean radiance.  error : (n,) what it may be off by.
-    item : (n,) the object that fills them, -1 for none.
-    depth : (n,), normal : (3, n) of the hits at the centres.
-    """
-
-    x: Ints
-    y: Ints
-    color: Array
-    error: Array
-    item: Ints
-    depth: Array
-    normal: Array
 
 
 @dataclass(frozen=True)
@@ -118,7 +99,9 @@ def _mow(
     off = roughness(coefficients)
     size = np.sqrt((color * color).mean(axis=(0, 1)))
     smooth = seen & (off <= ALLOWED * plan.settings.tolerance * size)
+    # by object: each lot of squares is one piece of the arrays
     index = np.flatnonzero(smooth)
+    index = index[np.argsort(item[index], kind="stable")]
     # never below 0, whatever a bicubic says
     mean = np.maximum(means(coefficients[..., index], side), 0.0)
     return _lawn(plan, squares, some[index], item[index], mean, off[index]), smooth, 16 * hit.size
@@ -140,21 +123,35 @@ def _shade(plan: Plan, occluders: Occluders, x: Array, y: Array, item: Ints) -> 
 def _lawn(
     plan: Plan, squares: Squares, chosen: Ints, item: Ints, mean: Array, error: Array
 ) -> Lawn:
-    """The pixels within the plan's region of chosen squares, given their means (3, s, s, b)."""
+    """Chosen squares, sorted by the objects that fill them, given their means (3, s, s, n)."""
     side = squares.side
-    left, bottom, right, top = plan.region
-    place = np.arange(side)
-    x = (side * squares.x[chosen] + place[None, :, None]) + 0 * place[:, None, None]
-    y = (side * squares.y[chosen] + place[:, None, None]) + 0 * place[None, :, None]
-    inside = (x >= left) & (x < right) & (y >= bottom) & (y < top)
-    x, y, color = x[inside], y[inside], mean[:, inside]
-    whose = np.broadcast_to(np.arange(chosen.size), inside.shape)[inside]
-    items = item[whose]
-    depth, normal = np.full(x.size, np.inf), np.zeros((3, x.size))
-    for number in np.unique(item[item >= 0]):
-        rows = np.flatnonzero(items == number)
-        w = plan.lens.directions(x[rows] + 0.5, y[rows] + 0.5)
-        own = np.full(rows.size, number)
-        depth[rows] = pair_hits(plan, w, own)
-        normal[:, rows] = surface(plan, w, depth[rows], own).normal
-    return Lawn(x, y, color, error[whose], items, depth, normal)
+    x, y = squares.x[chosen], squares.y[chosen]
+    depth, normal = np.full(mean.shape[1:], np.inf), np.zeros_like(mean)
+    place = np.arange(side) + 0.5
+    across, up = side * x + place[None, :, None], side * y + place[:, None, None]
+    ends = np.append(np.flatnonzero(np.diff(item)) + 1, item.size)
+    first = 0
+    for last in ends.tolist():
+        part = np.s_[..., first:last]
+        if last > first and item[first] >= 0:
+            depth[part], normal[part] = _geometry(plan, across[part], up[part], int(item[first]))
+        first = last
+    return Lawn(side, x, y, mean, error, item, depth, normal)
+
+
+def _geometry(plan: Plan, x: Array, y: Array, item: int) -> tuple[Array, Array]:
+    """Depth and normal of an object that fills pixels; x (1, s, n) and y (s, 1, n)."""
+    if item >= plan.sphere_count:
+        lens, own = plan.lens, slice(item - plan.sphere_count, item - plan.sphere_count + 1)
+        across = cross(plan.quads.edge_u[:, own], plan.quads.edge_v[:, own])[:, 0]
+        height = float(across @ plan.quads.corner[:, own][:, 0])
+        facing = (across @ lens.base + x * (across @ lens.right)) + y * (across @ lens.up)
+        # turned to the viewer
+        unit = across / np.sqrt(across @ across) * (-1.0 if height > 0.0 else 1.0)
+        return height / facing, unit[:, None, None, None]
+    shape = np.broadcast_shapes(x.shape, y.shape)
+    w = plan.lens.directions(*(np.broadcast_to(at, shape).ravel() for at in (x, y)))
+    items = np.full(w.shape[1], item)
+    t = pair_hits(plan, w, items)
+    normal = surface(plan, w, t, items).normal
+    return t.reshape(shape), normal.reshape(3, *shape)

@@ -28,7 +28,7 @@ from .shade import Shaded, shade
 from .sights import NO_SIGHT, find_sights
 from .variation import BENDS, no_variation
 
-__all__ = ["RIM", "Frame", "Sheet", "first_pass", "widened"]
+__all__ = ["RIM", "Frame", "Lawn", "Sheet", "first_pass", "widened"]
 
 Array: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
@@ -40,6 +40,10 @@ differences of its neighbours."""
 ALIGNED = 8
 """Pixels: what regions are widened to multiples of, within the picture, so that blocks of pixels
 are whole whatever part of the picture is rendered."""
+STORED = 16
+"""Pixels: frames are stored from and to multiples of that, so that squares are blocks of them."""
+FLAT = 0.01
+"""Of the tolerance, relative to a pixel's own radiance: bends that need no correcting."""
 STARRED = 0.03
 """Of the contrast: goals below which regions are sampled by stars from the first."""
 LIKELY = 2.0
@@ -116,6 +120,28 @@ def _shade_centers(plan: Plan, occluders: Occluders, center: Center, flags: Flag
     return shade(plan, occluders, center.hits, time, patch, known)
 
 
+@dataclass(frozen=True)
+class Lawn:
+    """n clear squares of pixels, s to a side, that need no ray of their own.
+
+    Attributes
+    ----------
+    side : s.  x, y : (n,) the lower left corners in the picture, in sides.
+    color : (3, s, s, n) mean radiance, y first.  error : (n,) what it may be off by.
+    item : (n,) the object that fills them, -1 for none.
+    depth : (s, s, n), normal : (3, s, s, n) of the hits at the pixels' centres.
+    """
+
+    side: int
+    x: Ints
+    y: Ints
+    color: Array
+    error: Array
+    item: Ints
+    depth: Array
+    normal: Array
+
+
 def widened(plan: Plan, region: tuple[int, int, int, int]) -> Plan:
     """The plan for a region in whole blocks and a rim around them."""
     left, bottom, right, top = region
@@ -136,11 +162,13 @@ class Frame:
         """An empty frame of a region and the plan that has been `widened` for it."""
         left, bottom, right, top = plan.region
         self.plan = plan
-        self.width, self.height = right - left, top - bottom
+        self.left, self.bottom = left - left % STORED, bottom - bottom % STORED
+        self.width = right + -right % STORED - self.left
+        self.height = top + -top % STORED - self.bottom
         # columns and rows of the region itself
         self.own = (
-            slice(region[1] - bottom, region[3] - bottom),
-            slice(region[0] - left, region[2] - left),
+            slice(region[1] - self.bottom, region[3] - self.bottom),
+            slice(region[0] - self.left, region[2] - self.left),
         )
         n = self.width * self.height
         self.color, self.alpha = np.zeros((3, n)), np.zeros(n)
@@ -155,30 +183,36 @@ class Frame:
         self._corrected, self._change = np.zeros(0, dtype=np.int64), np.zeros((3, 0))
         self._rivals: list[Pairs] = []
 
-    def add(self, x: Ints, y: Ints, sheet: Sheet) -> Ints:
-        """Enter pixels that have been traced; returns their numbers."""
+    def add(self, x: Ints, y: Ints, sheet: Sheet) -> None:
+        """Enter pixels that have been traced."""
         index = self.numbers(x, y)
         for name in ("color", "alpha", "deviation", "mask", "outline", "item", "depth", "normal"):
             getattr(self, name)[..., index] = getattr(sheet, name)
         self._traced.append(index)
         self._rivals.append(Pairs(index[sheet.rivals.pixel], sheet.rivals.item))
-        return index
 
-    def lay(
-        self, x: Ints, y: Ints, color: Array, error: Array, item: Ints, depth: Array, normal: Array
-    ) -> Ints:
-        """Enter pixels whose means are known, as `clear.Lawn` has them; returns their numbers."""
-        index = self.numbers(x, y)
-        self.color[:, index], self.error[index], self.item[index] = color, error, item
-        self.depth[index], self.normal[:, index] = depth, normal
-        self.alpha[index] = np.where((item < 0) & self.plan.transparent, 0.0, 1.0)
-        self.settled[index] = True
-        return index
+    def lay(self, lawn: Lawn) -> None:
+        """Enter squares whose pixels' means are known."""
+        side = lawn.side
+        y, x = lawn.y - self.bottom // side, lawn.x - self.left // side
+
+        def put(values: NDArray[Any], squares: NDArray[Any]) -> None:
+            rows, columns = self.height // side, self.width // side
+            table = values.reshape(*values.shape[:-1], rows, side, columns, side)
+            table[..., y, :, x, :] = np.moveaxis(squares, -1, 0)
+
+        ones = np.ones((side, side, 1))
+        put(self.color, lawn.color)
+        put(self.error, ones * lawn.error)
+        put(self.item, np.broadcast_to(lawn.item, lawn.depth.shape))
+        put(self.depth, lawn.depth)
+        put(self.normal, lawn.normal)
+        put(self.alpha, ones * np.where((lawn.item < 0) & self.plan.transparent, 0.0, 1.0))
+        put(self.settled, np.ones(lawn.depth.shape, dtype=np.bool_))
 
     def numbers(self, x: Ints, y: Ints) -> Ints:
         """Numbers of pixels given by their coordinates."""
-        left, bottom, _, _ = self.plan.region
-        return (y - bottom) * self.width + (x - left)
+        return (y - self.bottom) * self.width + (x - self.left)
 
     def correct(self) -> None:
         """Give smooth pixels their means: second differences, where nothing is cut or moves."""
@@ -186,7 +220,10 @@ class Frame:
         inside = np.zeros((self.height, self.width), dtype=np.bool_)
         inside[1:-1, 1:-1] = True
         traced: Ints = np.sort(np.concatenate([np.zeros(0, dtype=np.int64), *self._traced]))
-        index = traced[inside.ravel()[traced]]
+        bends = self.deviation[BENDS, 0, traced] + self.deviation[BENDS, 1, traced]
+        color = np.sqrt((self.color[:, traced] ** 2).sum(axis=0) / 3.0)
+        bent = bends > FLAT * self.plan.settings.tolerance * color
+        index = traced[bent & inside.ravel()[traced]]
         smooth = ~self.outline & ~self.mask[1]
         change = np.zeros((3, index.size))
         for axis, step in ((0, 1), (1, self.width)):
@@ -221,9 +258,8 @@ class Frame:
 
     def estimate(self) -> float:
         """RMS error of the region over its mean, as estimated."""
-        inner = self.inner()
-        mean = float(np.abs(self.color[:, inner]).mean())
-        error = float(np.sqrt((self.error[inner] ** 2).mean()))
+        mean = float(np.abs(self._part(self.color)).mean())
+        error = float(np.sqrt((self._part(self.error) ** 2).mean()))
         return error / mean if mean > 0.0 else 0.0
 
     def inner(self) -> Mask:
@@ -238,7 +274,9 @@ class Frame:
 
     def grid(self, side: int) -> tuple[int, int, int, int]:
         """Blocks of pixels of one side: the first's column and row, and how many there are."""
-        return RIM, RIM, (self.width - 2 * RIM) // side, (self.height - 2 * RIM) // side
+        left, bottom, right, top = self.plan.region
+        x, y = left + RIM - self.left, bottom + RIM - self.bottom
+        return x, y, (right - left - 2 * RIM) // side, (top - bottom - 2 * RIM) // side
 
     def sights(self) -> Ints:
         """What each pixel sees during the shutter: (n,), see `sights`."""
@@ -288,9 +326,8 @@ class Frame:
 
     def _middles(self, rows: Ints) -> Array:
         """The middles (3, m) of pixels and shutter."""
-        left, bottom, _, _ = self.plan.region
         y, x = np.divmod(rows, self.width)
-        return np.stack([left + x + 0.5, bottom + y + 0.5, np.zeros(rows.size)])
+        return np.stack([self.left + x + 0.5, self.bottom + y + 0.5, np.zeros(rows.size)])
 
     def _task(self, part: Ints, goal: Goal, whole: bool) -> Task:
         middle, half = self._middles(part), np.zeros((3, part.size))
@@ -317,25 +354,31 @@ class Frame:
         """Add the points that were shaded beyond the first pass' own."""
         self.samples[rows] += refined.samples - 1
 
-    def show(self, film: Film, rows: Ints | None = None) -> None:
-        """Write to a film what is there: of some pixels the picture, or all."""
-        own_rows, own_columns = self.own
-        if rows is not None:
-            y, x = np.divmod(rows, self.width)
-            y, x = y - own_rows.start, x - own_columns.start
-            mine = np.flatnonzero((x >= 0) & (x < film.width) & (y >= 0) & (y < film.height))
-            rows, place = rows[mine], (y[mine], x[mine])
-            film.color[:, *place] = self.color[:, rows]
-            film.alpha[place] = self.alpha[rows]
-            film.samples[place] = self.samples[rows]
-            return
-
-        def part(values: NDArray[Any]) -> NDArray[Any]:
-            table = values.reshape(*values.shape[:-1], self.height, self.width)
-            return table[..., own_rows, own_columns]
-
-        film.color[:], film.alpha[:] = part(self.color), part(self.alpha)
-        film.mask[:], film.normal[:] = part(self.mask), part(self.normal)
-        film.samples[:] = part(self.samples)
-        depth = part(self.depth)
+    def show(self, film: Film) -> None:
+        """Write all to a film."""
+        film.color[:], film.alpha[:] = self._part(self.color), self._part(self.alpha)
+        film.mask[:], film.normal[:] = self._part(self.mask), self._part(self.normal)
+        film.samples[:] = self._part(self.samples)
+        depth = self._part(self.depth)
         film.depth[:] = np.where(np.isfinite(depth), depth, NO_DEPTH)
+
+    def show_band(self, film: Film, y: int, height: int) -> None:
+        """Write a band of the picture, from a row of the whole picture's on."""
+        band = np.arange(y, y + height) - self.bottom - self.own[0].start
+        rows = slice(max(int(band[0]), 0), min(int(band[-1]) + 1, film.height))
+        if rows.stop > rows.start:
+            film.color[:, rows] = self._part(self.color)[:, rows]
+            film.alpha[rows] = self._part(self.alpha)[rows]
+
+    def show_pixels(self, film: Film, rows: Ints) -> None:
+        """Write some pixels of the region."""
+        y, x = np.divmod(rows, self.width)
+        place = y - self.own[0].start, x - self.own[1].start
+        film.color[:, *place] = self.color[:, rows]
+        film.alpha[place] = self.alpha[rows]
+        film.samples[place] = self.samples[rows]
+
+    def _part(self, values: NDArray[Any]) -> NDArray[Any]:
+        """Of values (..., n) those of the region: (..., height, width)."""
+        table = values.reshape(*values.shape[:-1], self.height, self.width)
+        return table[..., *self.own]

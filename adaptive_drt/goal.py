@@ -23,7 +23,6 @@ REACHED = 0.6
 """Of the goal: the error that refined pixels end with, RMS; they stop at the first split below."""
 RESERVE = 0.7
 """Of the tolerance: what the goal is set for. The rest is for what estimates do not see."""
-BISECTIONS = 60
 GRID = 1.01
 """Ratio of one goal to the next. What is left over the whole picture jumps where the goal passes a
 pixel's own error, so the greatest goal is often just that, and whether the pixel is above it would
@@ -64,14 +63,15 @@ def make_goal(tolerance: float, color: Array, error: Array, cut: Mask) -> Goal:
         return Goal(np.inf, 1.0)
     contrast = float(np.sqrt((color * color).mean()))
     target = RESERVE * tolerance * mean
-    low, high = 0.0, WIDEST * tolerance * mean
-    for _ in range(BISECTIONS):
-        middle = 0.5 * (low + high)
-        left = np.where(known > middle, REACHED * middle, known)
+    scale = GRID_START * tolerance * mean
+    # what is left over the picture grows with the goal
+    low, high = int(np.log(LEAST) / np.log(GRID)), int(np.log(WIDEST) / np.log(GRID))
+    while high - low > 1:
+        middle = (low + high) // 2
+        level = scale * GRID**middle
+        left = np.where(known > level, REACHED * level, known)
         if float((left * left).mean()) > target * target:
             high = middle
         else:
             low = middle
-    scale = GRID_START * tolerance * mean
-    goal = scale * GRID ** np.floor(np.log(max(low / scale, LEAST)) / np.log(GRID))
-    return Goal(float(goal), max(contrast, mean))
+    return Goal(float(scale * GRID**low), max(contrast, mean))

@@ -8,13 +8,13 @@ from collections.abc import Generator
 from contextlib import closing
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .blocks import SIDES, Blocks
-from .clear import Lawn, Survey, survey
+from .clear import Survey, survey
 from .exact import Frame, widened
 from .film import Film
 from .goal import Goal
@@ -88,10 +88,10 @@ class Exact:
         frame = Frame(wide, self.plan.region)
         size = film.width * film.height
         with closing(self._survey(frame, wide, 0, 1)) as steps:
-            for done, lots in steps:
-                for entered in lots:
-                    frame.show(film, entered)
-                yield size * done // (2 * frame.width * frame.height)
+            for done, bands in steps:
+                for band in bands:
+                    frame.show_band(film, band, SQUARES[0])
+                yield int(0.5 * size * done)
         clock = Clock()
         frame.correct()
         for _ in self._set_goal(frame):
@@ -117,15 +117,18 @@ class Exact:
                     rows = tasks.pop(0)[0]
                     frame.enter(rows, refined)
                     self.shaded += int(refined.samples.sum()) - rows.size
-                    frame.show(film, rows=rows)
+                    frame.show_pixels(film, rows)
                     done += rows.size
                 yield done
         self.error_estimate = frame.estimate()
 
     def _survey(
         self, frame: Frame, wide: Plan, first: int, step: int
-    ) -> Generator[tuple[int, list[Ints]], None, None]:
-        """Survey every `step`-th row of squares; yields pixels done, and those done last."""
+    ) -> Generator[tuple[float, list[int]], None, None]:
+        """Survey every `step`-th row of squares.
+
+        Yields the part that is done, and the rows of pixels at which squares done last begin.
+        """
         side = SQUARES[0]
         rough = coarse(wide, side)
         bounds, fine = screen_bounds(rough), screen_bounds(wide)
@@ -142,15 +145,18 @@ class Exact:
         done = 0
         with closing(in_order(wide, jobs)) as results:
             for result in results:
-                entered: list[Ints] = []
+                bands: list[int] = []
                 if result is not None:
                     found, seconds = result
                     self._add(seconds)
-                    entered += [frame.lay(*_fields(lawn)) for lawn in found.lawns]
-                    entered += [frame.add(*rest) for rest in found.rest]
-                    done += sum(each.size for each in entered)
+                    for lawn in found.lawns:
+                        frame.lay(lawn)
+                    for rest in found.rest:
+                        frame.add(*rest)
                     self.shaded += found.points + sum(x.size for x, _, _ in found.rest)
-                yield done, entered
+                    bands = (side * np.unique(np.floor(tiles[done].y)).astype(int)).tolist()
+                    done += 1
+                yield done / count, bands
 
     def _set_goal(self, frame: Frame) -> Generator[None, None, None]:
         """Set the goal of the whole picture, whatever part of it this frame is."""
@@ -168,7 +174,7 @@ class Exact:
             wide = widened(self.plan, whole)
             frame = Frame(wide, whole)
             # the frame's first row of squares is the one below the picture
-            below = -(wide.region[1] // side)
+            below = -(frame.bottom // side)
             rows = self._survey(frame, wide, (first + below) % step, step)
             with closing(rows) as steps:
                 for _ in steps:
@@ -216,10 +222,6 @@ def _first(
     plan.go_on()
     clock = Clock()
     return survey(plan, occluders, bounds, squares, clock), clock.seconds
-
-
-def _fields(lawn: Lawn) -> tuple[Any, ...]:
-    return tuple(getattr(lawn, name) for name in Lawn.__dataclass_fields__)
 
 
 def _refine(plan: Plan, occluders: Occluders, task: Task) -> tuple[Refined, dict[str, float]]:
