@@ -33,6 +33,11 @@ SIDES = (8, 4, 2)
 OFF = 1.0 / 16.0
 """Of a second difference of nodes: how far a quadratic through them is off a kink at a random
 place, RMS (a kink is off by 1/8 at most); a smooth function's by less."""
+INHERITED = 1.0 / 6.0
+"""Of what a block's quadratics are off at its quarters' nodes: what a quarter's may be off by. A
+smooth function's fall to an eighth; a kink beside a bend may show no second difference at all."""
+PLACES: Array = np.array([0.0, 0.5, 1.0])
+"""Of a quarter's nodes in its block, whose own are at 0, 1 and 2."""
 ALLOWED = 0.6
 """Of the goal: what interpolating may add to what the nodes are off by."""
 
@@ -56,6 +61,7 @@ class Blocks:
         self.value = np.concatenate([frame.color, frame.alpha[None]])
         self.error = np.zeros(self.known.size)
         self._open: _Level | None = None
+        self._above: tuple[_Level, Array] | None = None
         if self.wanted.any():
             self._sight = frame.sights()
             self._kink, self._step = (_standing(frame.deviation[kind]) for kind in (KINKS, STEPS))
@@ -79,12 +85,16 @@ class Blocks:
 
     def settle(self) -> None:
         """Interpolate the blocks that are smooth enough."""
-        level = self._open
+        level, above, self._above = self._open, self._above, None
         if level is None or not level.origin.size:
             return
         values = self.value[:, level.nodes]
-        off = OFF * self._bends(values)
+        off = np.maximum(
+            OFF * self._bends(values), INHERITED * self._surprise(level, above, values)
+        )
         smooth = np.flatnonzero(off <= ALLOWED * self.goal.error)
+        rough = np.flatnonzero(off > ALLOWED * self.goal.error)
+        self._above = level.take(rough), values[:, :, rough]
         if not smooth.size:
             return
         part = level.take(smooth)
@@ -112,11 +122,33 @@ class Blocks:
             ],
             axis=1,
         )
-        square = (lines[:3] ** 2).sum(axis=0) / 3.0
-        if self.frame.plan.transparent:
-            square = np.maximum(square, (self.goal.contrast * lines[3]) ** 2)
-        bends: Array = np.sqrt(square.max(axis=0))
+        bends: Array = self._size(lines).max(axis=0)
         return bends
+
+    def _surprise(self, level: _Level, above: tuple[_Level, Array] | None, values: Array) -> Array:
+        """How far the blocks that these quarter were off at their nodes, at most: (b,)."""
+        off = np.zeros(level.origin.size)
+        if above is None:
+            return off
+        larger, known = above
+        parent = np.full(self.known.size, -1)
+        corner = level.side * np.array([0, 1, self.frame.width, self.frame.width + 1])
+        parent[larger.origin + corner[:, None]] = np.arange(larger.origin.size)
+        index = parent[level.origin]
+        for quarter, shift in enumerate(corner.tolist()):
+            rows = np.flatnonzero(index >= 0)
+            rows = rows[larger.origin[index[rows]] + shift == level.origin[rows]]
+            y, x = divmod(quarter, 2)
+            guess = _through(known[:, :, index[rows]], _weights(PLACES + y), _weights(PLACES + x))
+            off[rows] = self._size(guess - values[:, :, rows]).max(axis=0, initial=0.0)
+        return off
+
+    def _size(self, change: Array) -> Array:
+        """Size (...) of changes (4, ...) of radiance and coverage, RMS over channels."""
+        square: Array = (change[:3] ** 2).sum(axis=0) / 3.0
+        if self.frame.plan.transparent:
+            square = np.maximum(square, (self.goal.contrast * change[3]) ** 2)
+        return np.sqrt(square)
 
     def _candidates(self, side: int) -> _Level:
         """Blocks of one side that hold wanted pixels, and are alike in what they see."""
@@ -178,16 +210,24 @@ def _means(values: Array, side: int, whole: bool) -> Array:
     ----------
     whole : whether pixels are squares; else they are their middles.
     """
-    # x from 0 to 2 over the block
-    x = np.arange(side) / (0.5 * side)
-    square = x * x
-    if whole:
-        square = square + (2.0 / side) ** 2 / 12.0
-    weights = np.stack([0.5 * square - 1.5 * x + 1.0, 2.0 * x - square, 0.5 * (square - x)])
+    # x from 0 to 2 over the block; a square's mean is that of its middle and a twelfth
+    x: Array = np.arange(side, dtype=np.float64) / (0.5 * side)
+    weights = _weights(x, (2.0 / side) ** 2 / 12.0 if whole else 0.0)
+    return _through(values, weights, weights)
+
+
+def _weights(x: Array, more: float = 0.0) -> Array:
+    """(3, p) of the nodes at 0, 1 and 2 in the quadratic at x, whose square is `more`."""
+    square = x * x + more
+    return np.stack([0.5 * square - 1.5 * x + 1.0, 2.0 * x - square, 0.5 * (square - x)])
+
+
+def _through(values: Array, up: Array, across: Array) -> Array:
+    """Sums (k, p * p, b) of nodes (k, 9, b) by weights (3, p) of rows and columns."""
     grid = values.reshape(values.shape[0], 3, 3, -1)
-    w = weights[:, None, :, None, None]
+    w = up[:, None, :, None, None]
     by_row = w[0] * grid[:, None, 0] + w[1] * grid[:, None, 1] + w[2] * grid[:, None, 2]
-    w = weights[:, None, None, :, None]
-    mean = w[0] * by_row[:, :, :1] + w[1] * by_row[:, :, 1:2] + w[2] * by_row[:, :, 2:]
-    means: Array = mean.reshape(values.shape[0], side * side, -1)
-    return means
+    w = across[:, None, None, :, None]
+    total = w[0] * by_row[:, :, :1] + w[1] * by_row[:, :, 1:2] + w[2] * by_row[:, :, 2:]
+    sums: Array = total.reshape(values.shape[0], up.shape[1] * across.shape[1], -1)
+    return sums

@@ -10,6 +10,7 @@ import pytest
 
 from adaptive_drt import blocks
 from adaptive_drt.blocks import _means
+from adaptive_drt.exact import Frame, widened
 from adaptive_drt.plan import make_plan
 from adaptive_drt.primary import Pairs
 from adaptive_drt.render import render_image
@@ -114,3 +115,31 @@ def test_what_moves_is_within_the_tolerance_and_is_interpolated(thing, tolerance
         alone = render_image(scene, settings)
         # crumbs are too small to gain from it, and are to lose little
         assert film.samples.sum() < (1.1 if thing == "crumbs" else 0.9) * alone.samples.sum()
+
+
+def test_a_kink_that_shows_no_second_difference_is_seen_by_the_block_above():
+    scene = moving_scene([Sphere((0.2, 0.0, 0.9), 0.7, motion=Motion((1.0, 0.0, 0.0)))])
+    frame = _frame_of(scene)
+    found = blocks.Blocks(frame, blocks.Goal(1.0, 1.0))
+    width = frame.width
+    rows = np.arange(frame.height)[:, None] + np.zeros(width)
+    # 0 at rows 0, 4 and 8 of a block, but not in the middle of its upper half
+    table = np.where(rows % 8 == 6, 30.0, 0.0)
+    found.value[:] = table.ravel()
+    large = _level(width, 8, 8 * width)
+    small = _level(width, 4, 12 * width)
+    assert found._bends(found.value[:, large.nodes]).max() == 0.0
+    seen = found._surprise(small, (large, found.value[:, large.nodes]), found.value[:, small.nodes])
+    np.testing.assert_allclose(seen, 30.0)
+
+
+def _level(width, side, origin):
+    y, x = np.divmod(np.arange(9), 3)
+    first = np.array([origin])
+    return blocks._Level(side, first, first + (side // 2 * (y * width + x))[:, None])
+
+
+def _frame_of(scene):
+    plan = make_plan(scene, Settings())
+    region = plan.region
+    return Frame(widened(plan, region), region)
