@@ -203,7 +203,7 @@ def detect_clear(plan: Plan, occluders: Occluders, center: Center, clock: Clock)
     clear = ~found.outline & ~found.motion
     rows = np.flatnonzero(clear[center.rows])
     hits = center.hits.take(rows)
-    reach = _reach(plan, center, found.test)[rows]
+    reach = np.minimum(*_reach(plan, center, found.test))[rows]
     dull = np.ones(rows.size, dtype=np.bool_)
     for light in plan.lights:
         shape = plan.shadow_light(light)
@@ -238,7 +238,10 @@ def _detect_light(
     rows, hits = center.rows, center.hits
     reach = np.zeros(rows.size)
     if test is not None:
-        reach = _reach(plan, center, test)
+        reach, deep = _reach(plan, center, test)
+        # seen edge-on: no farther than it is away
+        away = np.sqrt(dot(hits.point, hits.point))
+        reach = np.minimum(np.where(np.isinf(reach), away, reach), deep)
     shadows, found = [], []
     for light in plan.lights:
         shape = plan.shadow_light(light)
@@ -262,8 +265,11 @@ def _detect_light(
     return tuple(shadows), tuple(found)
 
 
-def _reach(plan: Plan, center: Center, test: EdgeTest) -> Array:
-    """How far (metres) each hit's surface reaches within its pixel, at most: (hits,)."""
+def _reach(plan: Plan, center: Center, test: EdgeTest) -> tuple[Array, Array]:
+    """How far (metres) each hit's surface reaches within its pixel, at most: two bounds (hits,).
+
+    By how aslant it is seen, inf where edge-on, and by the depths that may be seen of it.
+    """
     rows, pairs = center.rows, center.pairs
     w = center.w[:, rows]
     own = np.flatnonzero(pairs.item == center.item[pairs.pixel])
@@ -273,7 +279,7 @@ def _reach(plan: Plan, center: Center, test: EdgeTest) -> Array:
     h = half_pixel(plan)
     across = (center.depth[rows] + deep[rows]) * h
     by_depth = np.maximum(deep[rows], 0.0) * (np.sqrt(dot(w, w)) + h) + across
-    return np.minimum(patch_reach(plan, center.hits, w), by_depth)
+    return patch_reach(plan, center.hits, w), by_depth
 
 
 def _outline_light(

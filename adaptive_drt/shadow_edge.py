@@ -34,7 +34,7 @@ TINY = float(np.finfo(np.float64).tiny)
 
 
 def patch_reach(plan: Plan, surface: Surface, w: Array) -> Array:
-    """Bound on how far the pixel's patch of surface reaches from its centre: (n,) metres.
+    """Bound on how far the pixel's patch of surface reaches from its centre: (n,) metres, or inf.
 
     The hit moves by t |step| / cos for a step of the direction; on a sphere the cosine is the
     least within the pixel, which the discriminant's change bounds.
@@ -62,7 +62,7 @@ def patch_reach(plan: Plan, surface: Surface, w: Array) -> Array:
         reach = t * h * (1.0 + turn) / np.maximum(least, 0.0)
         # farther away within the patch a step counts for more
         reach = reach / np.maximum(1.0 - reach / np.maximum(t * length, TINY), 0.0)
-    return np.where(np.isfinite(reach), reach, np.sqrt(dot(surface.point, surface.point)))
+    return np.where(np.isfinite(reach), reach, np.inf)
 
 
 LARGEST_PATCH = 0.25

@@ -155,3 +155,12 @@ def test_most_of_a_plain_picture_takes_few_points():
     scene = Scene(eye, (Sphere((0.0, 0.0, 1.0), 0.6), FLOOR), (LAMP,))
     film = render_image(scene, Settings(tolerance=1e-2, threads=1))
     assert film.stats["rays"]["shaded"] < 0.6 * film.width * film.height
+
+
+def test_a_shadow_far_off_on_a_floor_seen_aslant_is_not_lost(monkeypatch):
+    """One square of pixels there holds hundreds of metres of floor."""
+    eye = look_at((0.0, 0.0, 1.0), (0.0, 10.0, 0.98), resolution=(64, 64))
+    floor = Quad((-3e3, -10.0, 0.0), (6e3, 0.0, 0.0), (0.0, 9e3, 0.0))
+    balls = [Sphere((0.1 * y, y, 0.2 * y + 3), 0.04 * y) for y in (30.0, 90.0, 400.0, 900.0)]
+    lamp = QuadLight((0.0, 300.0, 900.0), (20.0, 0.0, 0.0), (0.0, -20.0, 0.0), (1e3, 1e3, 1e3))
+    assert_alike(*with_and_without(Scene(eye, (*balls, floor), (lamp,)), monkeypatch))
