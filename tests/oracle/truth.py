@@ -22,7 +22,7 @@ from .samples import (
 )
 from .trace import BLOCKED, MARGIN, OPEN, UNSURE, dot, extent, moves, nearest, norm, states
 
-__all__ = ["edges", "masks", "motion", "penumbrae", "pixels_of"]
+__all__ = ["edges", "masks", "motion", "outlines_seen", "penumbrae", "pixels_of"]
 
 TIMES = np.linspace(-0.5, 0.5, 9)
 
@@ -252,6 +252,11 @@ def edges(scene, pixels, use_penumbra=True, use_motion=True):
     left = np.flatnonzero(~result)
     result[left] |= _shadow_edges(scene, pixels[left], use_penumbra)
     return result
+
+
+def outlines_seen(scene, pixels, k):
+    """Whether k x k places of each pixel see more than one object at the middle of the shutter."""
+    return _outlines(scene, pixels, np.zeros(1), k)
 
 
 def _outlines(scene, pixels, times, k):
