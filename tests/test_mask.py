@@ -17,7 +17,8 @@ RESULTS = {}
 SHARP = 0.5
 """Change of light over a pixel, as a share of it, from which on it depends on the place in it."""
 MOST = 1.1
-"""Flagged at order 2 over the pixels that depend, for edges in scenes that stand still."""
+"""Flagged at order 2 over the pixels that depend: penumbrae, motion, and edges that stand still."""
+QUICK = range(40)
 
 
 def missing(scene, switches, orders=(2, 1)):
@@ -63,7 +64,7 @@ def sharp(scene):
 
 
 def test_no_more_edges_are_flagged_than_there_are(capsys):
-    true, flagged, both = sum(sharp(random_scene(seed)) for seed in range(40))
+    true, flagged, both = sum(sharp(random_scene(seed)) for seed in QUICK)
     with capsys.disabled():
         print(f"\nedges that stand still: {true} pixels depend, {flagged} flagged, {both} both")
     assert flagged <= MOST * true
@@ -77,9 +78,16 @@ def check(seed):
         assert not faults, f"seed {seed}, {switches or 'all effects'}: " + "; ".join(faults)
 
 
-@pytest.mark.parametrize("seed", range(40))
+@pytest.mark.parametrize("seed", QUICK)
 def test_no_pixel_is_left_out(seed):
     check(seed)
+
+
+def test_no_more_is_flagged_than_depends():
+    """Of the scenes above; the oracle may miss some, so 1 is the least."""
+    for name in NAMES[:2]:
+        true, flagged, _ = RESULTS.get(name, (0, 0, 0))
+        assert flagged <= MOST * true, f"{name}: {flagged} flagged, {true} depend"
 
 
 @pytest.mark.slow
