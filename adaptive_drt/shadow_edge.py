@@ -75,12 +75,15 @@ LARGEST_CHANGE = 0.1
 """Of the distance, either way: on a plane irradiance falls with its cube, by 0.45 over that."""
 
 
-def detect_steep_light(plan: Plan, light: Emitter, surface: Surface, reach: Array) -> Mask:
+def detect_steep_light(
+    light: Emitter, surface: Surface, reach: Array, plan: Plan | None = None
+) -> Mask:
     """Find the pixels over which the light changes steeply, because it is so near: (n,).
 
     Parameters
     ----------
     surface : n hits of centre rays.  reach : (n,) of `patch_reach`.
+    plan : where the patches are single pixels, to look at their shapes too.
     """
     away = surface.point - light.center
     if light.kind == QUAD:
@@ -93,7 +96,7 @@ def detect_steep_light(plan: Plan, light: Emitter, surface: Surface, reach: Arra
         distance = np.maximum(np.sqrt(dot(away, away)) - light.radius, 0.0)
     steep: Mask = reach > LARGEST_PATCH * distance
     rows = np.flatnonzero(steep)
-    if plan.settings.order == 1 or not rows.size:
+    if plan is None or plan.settings.order == 1 or not rows.size:
         return steep
     # a sphere's light falls off from its centre
     length = np.sqrt(dot(away, away))[rows]
