@@ -81,15 +81,12 @@ def ball_polygons(plane: Backdrop, v: Array, radius: Array) -> Array:
     m, _, n = v.shape
     out = np.empty((m, BALL_CORNERS, 3, n))
     normal = plane.normal
-    helper = np.where(np.abs(normal[0]) < 0.5, 1.0, 0.0) * np.array([[1.0], [0.0], [0.0]])
-    helper = helper + np.where(np.abs(normal[0]) < 0.5, 0.0, 1.0) * np.array([[0.0], [1.0], [0.0]])
-    first = cross(normal, helper)
-    first = first / np.sqrt(dot(first, first))
-    second = cross(normal, first)
     for i in range(m):
         height = plane.height(v[i])
         foot = v[i] - height * normal
         disk = np.sqrt(np.maximum(radius[i] ** 2 - height * height, 0.0))
+        first = _symmetry(plane, foot)
+        second = cross(normal, first)
         away = foot - plane.at
         limit = BEYOND * (np.sqrt(dot(away, away)) + plane.reach) + disk
         for k in range(BALL_CORNERS):
@@ -99,6 +96,29 @@ def ball_polygons(plane: Backdrop, v: Array, radius: Array) -> Array:
             grown = far * (1.0 + np.pi**2 / (3.0 * BALL_CORNERS**2))
             out[i, k] = foot + grown * u
     return out
+
+
+CENTRED = 2.0**-20
+"""Of a plane's distance: a ball whose foot is no farther from the point's own is round about it."""
+
+
+def _symmetry(plane: Backdrop, foot: Array) -> Array:
+    """Unit vectors (3, n) in a backdrop along which the images of balls are symmetric.
+
+    They lead from the points' own feet to those of the balls, so that a polygon does not hang on
+    how the scene is turned. About a ball straight ahead any direction will do.
+    """
+    normal = plane.normal
+    own = normal * dot(normal, plane.at)
+    aside = foot - own
+    size = np.sqrt(dot(aside, aside))
+    low = np.abs(normal[0]) < 0.5
+    helper = np.stack([np.where(low, 1.0, 0.0), np.where(low, 0.0, 1.0), np.zeros_like(size)])
+    other = cross(normal, helper)
+    other = other / np.sqrt(dot(other, other))
+    off = size > CENTRED * np.sqrt(dot(own, own))
+    symmetry: Array = np.where(off, aside, other) / np.where(off, np.maximum(size, TINY), 1.0)
+    return symmetry
 
 
 def _touch(foot: Array, u: Array, v: Array, r: Array, limit: Array) -> Array:

@@ -256,7 +256,7 @@ def _detect_light(
             open_ = ~dark & ~mask[2, rows]
             live = candidates.take(open_[candidates.pixel])
             mask[2, rows] |= detect_shadow_edges(plan, hits, shape, live, reach)
-            mask[2, rows] |= detect_steep_light(light, hits, reach) & ~dark
+            mask[2, rows] |= detect_steep_light(light, hits, reach, plan) & ~dark
             clock("detect shadow edges")
         if plan.motion:
             changes = light_changes(plan, hits, shape, candidates, reach)

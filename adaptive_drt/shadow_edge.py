@@ -8,7 +8,8 @@ are near contact. A wide penumbra is smooth over a pixel and needs no rays distr
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import replace
 from typing import TypeAlias
 
 import numpy as np
@@ -17,12 +18,12 @@ from numpy.typing import NDArray
 from .bounds import rectangle_range
 from .edge import half_pixel
 from .emitter import POINT, QUAD, Emitter, view_cone
+from .footprint import Footprint, make_footprint
 from .jet import Jet
 from .plan import Plan
 from .primary import Pairs, Surface
 from .quad import edge_planes
 from .quadric import cone_touch, discriminant, discriminant_rounding
-from .shadow import curvature
 from .vector import cross, dot
 
 __all__ = ["detect_shadow_edges", "detect_steep_light", "patch_reach"]
@@ -30,6 +31,8 @@ __all__ = ["detect_shadow_edges", "detect_steep_light", "patch_reach"]
 Array: TypeAlias = NDArray[np.float64]
 Mask: TypeAlias = NDArray[np.bool_]
 
+_Part: TypeAlias = Callable[[Plan, Surface, Emitter, Pairs, Array, Footprint | None], Mask]
+"""The test by occluders of one kind: see `_by_sphere`."""
 TINY = float(np.finfo(np.float64).tiny)
 
 
@@ -68,68 +71,19 @@ def patch_reach(plan: Plan, surface: Surface, w: Array) -> Array:
 LARGEST_PATCH = 0.25
 """Of the distance to a light: a wider patch of surface sees it from too many sides to be one point
 (over a quarter of the distance its irradiance may change by half)."""
+LARGEST_CHANGE = 0.1
+"""Of the distance, either way: on a plane irradiance falls with its cube, by 0.45 over that."""
 
 
-FLATTEST = 0.25
-"""Of a sphere's radius and the cosine it is seen at: a patch up to so wide is nearly a plane's."""
-
-
-@dataclass(frozen=True)
-class _Footprint:
-    """The pixels' patches of surface as parallelograms about their centres.
-
-    Attributes
-    ----------
-    steps : two (3, n) metres, from the centre to the middles of two sides.
-    off : (n,) metres, how far the surface may lie from it; inf where it is no parallelogram.
-    """
-
-    steps: tuple[Array, Array]
-    off: Array
-
-    def change(self, slope: Array, at: NDArray[np.int64]) -> Array:
-        """How far a linear function of the place, of slope (3, m), goes either way: (m,)."""
-        along = np.abs(dot(self.steps[0][:, at], slope)) + np.abs(dot(self.steps[1][:, at], slope))
-        with np.errstate(invalid="ignore"):  # a slope of 0 over a patch without bound
-            wide: Array = along + self.off[at] * np.sqrt(dot(slope, slope))
-        return np.where(np.isnan(wide), np.inf, wide)
-
-
-def _footprint(plan: Plan, surface: Surface) -> _Footprint:
-    """Parallelograms that hold the patches: on a plane they are the pixels' images, and sheared.
-
-    The hit of direction w + s lies off w's by t (s - w tau) / (1 + tau), tau = n.s / n.w.
-    """
-    lens = plan.lens
-    across = cross(lens.right, lens.up)[:, None]
-    point, normal = surface.point, surface.normal
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):  # seen edge-on: no bound
-        t = dot(point, across) / dot(lens.base[:, None], across)
-        w = point / t
-        facing = dot(normal, w)
-        steps, spread = [], np.zeros(t.size)
-        for step in (lens.right[:, None], lens.up[:, None]):
-            tau = 0.5 * dot(normal, step) / facing
-            spread = spread + np.abs(tau)
-            steps.append(t * (0.5 * step - w * tau))
-        grow = 1.0 / np.maximum(1.0 - spread, 0.0)
-        wide = grow * sum(np.sqrt(dot(step, step)) for step in steps)
-        # a sphere falls off its tangent plane by wide^2 / 2 r, seen aslant
-        room = np.abs(facing) / np.sqrt(dot(w, w))
-        off = 2.0 * wide * wide * curvature(plan, surface) / room
-        off = np.where(wide * curvature(plan, surface) < FLATTEST * room, off, np.inf)
-        held = np.isfinite(wide)
-        off = np.where(held, off, np.inf)
-        sides = [np.where(held, step * grow, 0.0) for step in steps]
-    return _Footprint((sides[0], sides[1]), off)
-
-
-def detect_steep_light(light: Emitter, surface: Surface, reach: Array) -> Mask:
+def detect_steep_light(
+    light: Emitter, surface: Surface, reach: Array, plan: Plan | None = None
+) -> Mask:
     """Find the pixels over which the light changes steeply, because it is so near: (n,).
 
     Parameters
     ----------
     surface : n hits of centre rays.  reach : (n,) of `patch_reach`.
+    plan : where the patches are single pixels, to look at their shapes too.
     """
     away = surface.point - light.center
     if light.kind == QUAD:
@@ -141,6 +95,17 @@ def detect_steep_light(light: Emitter, surface: Surface, reach: Array) -> Mask:
     else:
         distance = np.maximum(np.sqrt(dot(away, away)) - light.radius, 0.0)
     steep: Mask = reach > LARGEST_PATCH * distance
+    rows = np.flatnonzero(steep)
+    if plan is None or plan.settings.order == 1 or not rows.size:
+        return steep
+    # a sphere's light falls off from its centre
+    length = np.sqrt(dot(away, away))[rows]
+    axis = away[:, rows] / np.maximum(length, TINY)
+    patch = make_footprint(plan, surface.take(rows), reach[rows])
+    change = patch.change(axis, np.arange(rows.size))
+    # the distance bends away from its slope by no more than this
+    change += reach[rows] ** 2 / (2.0 * np.maximum(length - reach[rows], TINY))
+    steep[rows] = change > LARGEST_CHANGE * length
     return steep
 
 
@@ -156,15 +121,134 @@ def detect_shadow_edges(
     """
     edge = np.zeros(surface.item.size, dtype=np.bool_)
     patch = None
-    if light.kind == POINT and plan.settings.order == 2 and pairs.item.size:
-        patch = _footprint(plan, surface)
+    if plan.settings.order == 2 and pairs.item.size:
+        patch = make_footprint(plan, surface, reach)
     ball = pairs.item < plan.sphere_count
     for rows, part in ((np.flatnonzero(ball), _by_sphere), (np.flatnonzero(~ball), _by_quad)):
         if rows.size:
             chosen = pairs.take(rows)
-            sharp = part(plan, surface, light, chosen, reach[chosen.pixel], patch)
+            wide = reach[chosen.pixel]
+            sharp = np.flatnonzero(part(plan, surface, light, chosen, wide, patch))
+            if patch is not None and light.kind != POINT and sharp.size:
+                sharp = sharp[
+                    _most_crosses(
+                        part, plan, surface, light, chosen.take(sharp), wide[sharp], patch
+                    )
+                ]
             edge[chosen.pixel[sharp]] = True
+    if patch is not None and light.kind == POINT:
+        some = pairs.take(ball & edge[pairs.pixel])
+        edge[some.pixel[_hidden(plan, surface, light, some, patch)]] = False
     return edge
+
+
+def _hidden(plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, patch: Footprint) -> Mask:
+    """Whether a sphere hides a point light from all of a patch: no other's edge is seen there.
+
+    All lines to the light meet it, and it holds neither the light nor any of the patch. So between
+    any two places of the patch it is on the same side of them and of the light: where it is
+    between at the centre, it always is.
+    """
+    point = surface.point[:, pairs.pixel]
+    center, r = plan.spheres.center[:, pairs.item], plan.spheres.radius[pairs.item]
+    v, to, gap = center - point, light.center - point, center - light.center
+    low, _, rounding = _line_range(to, v, r, patch, pairs.pixel)
+    along = dot(to, v)
+    hidden: Mask = patch.clear_of(v, r, pairs.pixel) & (low > rounding)
+    hidden &= (dot(gap, gap) > r * r) & (along > 0.0) & (along < dot(to, to))
+    return hidden
+
+
+PROBES = ((0.5, 0.0), (-0.5, 0.0), (0.0, 0.5), (0.0, -0.5))
+"""Places on a light besides its centre, in its half extents, whose shadow lines are followed."""
+FEWEST = 2
+"""Of the probes: so many have their shadow lines in a patch in which the seen part of the light
+changes by half. What is hidden in one place of the patch and seen in another is then a band across
+the light that holds half of it. It holds the centre: a half plane without it holds less. And it
+holds two of the probes: one that held but one would be narrower than half of the light."""
+
+
+def _most_crosses(
+    part: _Part,
+    plan: Plan,
+    surface: Surface,
+    light: Emitter,
+    pairs: Pairs,
+    reach: Array,
+    patch: Footprint,
+) -> Mask:
+    """Whether the shadow lines of an area light's centre, and of enough probes, cross a patch.
+
+    Where one place of a patch sees all of a light and another none of it, it is so for every point
+    of the light: all their shadow lines cross it. So no such patch is left out.
+    """
+    point = surface.point[:, pairs.pixel]
+    to = light.center - point
+    if light.kind == QUAD:
+        sides = (light.half_u, light.half_v)
+        odd = np.zeros(pairs.item.size, dtype=np.bool_)
+    else:
+        sides = _across(plan, light, to, pairs, point)
+        odd = _odd_disk(plan, light, to, pairs, point, reach)
+
+    def crosses(place: Array, rows: NDArray[np.int64]) -> Mask:
+        spot = replace(light.pinpoint(), center=np.broadcast_to(place, point.shape)[:, rows])
+        return part(plan, surface, spot, pairs.take(rows), reach[rows], patch)
+
+    rows = np.arange(pairs.item.size)
+    result = crosses(light.center, rows)
+    rows = np.flatnonzero(result & ~odd)
+    number = np.zeros(rows.size, dtype=np.int64)
+    for u, v in PROBES:
+        number += crosses(light.center + u * sides[0] + v * sides[1], rows)
+    result[rows] = number >= FEWEST
+    return result | odd
+
+
+def _across(
+    plan: Plan, light: Emitter, to: Array, pairs: Pairs, point: Array
+) -> tuple[Array, Array]:
+    """Half extents (3, m) of a round light across the view: towards the occluder, and beside."""
+    far = np.maximum(np.sqrt(dot(to, to)), TINY)
+    axis = to / far
+    middle = np.concatenate([plan.spheres.center, plan.quads.bounds[0]], axis=1)
+    aside = middle[:, pairs.item] - point
+    aside = aside - dot(aside, axis) * axis
+    size = np.sqrt(dot(aside, aside))
+    # seen in one direction, any will do
+    least = np.abs(axis)
+    least = least == least.min(axis=0)
+    other = cross(axis, least.astype(np.float64))
+    aside = np.where(size > ALIGNED * far, aside, other)
+    first = aside * (light.radius / np.maximum(np.sqrt(dot(aside, aside)), TINY))
+    return first, cross(axis, first)
+
+
+ALIGNED = 2.0**-40
+"""Of the distance: an occluder's middle no farther off the line to a light is on it."""
+
+
+def _odd_disk(
+    plan: Plan, light: Emitter, to: Array, pairs: Pairs, point: Array, reach: Array
+) -> Mask:
+    """Pairs (m,) for which a probe of a round light may not stand for what is seen of it.
+
+    A probe at half the radius lies in the cone in which a place of the patch sees the light, if
+    R reach / d^2 <= 1 for all of them; where the occluder comes no nearer than R to the light's
+    centre, it lies before both the probe and what is seen behind or before it, or before neither.
+    """
+    near = np.maximum(np.sqrt(dot(to, to)) - reach, 0.0)
+    odd: Mask = light.radius * reach > near * near
+    ball = pairs.item < plan.sphere_count
+    rows = np.flatnonzero(ball)
+    gap = light.center - plan.spheres.center[:, pairs.item[rows]]
+    odd[rows] |= np.sqrt(dot(gap, gap)) <= plan.spheres.radius[pairs.item[rows]] + light.radius
+    rows = np.flatnonzero(~ball)
+    ids = pairs.item[rows] - plan.sphere_count
+    normal = cross(plan.quads.edge_u[:, ids], plan.quads.edge_v[:, ids])
+    height = dot(light.center - plan.quads.corner[:, ids], normal)
+    odd[rows] |= np.abs(height) <= light.radius * np.sqrt(dot(normal, normal))
+    return odd
 
 
 def _by_sphere(
@@ -173,7 +257,7 @@ def _by_sphere(
     light: Emitter,
     pairs: Pairs,
     reach: Array,
-    patch: _Footprint | None,
+    patch: Footprint | None,
 ) -> Mask:
     """None of it hidden with the radius less the reach, all of it with the reach added.
 
@@ -199,11 +283,12 @@ def _by_sphere(
     gap = light.center - plan.spheres.center[:, pairs.item]
     sharp &= ~((vv < small * small) & (np.sqrt(dot(gap, gap)) + light.radius <= r))
     sharp &= pairs.item != surface.item[pairs.pixel]
-    if patch is not None:
-        rows = np.flatnonzero(sharp & (vv > large * large) & np.isfinite(patch.off[pairs.pixel]))
+    if patch is not None and light.kind == POINT:
+        rows = np.flatnonzero(sharp & np.isfinite(patch.off[pairs.pixel]))
+        rows = rows[patch.clear_of(v[:, rows], r[rows], pairs.pixel[rows])]
         if rows.size:
-            at = pairs.pixel[rows]
-            sharp[rows] = _line_crosses(light, point[:, rows], v[:, rows], r[rows], patch, at)
+            to = np.broadcast_to(light.center, point.shape)[:, rows] - point[:, rows]
+            sharp[rows] = _line_crosses(to, v[:, rows], r[rows], patch, pairs.pixel[rows])
     if light.kind == QUAD and plan.settings.order == 2:
         rows = np.flatnonzero(sharp & (vv > large * large))
         if rows.size:
@@ -214,20 +299,28 @@ def _by_sphere(
     return sharp
 
 
-def _line_crosses(
-    light: Emitter, point: Array, v: Array, r: Array, patch: _Footprint, at: NDArray[np.int64]
-) -> Mask:
-    """Whether D(L - p, C - p) may change its sign for p in a patch: it is a quadratic in p."""
+def _line_crosses(to: Array, v: Array, r: Array, patch: Footprint, at: NDArray[np.int64]) -> Mask:
+    """Whether D(L - p, C - p) may change its sign for p in a patch: see `_line_range`."""
+    low, high, rounding = _line_range(to, v, r, patch, at)
+    crosses: Mask = (high >= -rounding) & (low <= rounding)
+    return crosses
+
+
+def _line_range(
+    to: Array, v: Array, r: Array, patch: Footprint, at: NDArray[np.int64]
+) -> tuple[Array, Array, Array]:
+    """Range of D(L - p, C - p), a quadratic in p, for p in patches, and its rounding: (m,) each.
+
+    `to` and v (3, m) lead from the patches' centres to L and C.
+    """
     steps = tuple(-step[:, at] for step in patch.steps)
-    to = light.center - point
     wide = sum(np.sqrt(dot(step, step)) for step in steps) + patch.off[at]
     far, away = np.sqrt(dot(to, to)) + wide, np.sqrt(dot(v, v)) + wide
     rounding = discriminant_rounding(far * far, away * away, r, far * away)
     ray, ball = Jet.linear(to, steps, 2), Jet.linear(v, steps, 2)
     high = rectangle_range(discriminant(ray, ball, r + patch.off[at]), 1.0, 1.0)[1]
     low = rectangle_range(discriminant(ray, ball, np.maximum(r - patch.off[at], 0.0)), 1.0, 1.0)[0]
-    crosses: Mask = (high >= -rounding) & (low <= rounding)
-    return crosses
+    return low, high, rounding
 
 
 def _range(light: Emitter, to: Array, v: Array, r: Array) -> tuple[Array, Array]:
@@ -246,7 +339,7 @@ def _by_quad(
     light: Emitter,
     pairs: Pairs,
     reach: Array,
-    patch: _Footprint | None,
+    patch: Footprint | None,
 ) -> Mask:
     """By the edge functions: each is linear in the light and, for a fixed light, in the point."""
     ids = pairs.item - plan.sphere_count
@@ -262,7 +355,7 @@ def _by_quad(
     for plane, corner, edge in zip(planes, corners, edges, strict=True):
         away = cross(to - corner, edge)
         shift = reach * (np.sqrt(dot(away, away)) + light.radius * np.sqrt(dot(edge, edge)))
-        if patch is not None:
+        if patch is not None and light.kind == POINT:
             shift = np.minimum(shift, patch.change(away, pairs.pixel))
         value, spread = dot(to, plane), np.zeros(ids.size)
         if light.kind == QUAD:
@@ -273,10 +366,13 @@ def _by_quad(
         may_cover &= value - spread + shift >= 0.0
         may_cover_behind &= -value - spread + shift >= 0.0
     size = np.sqrt(dot(normal, normal))
-    across, slack = dot(to, normal), (light.radius + reach) * size
+    through = reach * size
+    if patch is not None:
+        through = np.minimum(through, patch.change(normal, pairs.pixel))
+    across, slack = dot(to, normal), light.radius * size + through
     sharp: Mask = may_cover & may_miss & (across + slack > height)
     # the patch may reach through the quad's plane: from there all signs are the other way
-    near = height <= reach * size
+    near = height <= through
     either = may_cover & (across + slack > -height)
     behind = may_cover_behind & (slack - across > -height)
     sharp |= near & (either | behind)

@@ -41,6 +41,7 @@ TAIL = """\
   the list where both lie at the very same depth, else rounding decides.
 - Under method RAYS, round lights have no coordinates of their own: turning the scene takes other
   sample points of them, so penumbrae differ by their sampling error.
+- Coordinates beyond 1e30 m and light beyond 1e30: what has such is left out, and named.
 - Numbers of light beyond float32's range: images clip them.
 """
 

@@ -134,6 +134,7 @@ def _red(camera, light, ball):
     point, _ = floor_points(camera, way)
     over = cap_of(point, ball.center, ball.radius)
     margin = _in_part(over, light, point) / over.half
+    margin = np.where(_before(ball, light, point), margin, -1)
     # where the ball itself is seen, its horizon cuts the light
     eye = real(camera.matrix)[:3, 3].reshape(3, 1)
     hits, normal, clear = sphere_hits(eye, way, ball.center, ball.radius)
@@ -151,6 +152,20 @@ def _in_part(over, light, point):
     lamp = [real(c).reshape(3, 1) - point for c in _corners(light)]
     margin = np.minimum(meets(over, lamp), leaves_some(over, lamp))
     return np.where(_faces(light, point), margin, -1)
+
+
+def _before(ball, light, point):
+    """Whether a ball is nearer points than a light that it may meet in angle; they do not touch.
+
+    Of two such spheres the one with the shorter tangent is in front.
+    """
+    v = real(ball.center).reshape(3, 1) - point
+    to = real(light.center).reshape(3, 1) - point
+    if isinstance(light, SphereLight):
+        r, size = real(ball.radius), real(light.radius)
+        return (v * v).sum(axis=0) - r * r < (to * to).sum(axis=0) - size * size
+    normal = real(np.cross(light.half_u, light.half_v)).reshape(3, 1)
+    return ((v - to) * normal).sum(axis=0) > 0
 
 
 def _faces(light, point):

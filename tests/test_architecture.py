@@ -20,7 +20,7 @@ ORDER = (
     "radiometry recognise quadric quad embree camera sampling emitter light "
     "arcs outline visible_light "
     "plan primary squares seam forms lines crossings painting ranks regions sights "
-    "edge shadow shadow_edge visibility occluder passing sweep detect "
+    "edge shadow footprint shadow_edge visibility occluder passing sweep detect "
     "gather patch ahead stray variation open_variation clip hidden shade cells goal "
     "refine exact blocks clear threads resolve integrate cost render"
 ).split()

@@ -163,9 +163,13 @@ def _quad_depth(q, d, t):
 
 
 @jit
-def radiance(scene, among, count, x, y, t, circles, cuts, space):
-    """What picture point (x, y) shows at time t, RGB; only shapes `among` are looked for."""
-    balls, quads, lights, background, view = scene
+def first_hit(scene, among, count, x, y, t):
+    """What picture point (x, y) shows at time t, of the shapes `among`.
+
+    Returns its number, -1 for none, the place, the unit normal to the camera's side, and whether
+    the camera sees it from within.
+    """
+    balls, quads, _, _, view = scene
     d = _ray(view, x, y)
     dd = dot(d, d)
     s, i = math.inf, -1
@@ -178,7 +182,7 @@ def radiance(scene, among, count, x, y, t, circles, cuts, space):
         if 0.0 < depth < s:
             s, i = depth, j
     if i < 0:
-        return background[0], background[1], background[2]
+        return i, d, d, False
     p = times(s, d)
     inside = False
     if i < balls.shape[0]:
@@ -186,13 +190,22 @@ def radiance(scene, among, count, x, y, t, circles, cuts, space):
         n = less(p, c)
         n = times(1.0 / math.sqrt(dot(n, n)), n)
         p = add(c, times(balls[i, 3], n))
-        color = vector(balls[i], 7)
         inside = dot(n, d) > 0.0
     else:
         n = vector(quads[i - balls.shape[0]], 12)
-        color = vector(quads[i - balls.shape[0]], 15)
     if dot(n, d) > 0.0:
         n = times(-1.0, n)
+    return i, p, n, inside
+
+
+@jit
+def radiance(scene, among, count, x, y, t, circles, cuts, space):
+    """What picture point (x, y) shows at time t, RGB; only shapes `among` are looked for."""
+    balls, quads, lights, background, _ = scene
+    i, p, n, inside = first_hit(scene, among, count, x, y, t)
+    if i < 0:
+        return background[0], background[1], background[2]
+    color = vector(balls[i], 7) if i < balls.shape[0] else vector(quads[i - balls.shape[0]], 15)
     red = green = blue = 0.0
     for k in range(lights.shape[0]):
         e = factor(balls, quads, lights[k], p, n, t, i, inside, circles, cuts, space) / math.pi

@@ -22,7 +22,7 @@ from .samples import (
 )
 from .trace import BLOCKED, MARGIN, OPEN, UNSURE, dot, extent, moves, nearest, norm, states
 
-__all__ = ["edges", "masks", "motion", "penumbrae", "pixels_of"]
+__all__ = ["edges", "masks", "motion", "outlines_seen", "penumbrae", "pixels_of"]
 
 TIMES = np.linspace(-0.5, 0.5, 9)
 
@@ -137,15 +137,14 @@ def _changes(scene, spots, use_penumbra, dense):
     changed = np.zeros(len(spots), dtype=bool)
     shifted = np.zeros(len(spots), dtype=bool)
     margin = MARGIN * extent(scene)
-    still = moves(scene.camera)
-    active = [_slides(s, still) for s in scene.shapes]
+    active = [_shifts(s, scene.camera) for s in scene.shapes]
     special = closest_times(scene, o, d)
     for when in [np.full(len(spots), t) for t in TIMES] + list(special):
         o, d, t = camera_rays(scene, spots, when)
         hits = nearest(scene, o, d, t)
         changed |= hits.clear & base.clear & (hits.ids != base.ids)
-        for index, slides in enumerate(active):
-            changed |= slides & hits.clear & (hits.ids == index)
+        for index, shifts in enumerate(active):
+            changed |= shifts & hits.clear & (hits.ids == index)
         apart = norm(hits.points - base.points) > 10.0 * margin
         shifted |= hits.clear & base.clear & (hits.ids == base.ids) & (hits.ids >= 0) & apart
     rest = np.flatnonzero(~changed & base.clear & (base.ids >= 0))
@@ -160,14 +159,15 @@ def _changes(scene, spots, use_penumbra, dense):
     return changed
 
 
-def _slides(shape, camera_moves):
-    """Whether a hit on this moving shape moves, or turns, under a ray that stands still."""
-    if not moves(shape) or camera_moves:
-        return False
+def _shifts(shape, camera):
+    """Whether a hit on this shape moves, or turns, under a ray of the camera, lit or not."""
+    move = np.zeros(3)
+    for thing, sign in ((shape, 1.0), (camera, -1.0)):
+        if moves(thing):
+            move = move + sign * np.array(thing.motion.displacement)
     if isinstance(shape, Sphere):
-        return True
+        return bool(move.any())
     normal = np.cross(shape.edge_u, shape.edge_v)
-    move = np.array(shape.motion.displacement)
     return abs(move @ normal) > 1e-9 * np.linalg.norm(move) * np.linalg.norm(normal)
 
 
@@ -252,6 +252,11 @@ def edges(scene, pixels, use_penumbra=True, use_motion=True):
     left = np.flatnonzero(~result)
     result[left] |= _shadow_edges(scene, pixels[left], use_penumbra)
     return result
+
+
+def outlines_seen(scene, pixels, k):
+    """Whether k x k places of each pixel see more than one object at the middle of the shutter."""
+    return _outlines(scene, pixels, np.zeros(1), k)
 
 
 def _outlines(scene, pixels, times, k):
