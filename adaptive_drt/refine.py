@@ -35,10 +35,12 @@ Array: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
 Mask: TypeAlias = NDArray[np.bool_]
 
-ROUNDS = 14
-"""Splits of a cell at most: an axis is cut into 2^14 parts at the very most."""
-MOST_CELLS = 512
+ROUNDS = 24
+"""Splits of a cell at most: an axis is cut into 2^24 parts at the very most."""
+MOST_CELLS = 4096
 """Cells of a pixel at most."""
+CROWD = 1 << 20
+"""Cells at a time, about: bounds memory (some 300 bytes a cell)."""
 WORST = 0.3
 """Of the worst cell's error in its pixel: cells from there on are split with it. No ratio that
 equal parts bring about (1/4, 1/8), so that rounding does not choose."""
@@ -104,19 +106,29 @@ def refine(plan: Plan, occluders: Occluders, task: Task) -> Refined:
         done, points = _shaded(plan, occluders, task, cells.take(raw))
         cells = merge([cells.take(~task.cut[cells.pixel]), done])
         samples += points
-    for _ in range(ROUNDS):
-        plan.go_on()
-        chosen, parts = _choose(task, cells, count)
-        if not chosen.size:
-            break
-        kept = np.ones(cells.pixel.size, dtype=np.bool_)
-        kept[chosen] = False
-        done, points = _shaded(plan, occluders, task, _finer(cells.take(chosen), parts))
-        samples += points
-        cells = merge([cells.take(kept), done])
-    color = np.stack([_sum(cells.pixel, cells.share * c, count) for c in cells.color])
-    alpha = _sum(cells.pixel, cells.share * cells.alpha, count)
-    return Refined(color, alpha, samples, _error(cells, count))
+    color, alpha, error = np.zeros((3, count)), np.zeros(count), np.zeros(count)
+    crowds = [(cells, 0)]
+    while crowds:
+        cells, rounds = crowds.pop()
+        for turn in range(rounds, ROUNDS):
+            plan.go_on()
+            chosen, parts = _choose(task, cells, count)
+            if not chosen.size:
+                break
+            kept = np.ones(cells.pixel.size, dtype=np.bool_)
+            kept[chosen] = False
+            done, points = _shaded(plan, occluders, task, _finer(cells.take(chosen), parts))
+            samples += points
+            cells = merge([cells.take(kept), done])
+            later = cells.pixel > cells.pixel[cells.pixel.size // 2]
+            if cells.pixel.size > CROWD and later.any():
+                # pixels know nothing of each other: one half after the other
+                crowds.append((cells.take(later), turn + 1))
+                cells = cells.take(~later)
+        color += np.stack([_sum(cells.pixel, cells.share * c, count) for c in cells.color])
+        alpha += _sum(cells.pixel, cells.share * cells.alpha, count)
+        error += _error(cells, count)
+    return Refined(color, alpha, samples, error)
 
 
 def _error(cells: Cells, count: int) -> Array:
@@ -285,6 +297,8 @@ def _by_regions(plan: Plan, occluders: Occluders, task: Task, cells: Cells) -> t
     )
     away = color - mean[:, found.box]
     edge = _sum(found.box, found.error * np.sqrt(dot(away, away) / 3.0), count)
+    edge += task.goal.contrast * found.missed
+    deviation[STEPS, 2] += task.goal.contrast * found.late
     alpha = np.ones(count)
     if plan.transparent:
         alpha = _sum(box, weight, count)

@@ -44,6 +44,10 @@ ALIKE = 1.0 - 2.0**-20
 not the one that rounding chooses."""
 UNSEEN = 0.5
 """Of the area of an object that falls between the lines: its weight is off by about that."""
+MISSED = 0.25
+"""Of a cell between lines: what may be seen there of an object that none of them meets."""
+JUMP = 0.3
+"""Of a cell between lines: the deviation of a step at a random place, 1 / sqrt(12)."""
 SQUARES = (0, 2, 5)
 PRODUCTS = {(0, 1): 1, (1, 0): 1, (0, 2): 3, (2, 0): 3, (1, 2): 4, (2, 1): 4}
 """Where second moments stand in a lower triangle: xx, yx, yy, tx, ty, tt."""
@@ -68,6 +72,8 @@ class Regions:
     place : (3, m) centroids in x, y, t.
     spread : (6, m) lower triangular root of the second moments about them: xx, yx, yy, tx, ty, tt.
     error : (m,) estimate of the absolute error of the weight.
+    missed : (n,) weight in each box that may belong to objects of which no line met any.
+    late : (n,) error by outlines that move too fast for lines across the picture.
     """
 
     box: Ints
@@ -76,6 +82,8 @@ class Regions:
     place: Array
     spread: Array
     error: Array
+    missed: Array
+    late: Array
 
 
 @dataclass(frozen=True)
@@ -91,6 +99,7 @@ class _Candidates:
     wide : (3, n) sides of the box that matter: with a length; t only where a candidate moves.
     axis : (n,) along which lines run.
     steep : (n,) how steep outlines may be against the lines, from 1 to `STEEPEST`.
+    fast : (n,) where lines along t are not allowed: how steep outlines are by their motion alone.
     """
 
     pairs: Pairs
@@ -103,6 +112,7 @@ class _Candidates:
     wide: Mask
     axis: Ints
     steep: Array
+    fast: Array
 
 
 @dataclass(frozen=True)
@@ -151,7 +161,8 @@ def find_regions(
     todo[alone] = todo[empty] = False
     goal = np.broadcast_to(np.asarray(accuracy, dtype=np.float64), (count,))
     _refine(plan, found, goal, most, np.flatnonzero(todo), sums)
-    return _regions(boxes, found.pairs, sums)
+    late = np.where(found.fast > STEEPEST, np.minimum(KINK * found.fast / most, JUMP) / most, 0.0)
+    return _regions(boxes, found.pairs, sums, late)
 
 
 def _candidates(plan: Plan, boxes: Boxes, pairs: Pairs) -> _Candidates:
@@ -182,7 +193,11 @@ def _candidates(plan: Plan, boxes: Boxes, pairs: Pairs) -> _Candidates:
     order = np.lexsort((np.where(settled[box], rank, pairs.item), box))
     forms, cover, pairs = forms.take(order), cover.take(order), pairs.take(order)
     start = np.cumsum(number) - number
-    return _Candidates(pairs, forms, cover, number, start, settled, closed, wide, axis, steep)
+    fast = np.zeros(count)
+    held = np.flatnonzero((wide[TIME] & ~allowed[TIME])[box])
+    slope = cover.across[TIME, held] / np.maximum(cover.across[axis[box[held]], held], DUST)
+    np.maximum.at(fast, box[held], slope)
+    return _Candidates(pairs, forms, cover, number, start, settled, closed, wide, axis, steep, fast)
 
 
 def _axis(forms: Forms, cover: Cover, box: Ints, overlap: Ints, wide: Mask) -> tuple[Ints, Array]:
@@ -304,10 +319,11 @@ def _add_unseen(cover: Cover, index: Ints, wide: Mask, lines: int, sums: _Sums) 
     small = ((x * lines < 1.0) & wide[0]) | ((y * lines < 1.0) & wide[1])
     area = np.pi * np.minimum(x, 1.0) * np.minimum(y, 1.0)
     unseen = np.where(small & ~cover.full[index], UNSEEN * np.minimum(area, 1.0), 0.0)
-    sums.error[index] = np.maximum(sums.error[index], unseen)
+    hidden = np.where((sums.weight[index] <= DUST) & ~cover.full[index], MISSED / lines**2, 0.0)
+    sums.error[index] = np.maximum(sums.error[index], np.maximum(unseen, hidden))
 
 
-def _regions(boxes: Boxes, pairs: Pairs, sums: _Sums) -> Regions:
+def _regions(boxes: Boxes, pairs: Pairs, sums: _Sums, late: Array) -> Regions:
     """What has a weight, sorted, with weights that sum to one."""
     count = boxes.low.shape[1]
     box = np.concatenate([pairs.pixel, np.arange(count)])
@@ -321,7 +337,10 @@ def _regions(boxes: Boxes, pairs: Pairs, sums: _Sums) -> Regions:
         spread[k] *= boxes.size[axis, box]
     place = boxes.middle[:, box] + boxes.size[:, box] * place
     total = np.bincount(box, weight, minlength=count)
-    return Regions(box, item, weight / total[box], place, spread, sums.error[kept])
+    missed = np.zeros(count)
+    unseen = np.flatnonzero(sums.weight[: pairs.item.size] <= DUST)
+    np.maximum.at(missed, pairs.pixel[unseen], sums.error[unseen])
+    return Regions(box, item, weight / total[box], place, spread, sums.error[kept], missed, late)
 
 
 def _root(second: Array, place: Array) -> Array:

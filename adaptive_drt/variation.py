@@ -246,19 +246,15 @@ def _past_quads(
     to = light.moved(time) - point
     far = np.maximum(np.sqrt(dot(to, to)), TINY)
     axis = to / far
-    facing = np.abs(dot(axis, normal))
-    near = np.where(facing > TINY, height / np.maximum(facing, TINY), far)
-    near = np.clip(near, far * NEAREST, far * (1.0 - NEAREST))
-    # from a patch that reaches through the quad's plane its outline is seen anywhere
-    near = np.where(height > _plane_slack(plan, patch, light, pairs, normal)[0], near, far * 0.25)
-    rate, steps = _rates(plan, light, patch, pairs, near, far)
     depth, width = np.zeros(ids.size), np.ones(ids.size)
     shifts = np.zeros((3, ids.size))
     ends = np.zeros(ids.size, dtype=np.bool_)
     misses = ~(height > 0.0)
     covers = ~misses
     sharpest = np.zeros(ids.size)
-    for plane in planes:
+    for plane, start, edge in zip(planes, *_edges(plan, q, ids), strict=True):
+        near = np.clip(_distance(start, edge, axis), far * NEAREST, far * (1.0 - NEAREST))
+        rate, steps = _rates(plan, light, patch, pairs, near, far)
         toward = plane / np.maximum(np.sqrt(dot(plane, plane)), TINY)
         height_of = np.arcsin(np.clip(dot(axis, toward), -1.0, 1.0))
         half = _extent(light, toward, far)
@@ -284,6 +280,24 @@ def _past_quads(
     depth[(beyond + light.radius * size < -light_slack) & (height > point_slack)] = 0.0
     before = (beyond - light.radius * size > light_slack) & (height > point_slack)
     return _Shadows(depth, shifts, width, ends, covers & before & ~misses & ~own)
+
+
+def _edges(plan: Plan, q: Array, ids: Ints) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
+    """Where the edges of quads start, from points, and where they go; in `edge_planes`' order."""
+    u, v = plan.quads.edge_u[:, ids], plan.quads.edge_v[:, ids]
+    return (q, q, q + u, q + v), (v, u, v, u)
+
+
+def _distance(start: Array, edge: Array, axis: Array) -> Array:
+    """Distance (m,) from the origin of the place on an edge that is nearest to a ray.
+
+    start, edge : (3, m).  axis : (3, m) unit vectors along the rays.
+    """
+    across = edge - dot(edge, axis) * axis
+    square = np.maximum(dot(across, across), TINY)
+    place = start + np.clip(-dot(start, across) / square, 0.0, 1.0) * edge
+    distance: Array = np.sqrt(dot(place, place))
+    return distance
 
 
 def _plane_slack(
