@@ -119,7 +119,7 @@ def cancel_by_escape(view, editor):
     render.resolution_x, render.resolution_y = 1920, 1080
     ours = bpy.context.scene.adaptive_drt
     # long enough to be cancelled
-    ours.method, ours.tolerance = "EXACT", 1e-5
+    ours.method, ours.tolerance = "EXACT", 1e-4
     yield from start(view)
     yield from watched("filling", lambda: idle() or state.job.factor > 0.2)
     FACTS["running"] = state.job is not None
@@ -240,12 +240,16 @@ def compositor(view, editor):
             setattr(space, switch, False)
     editor.spaces.active.image = bpy.data.images.get("Viewer Node")
     yield 1.0
-    for area, fit in ((view, bpy.ops.node.view_all), (editor, bpy.ops.image.view_all)):
+    # its own nodes alone are selected, so they fill the view
+    for area, fit in ((view, bpy.ops.node.view_selected), (editor, bpy.ops.image.view_all)):
         region = next(r for r in area.regions if r.type == "WINDOW")
         window = bpy.context.window_manager.windows[0]
         with bpy.context.temp_override(window=window, area=area, region=region):
             fit()
-    yield 1.5
+    yield 1.0
+    for node in space.edit_tree.nodes:
+        node.select = False
+    yield 1.0
     shoot("compositor")
     viewer = bpy.data.images.get("Viewer Node")
     FACTS["viewer"] = list(viewer.size) if viewer else None
