@@ -13,7 +13,7 @@ from .plan import Plan
 
 __all__ = ["in_order"]
 
-HEARTBEAT = 0.1
+HEARTBEAT = 0.05
 """Seconds between signs of life, at which a host may cancel."""
 
 Result = TypeVar("Result")

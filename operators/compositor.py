@@ -62,6 +62,8 @@ def add_overlay(scene: Any, to_output: bool = False) -> Any:
     """
     tree = compositor_tree(scene)
     remove_overlay(tree)
+    for node in tree.nodes:  # what is new is selected, as in Blender, and nothing else
+        node.select = False
     frame = tree.nodes.new("NodeFrame")
     frame.label = frame.name = FRAME
     try:

@@ -45,7 +45,7 @@ Blender draws a picture of 1920 x 1080, and the 3D view with it, in 0.3 to 1.5 s
 
 
 class ADRT_OT_render(bpy.types.Operator):
-    """Render the scene with rays distributed only where derivatives ask for it"""
+    """Render the scene into images, with more than one ray only where derivatives ask for it"""
 
     bl_idname = "adaptive_drt.render"
     bl_label = "Adaptive Render"
@@ -84,7 +84,6 @@ class ADRT_OT_render(bpy.types.Operator):
         manager = context.window_manager
         self._timer = manager.event_timer_add(TICK, window=context.window)
         manager.modal_handler_add(self)
-        manager.progress_begin(0, 100)
         state.job.start()
         return {"RUNNING_MODAL"}
 
@@ -121,7 +120,6 @@ class ADRT_OT_render(bpy.types.Operator):
         if text == self._said:  # nothing to draw again
             return
         self._said = text
-        context.window_manager.progress_update(int(100.0 * state.job.factor))
         context.workspace.status_text_set(f"Adaptive Render: {text}   (ESC: cancel)")
         redraw_panels()
         self._drew = time.monotonic()
@@ -204,11 +202,9 @@ class ADRT_OT_render(bpy.types.Operator):
             self.report({"INFO"}, f"Adaptive Render: {summary(figures)}")
 
     def _leave(self, context: Any) -> None:
-        manager = context.window_manager
         if self._timer is not None:
-            manager.event_timer_remove(self._timer)
+            context.window_manager.event_timer_remove(self._timer)
             self._timer = None
-        manager.progress_end()
         if context.workspace is not None:
             context.workspace.status_text_set(None)
         redraw_panels()

@@ -11,10 +11,14 @@ from ..adaptive_drt.scene import Issue
 from ..operators.engine import ENGINE
 from ..operators.figures import issues_of, read_figures
 from ..operators.images import MASK, find_image
+from ..operators.render import redraw_panels
 from ..operators.state import issues_key, state
 
 MOST_ISSUES = 12
 """Lines of the list of what was left out; the log has all of them."""
+
+AGAIN = 0.2
+"""Seconds between two looks at whether a render of the engine has ended."""
 
 
 class _RenderProperties:
@@ -36,15 +40,16 @@ class _Main:
         layout = self.layout
         layout.use_property_split = True
         layout.use_property_decorate = False
-        row = layout.row()
+        row = layout.row(align=True)
         row.scale_y = 1.5
         job = state.job
-        # a render of the engine has its own bar, and no way to draw this panel again
         if job is None or bpy.app.is_job_running("RENDER"):
             row.operator("adaptive_drt.render", icon="RENDER_STILL")
+            if job is not None and not bpy.app.timers.is_registered(_when_idle):
+                bpy.app.timers.register(_when_idle, first_interval=AGAIN)
         else:
             # in the button's place, so that nothing jumps under the mouse
-            row.progress(factor=job.factor, type="BAR", text=f"{job.text} (ESC: cancel)")
+            row.progress(factor=job.factor, type="BAR", text=job.text)
             row.operator("adaptive_drt.cancel", text="", icon="X")
         chosen = context.scene.adaptive_drt
         column = layout.column()
@@ -77,6 +82,18 @@ class _Effects:
                 below.prop(chosen, rays)
             if use == "use_motion":
                 _draw_shutter(below, context.scene.render)
+
+
+def _when_idle() -> float | None:
+    """Draw the panels again once no render greys their button out.
+
+    A render of the engine has a bar of its own, and Blender draws the sidebar neither while it
+    runs nor when it ends.
+    """
+    if state.job is not None:
+        return AGAIN
+    redraw_panels()
+    return None
 
 
 def _draw_shutter(layout: Any, render: Any) -> None:
@@ -222,5 +239,7 @@ def register() -> None:
 
 
 def unregister() -> None:
+    if bpy.app.timers.is_registered(_when_idle):
+        bpy.app.timers.unregister(_when_idle)
     for cls in reversed(classes):
         bpy.utils.unregister_class(cls)

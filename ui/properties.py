@@ -51,7 +51,7 @@ class ADRT_PG_settings(bpy.types.PropertyGroup):
         soft_max=0.1,
         max=1.0,
         step=0.1,
-        precision=4,
+        precision=6,  # with fewer, what a script may set is shown as 0
     )
     order: EnumProperty(
         name="Order",

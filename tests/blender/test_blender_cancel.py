@@ -98,3 +98,17 @@ def test_switching_the_add_on_off_waits(busy, part):
     threading.Timer(0.2, busy.go.set).start()
     part("operators.render").stop()
     assert not busy.alive and not part("operators.state").state.left
+
+
+def test_the_pointer_stays_a_pointer(busy, part):
+    """One works on while it renders; Blender's progress would turn the pointer into digits."""
+    operator, said = types.SimpleNamespace(_said="", _timer="timer", _drew=None), []
+    manager = types.SimpleNamespace(event_timer_remove=said.append)
+    workspace = types.SimpleNamespace(status_text_set=said.append)
+    context = types.SimpleNamespace(window_manager=manager, workspace=workspace)
+    part("operators.state").state.job = busy
+    button = part("operators.render").ADRT_OT_render
+    button._show_progress(operator, context, busy.text)
+    button._leave(operator, context)
+    assert said[0].startswith("Adaptive Render: Rendering 50 %") and said[1:] == ["timer", None]
+    part("operators.state").state.leave()

@@ -102,5 +102,7 @@ def test_the_user_s_nodes_stay(stage, addon):
         assert [n.bl_idname for n in tree.nodes if n.get(compositor.FRAME)].count(
             "CompositorNodeViewer"
         ) == 1
+        chosen = [n for n in tree.nodes if n.select]
+        assert chosen and all(n.get(compositor.FRAME) or n.type == "FRAME" for n in chosen)
     compositor.remove_overlay(tree)
     assert theirs() == before and len(tree.nodes) == len(before[0])

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import importlib
+import types
 
 import bpy
 import panels_shown
@@ -48,6 +49,9 @@ class _Layout:
         assert name in data.bl_rna.properties, f"{data} has no {name} in this Blender"
         self.seen.append(name)
 
+    def operator(self, name, **_):
+        self.seen.append(name)
+
     def __getattr__(self, name):
         return lambda *a, **k: self
 
@@ -85,6 +89,22 @@ def test_each_setting_is_drawn(addon, file):
         )
     command = importlib.import_module(f"{addon.__name__}.operators.command")
     assert {p.identifier for p in command.settings_properties(bpy.context.scene)} <= seen
+
+
+def test_while_it_renders_a_bar_and_a_button_to_cancel(addon, file):
+    state = importlib.import_module(f"{addon.__name__}.operators.state").state
+    assert _drawn(addon, "ADRT_PT_sidebar")[0] == "adaptive_drt.render"
+    state.job = types.SimpleNamespace(factor=0.5, text="Rendering 50 %")
+    try:
+        assert _drawn(addon, "ADRT_PT_sidebar")[0] == "adaptive_drt.cancel"
+    finally:
+        state.job = None
+
+
+def test_a_small_tolerance_is_not_shown_as_0(addon, file):
+    """Blender shows so many digits and no more."""
+    chosen = bpy.context.scene.adaptive_drt
+    assert chosen.bl_rna.properties["tolerance"].precision >= 6
 
 
 def test_the_engine_s_own_panels(addon, file):

@@ -29,6 +29,7 @@ def facts(installed, scene, copied):
     if os.environ.get("ADAPTIVE_DRT_BLENDER"):
         pytest.skip("the window is tested in the Blender that `make blender` makes")
     folder = installed.folder
+    copied("desk.py")
     script = copied("window.py")
     told = installed.run(copied("window.sh"), scene, script, folder, command="sh")
     kept = os.environ.get("ADAPTIVE_DRT_PICTURES")
@@ -73,6 +74,18 @@ def test_a_click_renders_to_the_end(facts):
 
 def test_the_engine_obeys_escape(facts):
     assert facts["engine_running"] and len(facts["engine_escapes"]) == 3
+
+
+def test_the_button_is_offered_again_after_the_engine(facts):
+    assert facts["after_engine"]
+
+
+def test_the_x_beside_the_bar_cancels(facts):
+    assert facts["button"] and facts["button"]["cancelled"]
+
+
+def test_undo_takes_no_picture_away(facts):
+    assert facts["undone"] == {"same": True, "shown": ["Adaptive Render"]}
 
 
 def test_the_compositor_shows_the_mask(facts):

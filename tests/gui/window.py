@@ -9,7 +9,6 @@ from __future__ import annotations
 import importlib
 import json
 import os
-import subprocess
 import sys
 import threading
 import time
@@ -20,46 +19,16 @@ import bpy
 import numpy as np
 
 FOLDER = Path(sys.argv[sys.argv.index("--") + 1])
+sys.path.insert(0, str(FOLDER))
+
+from desk import areas, arrange, point, press, press_long, shoot  # noqa: E402
+
 PACKAGE = "bl_ext.user_default.adaptive_drt"
-HEIGHT = 1000
 CHUNK = 0.1
 """Seconds of a processor's time: a render looks that often whether to go on."""
 FACTS = {"gaps": {}}
 state = importlib.import_module(f"{PACKAGE}.operators.state").state
 job = importlib.import_module(f"{PACKAGE}.operators.job")
-
-
-def press(*words):
-    subprocess.run(["xdotool", *(str(w) for w in words)], check=True)
-
-
-def shoot(name):
-    subprocess.run(["scrot", "-o", str(FOLDER / f"{name}.png")], check=True)
-
-
-def areas(kind):
-    screen = bpy.context.window_manager.windows[0].screen
-    return [a for a in screen.areas if a.type == kind]
-
-
-def point(x, y):
-    """Move the mouse to a place that counts from below, as Blender does."""
-    press("mousemove", x, HEIGHT - y)
-
-
-def arrange():
-    """3D view with its sidebar on the left, Image Editor on the right of it."""
-    window = bpy.context.window_manager.windows[0]
-    view = max(areas("VIEW_3D"), key=lambda a: a.width)
-    with bpy.context.temp_override(window=window, area=view):
-        bpy.ops.screen.area_split(direction="VERTICAL", factor=0.5)
-    yield 0.5  # until it is drawn, both say the same place
-    first, second = sorted(areas("VIEW_3D"), key=lambda a: a.x)[:2]
-    second.type = "IMAGE_EDITOR"
-    first.spaces.active.region_3d.view_perspective = "CAMERA"
-    for area in areas("PROPERTIES"):
-        area.spaces.active.context = "RENDER"
-    return first, second
 
 
 def click_button(view):
@@ -148,33 +117,55 @@ def cancel_by_escape(view, editor):
     """A large picture is begun by a click and ended by ESC; what is there stays."""
     render = bpy.context.scene.render
     render.resolution_x, render.resolution_y = 1920, 1080
+    ours = bpy.context.scene.adaptive_drt
     # long enough to be cancelled
-    bpy.context.scene.adaptive_drt.method = "RAYS"
-    bpy.context.scene.adaptive_drt.tolerance = 1e-5
-    began = time.monotonic()
+    ours.method, ours.tolerance = "EXACT", 1e-4
     yield from start(view)
-    yield 3.0
+    yield from watched("filling", lambda: idle() or state.job.factor > 0.2)
     FACTS["running"] = state.job is not None
     FACTS["text"] = state.job.text if state.job else ""
-    yield from watched("filling", lambda: idle() or state.job.factor > 0.15)
-    FACTS["expected_seconds"] = (time.monotonic() - began) / max(0.01, state.job.factor)
     FACTS["shown_while_running"] = getattr(editor.spaces.active.image, "name", None)
     with bpy.context.temp_override(area=editor, region=editor.regions[-1]):
         bpy.ops.image.view_all(fit_view=True)
-    yield 0.7
+    yield from watched("shown", lambda: idle() or state.job.factor > 0.4)
     shoot("running")
     click_button(view)  # a second click harms nothing
     yield 0.3
-    yield from press_escape(view, "escapes")
+    yield from press_escape(view, "exact_escapes")
     FACTS["cancelled"] = picture()
     FACTS["figures"] = json.loads(bpy.data.images["Adaptive Mask"]["adaptive_drt"])
-    ours = bpy.context.scene.adaptive_drt
-    for ours.method, kept, times in (("RAYS", "escapes", 4), ("EXACT", "exact_escapes", 3)):
+    for ours.method, kept, times in (("RAYS", "escapes", 4), ("EXACT", "exact_escapes", 4)):
         for again in range(times):
             yield from start(view)
             # at another moment of the render each time
             yield 1.0 + 0.37 * again
             yield from press_escape(view, kept)
+
+
+def cancel_by_button(view):
+    """The X beside the bar, pressed as long as a finger does."""
+    yield from start(view)
+    region = next(r for r in view.regions if r.type == "UI")
+    for _ in range(5):
+        yield from press_long(region.x + region.width - 42, region.y + region.height - 55)
+        if idle():
+            break
+    FACTS["button"] = idle() and json.loads(bpy.data.images["Adaptive Mask"]["adaptive_drt"])
+    press("key", "Escape")
+    yield from watched("button", idle)
+
+
+def undo(view):
+    """Whatever is undone, the picture and who shows it stay."""
+    before = picture()
+    bpy.context.scene.objects["Red"].location.z += 1.0
+    bpy.ops.ed.undo_push(message="an edit")
+    window = bpy.context.window_manager.windows[0]
+    with bpy.context.temp_override(window=window, area=view):
+        bpy.ops.ed.undo()
+    yield 0.5
+    shown = [a.spaces.active.image for a in areas("IMAGE_EDITOR")]
+    FACTS["undone"] = {"same": picture() == before, "shown": [i and i.name for i in shown]}
 
 
 def finish(view, editor):
@@ -217,6 +208,11 @@ def engine(view, editor):
         invoke_render(view)
         yield 2.0 + 0.37 * again
         yield from press_escape(view, "engine_escapes")
+    # its button is offered again though Blender has not drawn it since
+    yield from start(view)
+    FACTS["after_engine"] = not idle()
+    press("key", "Escape")
+    yield from watched("after_engine", idle)
     yield 1.0
 
 
@@ -244,12 +240,16 @@ def compositor(view, editor):
             setattr(space, switch, False)
     editor.spaces.active.image = bpy.data.images.get("Viewer Node")
     yield 1.0
-    for area, fit in ((view, bpy.ops.node.view_all), (editor, bpy.ops.image.view_all)):
+    # its own nodes alone are selected, so they fill the view
+    for area, fit in ((view, bpy.ops.node.view_selected), (editor, bpy.ops.image.view_all)):
         region = next(r for r in area.regions if r.type == "WINDOW")
         window = bpy.context.window_manager.windows[0]
         with bpy.context.temp_override(window=window, area=area, region=region):
             fit()
-    yield 1.5
+    yield 1.0
+    for node in space.edit_tree.nodes:
+        node.select = False
+    yield 1.0
     shoot("compositor")
     viewer = bpy.data.images.get("Viewer Node")
     FACTS["viewer"] = list(viewer.size) if viewer else None
@@ -322,6 +322,8 @@ def steps():
     view, editor = yield from arrange()
     yield from open_sidebar(view)
     yield from cancel_by_escape(view, editor)
+    yield from cancel_by_button(view)
+    yield from undo(view)
     yield from finish(view, editor)
     yield from viewport(view)
     yield from engine(view, editor)
