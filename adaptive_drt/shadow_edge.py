@@ -104,7 +104,10 @@ def detect_steep_light(
     patch = make_footprint(plan, surface.take(rows), reach[rows])
     change = patch.change(axis, np.arange(rows.size))
     # the distance bends away from its slope by no more than this
-    change += reach[rows] ** 2 / (2.0 * np.maximum(length - reach[rows], TINY))
+    clear, square = np.maximum(length - reach[rows], 0.0), reach[rows] ** 2
+    # without a bound where the patch may reach the light
+    bounded = 2.0 * clear * length > square
+    change += np.where(bounded, square, np.inf) / np.where(bounded, 2.0 * clear, 1.0)
     steep[rows] = change > LARGEST_CHANGE * length
     return steep
 
