@@ -6,6 +6,8 @@ A moving outline that passes over pixels leaves their means over time smooth: by
 the object. Those means have a kink where the shutter opens or closes on the outline, and a step
 where an outline stands still. So a sight is the list of objects that are seen, and for each of
 those that move whether it enters the pixel's centre within the shutter, and whether it leaves it.
+Where the edge of all that one sweeps over runs through a pixel, that too is a step: what moves along
+its own edge has an edge that stands still.
 """
 
 from __future__ import annotations
@@ -30,6 +32,9 @@ NO_SIGHT = -1
 
 SMALL = 2.0
 """Pixels: half the size of objects that count wherever they pass a pixel, not its middle alone."""
+
+CORNERS = np.array([[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [1.0, 1.0]])
+"""Of a pixel, in half its sides from its middle."""
 
 
 def find_sights(plan: Plan, place: Array, half: float, pairs: Pairs) -> Ints:
@@ -58,8 +63,12 @@ def find_sights(plan: Plan, place: Array, half: float, pairs: Pairs) -> Ints:
     code = 4 * (pairs.item + 1)
     mover = np.flatnonzero(moves)
     if mover.size:
-        phase, seen = _phases(plan, place, pairs.take(mover))
+        movers = pairs.take(mover)
+        phase, seen = _phases(plan, place, movers)
         code[mover] += phase
+        for corner in half * CORNERS:
+            other = _phases(plan, place + corner[:, None], movers)[1]
+            refused[movers.pixel[other != seen]] = True
         # what is that small may pass between all the middles
         refused[pairs.pixel[mover[~seen & (reach[:, mover].min(axis=0) < SMALL)]]] = True
     total = np.zeros(count, dtype=np.uint64)

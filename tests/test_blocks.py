@@ -143,3 +143,15 @@ def _frame_of(scene):
     plan = make_plan(scene, Settings())
     region = plan.region
     return Frame(widened(plan, region), region)
+
+
+def test_what_moves_along_its_own_edge_has_an_outline_that_stands_still():
+    plate = Quad((-2.0, 0.0, 0.3), (2.0, 0.0, 0.0), (0.0, 0.0, 1.0), motion=Motion((1.5, 0.0, 0.0)))
+    scene = moving_scene([plate])
+    x, y = np.full(64, 40), np.arange(64)
+    found = sights_of([plate], np.stack([x, y], axis=1) + 0.5)
+    # its upper edge and the lower one, and the floor's
+    assert (found == NO_SIGHT).sum() == 3
+    film = render_image(scene, Settings(tolerance=1e-3, threads=1))
+    truth = converged(scene, np.stack([x, y], axis=1), goal=1e-4)
+    assert relative_rmse(film.color[:, y, x].T, truth.color) < 1e-3
