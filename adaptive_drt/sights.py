@@ -6,8 +6,8 @@ A moving outline that passes over pixels leaves their means over time smooth: by
 the object. Those means have a kink where the shutter opens or closes on the outline, and a step
 where an outline stands still. So a sight is the list of objects that are seen, and for each of
 those that move whether it enters the pixel's centre within the shutter, and whether it leaves it.
-Where the edge of all that one sweeps over runs through a pixel, that too is a step: what moves along
-its own edge has an edge that stands still.
+Where the edge of all that one sweeps over runs through a pixel, that too is a step: what moves
+along its own edge has an edge that stands still.
 """
 
 from __future__ import annotations
