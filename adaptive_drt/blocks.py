@@ -57,7 +57,7 @@ class Blocks:
         self.frame, self.goal = frame, goal
         moving = frame.mask[1]
         self.wanted = frame.chosen(goal) & moving
-        self.known = ~moving & ~frame.outline
+        self.known = (~moving & ~frame.outline) | frame.settled
         self.value = np.concatenate([frame.color, frame.alpha[None]])
         self.error = np.zeros(self.known.size)
         self._open: _Level | None = None

@@ -8,7 +8,7 @@ whether anything in it could change the answer; flag what could.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 import numpy as np
@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 
 from .edge import EdgeTest, detect_edges, half_pixel
 from .occluder import Occluders
-from .passing import moves_in_sight, outlines_pass
+from .passing import ENDS, moves_in_sight, outlines_pass
 from .plan import Plan
 from .primary import Pairs, Surface, nearest, pair_hits, surface
-from .shadow import Shadow, contributes, curvature, detect_shadows, stands_clear
+from .shadow import Shadow, contributes, curvature, detect_shadows, shines_whole
 from .shadow_edge import detect_shadow_edges, detect_steep_light, patch_reach
 from .sweep import light_changes, patch_light_changes
 from .vector import dot
@@ -181,12 +181,15 @@ class Clear:
     Attributes
     ----------
     clear : (n,) one object that stands still fills it, or none does; no outline, no shadow and
-        no motion reaches it, and no light is so near that it changes steeply.
+        nothing else that moves reaches it, and no light is so near that it changes steeply. What
+        light there is shines on all of it, all the time.
+    moving : (n,) some such light moves.
     item : (n,) the object that fills a square without outlines, -1 for none.
     pairs : the objects that may be seen in each square, sorted by object.
     """
 
     clear: Mask
+    moving: Mask
     item: Ints
     pairs: Pairs
 
@@ -204,15 +207,25 @@ def detect_clear(plan: Plan, occluders: Occluders, center: Center, clock: Clock)
     rows = np.flatnonzero(clear[center.rows])
     hits = center.hits.take(rows)
     reach = np.minimum(*_reach(plan, center, found.test))[rows]
+    bend = curvature(plan, hits)
     dull = np.ones(rows.size, dtype=np.bool_)
+    moving = np.zeros_like(clear)
     for light in plan.lights:
         shape = plan.shadow_light(light)
         candidates = occluders.find(shape, hits, reach)
         dull[candidates.pixel] = False
-        dull &= ~detect_steep_light(light, hits, reach)
-        dull &= stands_clear(light, light.center, hits, reach, curvature(plan, hits))
+        places = [
+            light.moved(time) for time in (ENDS if light.displacement is not None else (0.0,))
+        ]
+        whole, dark = np.ones((2, rows.size), dtype=np.bool_)
+        for place in places:
+            # where a light moves, neither may change between its ends: both are linear
+            dull &= ~detect_steep_light(replace(light, center=place), hits, reach)
+            whole &= shines_whole(light, place, hits, reach, bend)
+            dark &= contributes(light, place, hits, reach, bend)[0]
+        dull &= whole | dark
         if light.displacement is not None:
-            dull &= ~light_changes(plan, hits, shape, candidates, reach)
+            moving[center.rows[rows]] |= ~dark
     clear[center.rows[rows]] &= dull
     whole = np.flatnonzero(~found.outline & (center.item >= 0))
     rivals = _rivals(plan, center.pairs, found.test, found.outline)
@@ -220,7 +233,7 @@ def detect_clear(plan: Plan, occluders: Occluders, center: Center, clock: Clock)
     order = np.argsort(item, kind="stable")
     pairs = Pairs(np.concatenate([rivals.pixel, whole])[order], item[order])
     clock("clear squares")
-    return Clear(clear, np.where(found.outline, -1, center.item), pairs)
+    return Clear(clear, moving, np.where(found.outline, -1, center.item), pairs)
 
 
 def _detect_light(

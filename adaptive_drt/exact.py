@@ -130,6 +130,7 @@ class Lawn:
     color : (3, s, s, n) mean radiance, y first.  error : (n,) what it may be off by.
     item : (n,) the object that fills them, -1 for none.
     depth : (s, s, n), normal : (3, s, s, n) of the hits at the pixels' centres.
+    moving : (n,) whether their light changes during the shutter.
     """
 
     side: int
@@ -140,6 +141,7 @@ class Lawn:
     item: Ints
     depth: Array
     normal: Array
+    moving: Mask
 
 
 def widened(plan: Plan, region: tuple[int, int, int, int]) -> Plan:
@@ -209,6 +211,8 @@ class Frame:
         put(self.normal, lawn.normal)
         put(self.alpha, ones * np.where((lawn.item < 0) & self.plan.transparent, 0.0, 1.0))
         put(self.settled, np.ones(lawn.depth.shape, dtype=np.bool_))
+        if lawn.moving.any():
+            put(self.mask[1], np.broadcast_to(lawn.moving, lawn.depth.shape))
 
     def numbers(self, x: Ints, y: Ints) -> Ints:
         """Numbers of pixels given by their coordinates."""

@@ -38,7 +38,7 @@ __all__ = [
     "contributes",
     "curvature",
     "detect_shadows",
-    "stands_clear",
+    "shines_whole",
 ]
 
 Array: TypeAlias = NDArray[np.float64]
@@ -131,24 +131,24 @@ def contributes(
     return dark, ~dark & (height < cone.sine + graze)
 
 
-def stands_clear(
+def shines_whole(
     light: Emitter, center: Array, surface: Surface, reach: Array, bend: Array
 ) -> Mask:
-    """Where the whole light, or none of it, shines on all of the surface within reach: (n,).
+    """Where the whole light stands over all of the surface within reach, and faces it: (n,).
 
-    There the points' own horizons and the light's own plane cut nothing. Arguments as those of
-    `contributes`.
+    There neither the points' own horizons nor the light's own plane cut any of it. Arguments as
+    those of `contributes`.
     """
     to = center - surface.point
     tilt = _tilt(light, to, reach, bend) + graze_of(surface.point, light.radius)
     low = dot(surface.normal, to)
     if light.kind == QUAD:
-        low -= np.abs(dot(surface.normal, light.half_u)) + np.abs(dot(surface.normal, light.half_v))
-        above = (low > tilt) & (off_back(light, to, surface.point) > reach)
+        low -= np.abs(dot(surface.normal, light.half_u))
+        low -= np.abs(dot(surface.normal, light.half_v))
+        whole: Mask = (low > tilt) & (off_back(light, to, surface.point) > reach)
     else:
-        above = low > tilt + (0.0 if light.kind == POINT else light.radius)
-    clear: Mask = above | contributes(light, center, surface, reach, bend)[0]
-    return clear
+        whole = low > tilt + (0.0 if light.kind == POINT else light.radius)
+    return whole
 
 
 def _tilt(light: Emitter, to: Array, reach: Array | float, bend: Array | float) -> Array:

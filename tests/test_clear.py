@@ -12,9 +12,10 @@ from adaptive_drt import clear
 from adaptive_drt.plan import make_plan
 from adaptive_drt.primary import Tile, screen_bounds
 from adaptive_drt.render import render_image
-from adaptive_drt.scene import Quad, QuadLight, Scene, Sphere, SphereLight
+from adaptive_drt.scene import Motion, Quad, QuadLight, Scene, Sphere, SphereLight
 from adaptive_drt.settings import Settings
 from adaptive_drt.squares import SIDES, Squares, coarse, means, nodes, roughness, series
+from oracle.converged import converged, relative_rmse
 from random_scenes import look_at, random_scene
 
 pytestmark = pytest.mark.filterwarnings("error")
@@ -164,3 +165,15 @@ def test_a_shadow_far_off_on_a_floor_seen_aslant_is_not_lost(monkeypatch):
     balls = [Sphere((0.1 * y, y, 0.2 * y + 3), 0.04 * y) for y in (30.0, 90.0, 400.0, 900.0)]
     lamp = QuadLight((0.0, 300.0, 900.0), (20.0, 0.0, 0.0), (0.0, -20.0, 0.0), (1e3, 1e3, 1e3))
     assert_alike(*with_and_without(Scene(eye, (*balls, floor), (lamp,)), monkeypatch))
+
+
+def test_squares_under_a_light_that_moves_get_their_mean_over_the_shutter():
+    way = Motion((1.5, 0.5, 0.3))
+    eye = replace(EYE, resolution=(160, 120))
+    scene = Scene(eye, (Sphere((0.0, 0.0, 1.0), 0.3), FLOOR), (replace(LAMP, motion=way),))
+    film = render_image(scene, Settings(tolerance=1e-3, threads=1))
+    assert film.stats["rays"]["shaded"] < 2.0 * film.width * film.height
+    x, y = np.random.default_rng(4).integers((0, 0), (160, 120), (200, 2)).T
+    assert film.mask[1, y, x].mean() > 0.9
+    truth = converged(scene, np.stack([x, y], axis=1), goal=1e-4)
+    assert relative_rmse(film.color[:, y, x].T, truth.color) < 1e-3
