@@ -103,8 +103,9 @@ def detect_steep_light(
     axis = away[:, rows] / np.maximum(length, TINY)
     patch = make_footprint(plan, surface.take(rows), reach[rows])
     change = patch.change(axis, np.arange(rows.size))
-    # the distance bends away from its slope by no more than this
-    change += reach[rows] ** 2 / (2.0 * np.maximum(length - reach[rows], TINY))
+    # the distance bends away from its slope by no more than this, without bound at the light
+    with np.errstate(over="ignore"):
+        change += reach[rows] ** 2 / (2.0 * np.maximum(length - reach[rows], TINY))
     steep[rows] = change > LARGEST_CHANGE * length
     return steep
 
