@@ -56,15 +56,16 @@ class Footprint:
         lines: from 1 in the coordinate along a step, in units of that step's height.
         """
         a, b = self.steps[0][:, at], self.steps[1][:, at]
-        normal = cross(a, b)
-        square = dot(normal, normal)
-        flat = square > 0.0
-        safe = np.where(flat, square, 1.0)
-        beyond = np.zeros_like(r)
-        for along, side in ((dot(cross(v, b), normal), b), (dot(cross(a, v), normal), a)):
-            height = np.sqrt(safe / np.where(flat, dot(side, side), 1.0))
-            beyond = np.maximum(beyond, (np.abs(along) / safe - 1.0) * height)
-        away = np.hypot(dot(v, normal) / np.sqrt(safe), beyond)
+        with np.errstate(over="ignore", invalid="ignore"):  # out of float64's range: not clear
+            normal = cross(a, b)
+            square = dot(normal, normal)
+            flat = square > 0.0
+            safe = np.where(flat, square, 1.0)
+            beyond = np.zeros_like(r)
+            for along, side in ((dot(cross(v, b), normal), b), (dot(cross(a, v), normal), a)):
+                height = np.sqrt(safe / np.where(flat, dot(side, side), 1.0))
+                beyond = np.maximum(beyond, (np.abs(along) / safe - 1.0) * height)
+            away = np.hypot(dot(v, normal) / np.sqrt(safe), beyond)
         clear: Mask = flat & (away * (1.0 - APART_ROUNDING) > r + self.off[at])
         return clear
 
@@ -118,9 +119,12 @@ def _along_rays(
     """
     lens = plan.lens
     far = np.sqrt(dot(point, point))
-    length = far / t
     h = half_pixel(plan)
-    latest = (far + reach) / np.maximum(length - h, 0.5 * length)
-    along = point * ((reach + latest * h) / far)
-    off = 0.5 * latest * np.sqrt(dot(lens.up, lens.up))
-    return off, (along, 0.5 * latest * lens.right[:, None])
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # a hit at the camera
+        length = far / t
+        latest = (far + reach) / np.maximum(length - h, 0.5 * length)
+        along = point * ((reach + latest * h) / far)
+        off = 0.5 * latest * np.sqrt(dot(lens.up, lens.up))
+        side = 0.5 * latest * lens.right[:, None]
+        held = np.isfinite(off + along.sum(axis=0) + side.sum(axis=0))
+    return np.where(held, off, np.inf), (np.where(held, along, 0.0), np.where(held, side, 0.0))

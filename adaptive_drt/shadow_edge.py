@@ -37,7 +37,7 @@ TINY = float(np.finfo(np.float64).tiny)
 
 
 def patch_reach(plan: Plan, surface: Surface, w: Array) -> Array:
-    """Bound on how far the pixel's patch of surface reaches from its centre: (n,) metres, or inf.
+    """Bound on how far the pixel's patch of surface reaches from its centre: (n,) metres.
 
     The hit moves by t |step| / cos for a step of the direction; on a sphere the cosine is the
     least within the pixel, which the discriminant's change bounds.
@@ -65,7 +65,7 @@ def patch_reach(plan: Plan, surface: Surface, w: Array) -> Array:
         reach = t * h * (1.0 + turn) / np.maximum(least, 0.0)
         # farther away within the patch a step counts for more
         reach = reach / np.maximum(1.0 - reach / np.maximum(t * length, TINY), 0.0)
-    return np.where(np.isfinite(reach), reach, np.inf)
+    return np.where(np.isfinite(reach), reach, np.sqrt(dot(surface.point, surface.point)))
 
 
 LARGEST_PATCH = 0.25
@@ -103,11 +103,9 @@ def detect_steep_light(
     axis = away[:, rows] / np.maximum(length, TINY)
     patch = make_footprint(plan, surface.take(rows), reach[rows])
     change = patch.change(axis, np.arange(rows.size))
-    # the distance bends away from its slope by no more than this
-    clear, square = np.maximum(length - reach[rows], 0.0), reach[rows] ** 2
-    # without a bound where the patch may reach the light
-    bounded = 2.0 * clear * length > square
-    change += np.where(bounded, square, np.inf) / np.where(bounded, 2.0 * clear, 1.0)
+    # the distance bends away from its slope by no more than this, without bound at the light
+    with np.errstate(over="ignore"):
+        change += reach[rows] ** 2 / (2.0 * np.maximum(length - reach[rows], TINY))
     steep[rows] = change > LARGEST_CHANGE * length
     return steep
 

@@ -2,6 +2,7 @@
 """Degenerate and hostile scenes: no NaN, no infinity, no exception, no warning, no excess light."""
 
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ import pytest
 from adaptive_drt.film import PASSES
 from adaptive_drt.render import render_image
 from adaptive_drt.scene import SceneError
-from adaptive_drt.settings import METHODS, Settings
+from adaptive_drt.settings import Settings
 from hostile_scenes import HOSTILE, REFUSED, brightest, hostile_scene
 
 pytestmark = pytest.mark.filterwarnings("error")
@@ -21,8 +22,10 @@ WAYS = {
     "everywhere": replace(RAYS, distribution="EVERYWHERE"),
     "embree": replace(RAYS, accelerator="EMBREE"),
 }
-if "EXACT" in METHODS:
-    WAYS["exact"] = Settings(method="EXACT", tolerance=0.1, threads=1)
+WAYS |= {
+    f"exact to {tolerance:g}": Settings(method="EXACT", tolerance=tolerance, threads=1)
+    for tolerance in (1e-1, 1e-2, 1e-3)
+}
 
 
 def check(scene, settings):
@@ -45,8 +48,17 @@ def check_or_refused(scene, settings):
         assert "camera" in str(error)
 
 
-@pytest.mark.parametrize("way", WAYS)
-@pytest.mark.parametrize("name", HOSTILE)
+ENDLESS = {("1e30", "exact to 0.01"), ("1e30", "exact to 0.001")}
+"""Every pixel is split to its limit there: a minute or more."""
+
+
+@pytest.mark.parametrize(
+    ("name", "way"),
+    [
+        pytest.param(*case, marks=[pytest.mark.slow] if case in ENDLESS else [])
+        for case in product(HOSTILE, WAYS)
+    ],
+)
 def test_a_named_scene(name, way):
     check(HOSTILE[name], WAYS[way])
 
