@@ -279,7 +279,14 @@ def _past_quads(
     point_slack, light_slack = _plane_slack(plan, patch, light, pairs, normal)
     depth[(beyond + light.radius * size < -light_slack) & (height > point_slack)] = 0.0
     before = (beyond - light.radius * size > light_slack) & (height > point_slack)
-    return _Shadows(depth, shifts, width, ends, covers & before & ~misses & ~own)
+    covers &= before & ~misses & ~own
+    cut = np.flatnonzero((height <= point_slack) & ~own)
+    cut = cut[_distance_to(plan, q[:, cut], ids[cut]) <= _reach(plan, patch, pairs.take(cut))]
+    if cut.size:
+        # it stands in the patch: lit on one side, dark on the other
+        depth[cut], width[cut] = 1.0, 0.0
+        shifts[:, cut] = _through(plan, patch, pairs.take(cut), normal[:, cut] / size[cut])
+    return _Shadows(depth, shifts, width, ends, covers)
 
 
 def _edges(plan: Plan, q: Array, ids: Ints) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
@@ -298,6 +305,48 @@ def _distance(start: Array, edge: Array, axis: Array) -> Array:
     place = start + np.clip(-dot(start, across) / square, 0.0, 1.0) * edge
     distance: Array = np.sqrt(dot(place, place))
     return distance
+
+
+def _distance_to(plan: Plan, q: Array, ids: Ints) -> Array:
+    """Distance (m,) of points from quads; q : (3, m) from the points to their corners."""
+    u, v = plan.quads.edge_u[:, ids], plan.quads.edge_v[:, ids]
+    uu, uv, vv, qu, qv = dot(u, u), dot(u, v), dot(v, v), dot(q, u), dot(q, v)
+    gram = np.maximum(uu * vv - uv * uv, TINY)
+    # the foot on its plane, in units of its edges
+    a, b = (uv * qv - vv * qu) / gram, (uv * qu - uu * qv) / gram
+    nearest = q + a * u + b * v
+    distance = np.where((np.abs(a - 0.5) <= 0.5) & (np.abs(b - 0.5) <= 0.5), 1.0, np.inf)
+    distance = distance * np.sqrt(dot(nearest, nearest))
+    for start, edge in zip(*_edges(plan, q, ids), strict=True):
+        part = np.clip(-dot(start, edge) / np.maximum(dot(edge, edge), TINY), 0.0, 1.0)
+        nearest = start + part * edge
+        distance = np.minimum(distance, np.sqrt(dot(nearest, nearest)))
+    found: Array = distance
+    return found
+
+
+def _drift(plan: Plan, patch: Patch, pairs: Pairs) -> Array:
+    """How far (3, m) quads move over half the patches' stretch of time."""
+    d = plan.quads.displacement
+    if d is None:
+        return np.zeros((3, pairs.item.size))
+    drift: Array = d[:, pairs.item - plan.sphere_count] * patch.time[pairs.pixel]
+    return drift
+
+
+def _reach(plan: Plan, patch: Patch, pairs: Pairs) -> Array:
+    """How far (m,) patches reach towards quads, which may come towards them."""
+    drift = _drift(plan, patch, pairs)
+    reach: Array = patch.reach[pairs.pixel] + np.sqrt(dot(drift, drift))
+    return reach
+
+
+def _through(plan: Plan, patch: Patch, pairs: Pairs, normal: Array) -> Array:
+    """How far (3, m) patches reach through the planes of quads, by axis."""
+    steps = [patch.steps[axis][:, pairs.pixel] for axis in range(3)]
+    steps[2] = steps[2] - _drift(plan, patch, pairs)
+    through: Array = np.abs(np.stack([dot(step, normal) for step in steps]))
+    return through
 
 
 def _plane_slack(

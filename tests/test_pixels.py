@@ -24,6 +24,7 @@ PIXELS = (
     (210, 16, 8, 1e-3, 2.0, "arms of a star hidden where two objects meet"),
     (238, 28, 25, 1e-2, 2.0, "stars reached out too far along the shutter, to a ball's rim"),
     (1012, 16, 10, 1e-3, 3.0, "the pixel reaches through the plane of a quad that casts a shadow"),
+    (1035, 16, 11, 1e-3, 3.0, "a quad's corner stands in the floor that the pixel sees"),
     (235, 31, 14, 1e-4, 5.0, "a corner of a quad that no line meets"),
     (239, 22, 29, 1e-4, 10.0, "balls that cut each other, and an outline faster than lines across"),
     (206, 14, 26, 1e-4, 10.0, "more cells than 512 are needed"),

@@ -50,6 +50,9 @@ SLICES = 8
 BANDS = 4
 """Parts of a pixel's height, at least, for the same reason."""
 
+PARTS = 4
+"""Parts of a pixel's width, at least: thin shadows stand between the places that are looked at."""
+
 LEAST = 1e-13
 """Shorter intervals, as shares of a pixel, are left out: they are roundings of one root."""
 
@@ -79,8 +82,11 @@ def _row(scene, among, count, x, y, t, goal, work):
         high = spots[k] if k < got else 1.0
         if high - low < LEAST:
             continue
-        stack[0, 0], stack[0, 1], stack[0, 2] = low, high, 0.0
-        left = 1
+        left = int(np.ceil((high - low) * PARTS))
+        for j in range(left):
+            stack[j, 0] = low + (high - low) * j / left
+            stack[j, 1] = low + (high - low) * (j + 1) / left
+            stack[j, 2] = 0.0
         while left:
             left -= 1
             a, b, depth = stack[left, 0], stack[left, 1], stack[left, 2]
