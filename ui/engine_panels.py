@@ -31,12 +31,9 @@ REFUSED_KINDS = (
     "DATA_PT_volume",
     "DATA_PT_camera_stereoscopy",
     "RENDER_PT_stereoscopy",
-    "RENDER_PT_freestyle",
     "RENDER_PT_gpencil",
     "RENDER_PT_grease_pencil",
     "RENDER_PT_simplify_greasepencil",
-    "VIEWLAYER_PT_freestyle",
-    "MATERIAL_PT_freestyle",
 )
 """Beginnings of such names, for a panel and those within it."""
 

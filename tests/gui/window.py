@@ -238,6 +238,7 @@ def compositor(view, editor):
     for switch in ("show_region_ui", "show_region_asset_shelf", "show_backdrop"):
         if hasattr(space, switch):
             setattr(space, switch, False)
+    space.overlay.show_context_path = False  # it lies over the nodes
     editor.spaces.active.image = bpy.data.images.get("Viewer Node")
     yield 1.0
     # its own nodes alone are selected, so they fill the view
