@@ -45,7 +45,8 @@ not the one that rounding chooses."""
 UNSEEN = 0.5
 """Of the area of an object that falls between the lines: its weight is off by about that."""
 MISSED = 0.25
-"""Of a cell between lines: what may be seen there of an object that none of them meets."""
+"""Of a cell between lines: what may be seen there of an object that none of them meets. An outline
+that runs along the lines may do so in many cells."""
 JUMP = 0.3
 """Of a cell between lines: the deviation of a step at a random place, 1 / sqrt(12)."""
 SQUARES = (0, 2, 5)
@@ -274,7 +275,7 @@ def _measure(found: _Candidates, group: Ints, lines: int, sums: _Sums) -> None:
         part, full = found.forms.take(flat), found.cover.full[flat]
         seen = paint(part, full, lattice, k, settled)
         _sum(seen, lattice, np.concatenate([index, m + some[None]]), sums)
-        _add_unseen(found.cover, index, wide, lines, sums)
+        _add_unseen(found.cover, index, wide, axis, lines, sums)
         none = m + some[found.closed[some]]
         sums.weight[none] = sums.error[none] = 0.0
 
@@ -313,13 +314,15 @@ def _sum(seen: tuple[Array, Array, Array], lattice: Lattice, place: Ints, sums: 
     sums.error[place] = (KINK * share) * bend
 
 
-def _add_unseen(cover: Cover, index: Ints, wide: Mask, lines: int, sums: _Sums) -> None:
+def _add_unseen(cover: Cover, index: Ints, wide: Mask, axis: int, lines: int, sums: _Sums) -> None:
     """Widen the errors of candidates (k, n) that may hide between the lines."""
     x, y = cover.reach[0, index], cover.reach[1, index]
     small = ((x * lines < 1.0) & wide[0]) | ((y * lines < 1.0) & wide[1])
     area = np.pi * np.minimum(x, 1.0) * np.minimum(y, 1.0)
     unseen = np.where(small & ~cover.full[index], UNSEEN * np.minimum(area, 1.0), 0.0)
-    hidden = np.where((sums.weight[index] <= DUST) & ~cover.full[index], MISSED / lines**2, 0.0)
+    along = 1.0 / np.maximum(cover.across[axis, index], 1.0 / lines)
+    unmet = (sums.weight[index] <= DUST) & ~cover.full[index]
+    hidden = np.where(unmet, MISSED / lines**2 * along, 0.0)
     sums.error[index] = np.maximum(sums.error[index], np.maximum(unseen, hidden))
 
 

@@ -246,12 +246,10 @@ def _past_quads(
     to = light.moved(time) - point
     far = np.maximum(np.sqrt(dot(to, to)), TINY)
     axis = to / far
-    depth, width = np.zeros(ids.size), np.ones(ids.size)
-    shifts = np.zeros((3, ids.size))
-    ends = np.zeros(ids.size, dtype=np.bool_)
+    depth, width, shifts = np.zeros(ids.size), np.ones(ids.size), np.zeros((3, ids.size))
+    ends, sharpest = np.zeros(ids.size, dtype=np.bool_), np.zeros(ids.size)
     misses = ~(height > 0.0)
     covers = ~misses
-    sharpest = np.zeros(ids.size)
     for plane, start, edge in zip(planes, *_edges(plan, q, ids), strict=True):
         near = np.clip(_distance(start, edge, axis), far * NEAREST, far * (1.0 - NEAREST))
         rate, steps = _rates(plan, light, patch, pairs, near, far)
