@@ -38,6 +38,9 @@ INHERITED = 1.0 / 6.0
 smooth function's fall to an eighth; a kink beside a bend may show no second difference at all."""
 PLACES: Array = np.array([0.0, 0.5, 1.0])
 """Of a quarter's nodes in its block, whose own are at 0, 1 and 2."""
+CHECKED: Array = np.array([0.5, 1.5])
+"""Places, in the same unit, where blocks larger than the smallest are held against the truth before
+they are taken: second differences see no shadow that lies between the nodes."""
 ALLOWED = 0.6
 """Of the goal: what interpolating may add to what the nodes are off by."""
 
@@ -62,9 +65,12 @@ class Blocks:
         self.error = np.zeros(self.known.size)
         self._open: _Level | None = None
         self._above: tuple[_Level, Array] | None = None
+        self._off = np.zeros(0)
         if self.wanted.any():
             self._sight = frame.sights()
-            self._kink, self._step = (_standing(frame.deviation[kind]) for kind in (KINKS, STEPS))
+            across = frame.deviation[:, :2].sum(axis=1)
+            self._kink, self._step = across[KINKS], across[STEPS]
+            self._left = _standing(frame.deviation[STEPS])
 
     def nodes(self, side: int) -> Ints:
         """Pixels whose values blocks of this side need and that are not known: ascending."""
@@ -83,17 +89,36 @@ class Blocks:
         # what the first pass shaded is one of the points
         self.frame.count(rows, refined)
 
-    def settle(self) -> None:
-        """Interpolate the blocks that are smooth enough."""
+    def checks(self) -> Ints:
+        """Pixels whose values tell how far blocks that look smooth are off, and are not known."""
         level, above, self._above = self._open, self._above, None
+        nothing = np.zeros(0, dtype=np.int64)
         if level is None or not level.origin.size:
-            return
+            return nothing
         values = self.value[:, level.nodes]
-        off = np.maximum(
+        self._off = np.maximum(
             OFF * self._bends(values), INHERITED * self._surprise(level, above, values)
         )
-        smooth = np.flatnonzero(off <= ALLOWED * self.goal.error)
-        rough = np.flatnonzero(off > ALLOWED * self.goal.error)
+        if level.side == SIDES[-1]:
+            return nothing
+        rows: Ints = np.unique(level.checks[:, self._off <= ALLOWED * self.goal.error])
+        unknown: Ints = rows[~self.known[rows]]
+        return unknown
+
+    def settle(self) -> None:
+        """Interpolate the blocks that are smooth enough."""
+        level = self._open
+        if level is None or not level.origin.size:
+            return
+        values, off, allowed = self.value[:, level.nodes], self._off, ALLOWED * self.goal.error
+        if level.side > SIDES[-1]:
+            rows = np.flatnonzero(off <= allowed)
+            weights = _weights(CHECKED)
+            guess = _through(values[..., rows], weights, weights)
+            found = self._size(guess - self.value[:, level.checks[:, rows]])
+            off[rows] = np.maximum(off[rows], found.max(axis=0, initial=0.0))
+        smooth = np.flatnonzero(off <= allowed)
+        rough = np.flatnonzero(off > allowed)
         self._above = level.take(rough), values[:, :, rough]
         if not smooth.size:
             return
@@ -156,7 +181,7 @@ class Blocks:
         first_x, first_y, columns, rows = frame.grid(side)
         if columns <= 0 or rows <= 0:
             nothing = np.zeros(0, dtype=np.int64)
-            return _Level(side, nothing, np.zeros((9, 0), dtype=np.int64))
+            return _Level(side, nothing, np.zeros((9, 0), dtype=np.int64), frame.width)
 
         def windows(values: NDArray[np.generic], size: int) -> NDArray[np.generic]:
             table = values.reshape(frame.height, frame.width)[first_y:, first_x:]
@@ -168,27 +193,41 @@ class Blocks:
         sight = windows(self._sight, side + 1)[at_y, at_x]
         low, high = sight.min(axis=(1, 2)), sight.max(axis=(1, 2))
         spacing = side // 2
-        kink = windows(self._kink, side + 1)[at_y, at_x].max(axis=(1, 2))
-        step = windows(self._step, side + 1)[at_y, at_x].max(axis=(1, 2))
-        # with nodes in all pixels second differences show kinks, but never steps within pixels
-        rough = step + spacing * kink * (spacing > 1) > ALLOWED * self.goal.error
-        keep = np.flatnonzero((low == high) & (low >= 0) & ~rough)
+        if spacing > 1:
+            rough = windows(spacing * self._kink + self._step, side + 1)
+        else:
+            # nodes in all pixels show kinks, and whatever is spread wider than a pixel
+            rough = windows(self._left, side + 1)
+        fine = rough[at_y, at_x].max(axis=(1, 2)) <= ALLOWED * self.goal.error
+        keep = np.flatnonzero((low == high) & (low >= 0) & fine)
         origin = (first_y + side * at_y[keep]) * frame.width + first_x + side * at_x[keep]
         y, x = np.divmod(np.arange(9), 3)
         offset = spacing * (y * frame.width + x)
-        return _Level(side, origin, origin + offset[:, None])
+        return _Level(side, origin, origin + offset[:, None], frame.width)
 
 
 @dataclass(frozen=True)
 class _Level:
-    """Blocks of one side: `origin` (b,) their first pixels, `nodes` (9, b), row by row."""
+    """Blocks of one side: `origin` (b,) their first pixels, `nodes` (9, b), row by row.
+
+    `width` is that of the frame.
+    """
 
     side: int
     origin: Ints
     nodes: Ints
+    width: int
+
+    @property
+    def checks(self) -> Ints:
+        """(4, b) pixels in the middles of the nodes' squares."""
+        quarter = self.side // 4
+        y, x = np.divmod(np.arange(4), 2)
+        rows: Ints = self.origin + quarter * ((2 * y + 1) * self.width + 2 * x + 1)[:, None]
+        return rows
 
     def take(self, index: Ints) -> _Level:
-        return _Level(self.side, self.origin[index], self.nodes[:, index])
+        return _Level(self.side, self.origin[index], self.nodes[:, index], self.width)
 
 
 def _standing(deviation: Array) -> Array:

@@ -189,27 +189,33 @@ class Exact:
         clock = Clock()
         blocks = Blocks(frame, self.goal)
         for side in SIDES:
-            wanted = blocks.nodes(side)
-            tasks = frame.point_tasks(wanted, self.goal, self._part(wanted.size))
-            clock("blocks")
-            todo = [partial(_refine, self.plan, self.occluders, task) for _, task in tasks]
-            with closing(in_order(self.plan, todo)) as outcomes:
-                for outcome in outcomes:
-                    if outcome is not None:
-                        refined, seconds = outcome
-                        self._add({"nodes of blocks": seconds["refining"]})
-                        rows = tasks.pop(0)[0]
-                        blocks.enter(rows, refined)
-                        self.shaded += int(refined.samples.sum()) - rows.size
-                    yield
-            clock.restart()
+            for ask in (partial(blocks.nodes, side), blocks.checks):
+                wanted = ask()
+                clock("blocks")
+                yield from self._points(frame, blocks, wanted)
+                clock.restart()
             blocks.settle()
             clock("blocks")
         self._add(clock.seconds)
 
+    def _points(self, frame: Frame, blocks: Blocks, wanted: Ints) -> Generator[None, None, None]:
+        """Integrate over the shutter at the middles of pixels."""
+        tasks = frame.point_tasks(wanted, self.goal, self._part(wanted.size))
+        todo = [partial(_refine, self.plan, self.occluders, task) for _, task in tasks]
+        with closing(in_order(self.plan, todo)) as outcomes:
+            for outcome in outcomes:
+                if outcome is not None:
+                    refined, seconds = outcome
+                    self._add({"nodes of blocks": seconds["refining"]})
+                    rows = tasks.pop(0)[0]
+                    blocks.enter(rows, refined)
+                    self.shaded += int(refined.samples.sum()) - rows.size
+                yield
+
     def _part(self, count: int) -> int:
         """Pixels of a part, when so many are to be refined."""
-        return int(np.clip(-(-count // self.plan.threads), LEAST_PART, PART))
+        most = max(LEAST_PART, min(PART, self.plan.settings.batch))
+        return int(np.clip(-(-count // self.plan.threads), LEAST_PART, most))
 
     def _add(self, seconds: dict[str, float]) -> None:
         for stage, span in seconds.items():

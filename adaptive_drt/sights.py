@@ -6,8 +6,8 @@ A moving outline that passes over pixels leaves their means over time smooth: by
 the object. Those means have a kink where the shutter opens or closes on the outline, and a step
 where an outline stands still. So a sight is the list of objects that are seen, and for each of
 those that move whether it enters the pixel's centre within the shutter, and whether it leaves it.
-Where the edge of all that one sweeps over runs through a pixel, that too is a step: what moves
-along its own edge has an edge that stands still.
+Where these differ between the corners of a pixel, a kink or a step runs through it, and what its
+middle sees says nothing of its mean.
 """
 
 from __future__ import annotations
@@ -67,8 +67,8 @@ def find_sights(plan: Plan, place: Array, half: float, pairs: Pairs) -> Ints:
         phase, seen = _phases(plan, place, movers)
         code[mover] += phase
         for corner in half * CORNERS:
-            other = _phases(plan, place + corner[:, None], movers)[1]
-            refused[movers.pixel[other != seen]] = True
+            other, there = _phases(plan, place + corner[:, None], movers)
+            refused[movers.pixel[(there != seen) | (seen & (other != phase))]] = True
         # what is that small may pass between all the middles
         refused[pairs.pixel[mover[~seen & (reach[:, mover].min(axis=0) < SMALL)]]] = True
     total = np.zeros(count, dtype=np.uint64)

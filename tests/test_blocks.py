@@ -136,7 +136,7 @@ def test_a_kink_that_shows_no_second_difference_is_seen_by_the_block_above():
 def _level(width, side, origin):
     y, x = np.divmod(np.arange(9), 3)
     first = np.array([origin])
-    return blocks._Level(side, first, first + (side // 2 * (y * width + x))[:, None])
+    return blocks._Level(side, first, first + (side // 2 * (y * width + x))[:, None], width)
 
 
 def _frame_of(scene):
