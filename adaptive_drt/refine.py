@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from .ahead import hits_or_near
 from .cells import Cells, merge, split
 from .goal import Goal
+from .lines import TIME
 from .occluder import Occluders
 from .patch import make_patch
 from .plan import Plan
@@ -58,6 +59,8 @@ INSIDE = 1.0 - 2.0**-10
 """Of a star's arms: of a box or a triangle they would end on a side. Whether a point on an outline
 is hit, or one on a seam is inside another object, is for rounding to say; this keeps the points
 off, and the quadrature's second moments to a five hundredth."""
+ASIDE = 2.0**-30
+"""Of the shutter: regions whose centroids are nearer to its middle lie in it but for rounding."""
 STRAY = 0.5
 """Of the contrast: how far a region may be off whose sample sees another object's place."""
 LINES = 16
@@ -222,7 +225,7 @@ def _sample(
 
     Returns with it the part (m,) of their points that none saw where it should be.
     """
-    region, offset, lot = _arms(spread, half > 0.0, star)
+    region, offset, lot = _arms(place[2], spread, half > 0.0, star)
     count = np.bincount(region, minlength=item.size)
     at = place[:, region]
     short, lost = np.zeros(region.size), np.zeros(region.size)
@@ -241,8 +244,11 @@ def _sample(
     return Shaded(mean(light.color), deviation), count, _sum(region, part * lost, item.size)
 
 
-def _arms(spread: Array, wide: Mask, star: Mask) -> tuple[Ints, Array, Ints]:
-    """Samples of regions (m,), with `_sample`'s spreads; wide : (3, m) axes that they extend along.
+def _arms(time: Array, spread: Array, wide: Mask, star: Mask) -> tuple[Ints, Array, Ints]:
+    """Samples of regions (m,) at times; wide : (3, m) axes that they extend along.
+
+    A tetrahedron has a sense of direction. It follows the side of the shutter that a region lies
+    on, so that a reversed shutter gives the same picture; one that lies on both gets a star.
 
     Returns
     -------
@@ -250,7 +256,8 @@ def _arms(spread: Array, wide: Mask, star: Mask) -> tuple[Ints, Array, Ints]:
     lot : (k,) numbers of those samples that balance each other.
     """
     axes = wide.sum(axis=0)
-    cube = star & (axes == 3)
+    side = np.where(np.abs(time) > ASIDE, np.sign(time), 0.0)
+    cube = star & (axes == 3) & (side != 0.0)
     count = np.where(star & (axes > 0), np.where(cube, len(CORNERS), 2 * axes), 1)
     region = np.repeat(np.arange(count.size), count)
     number = places(count)
@@ -264,6 +271,8 @@ def _arms(spread: Array, wide: Mask, star: Mask) -> tuple[Ints, Array, Ints]:
         rows = np.flatnonzero(own)
         which = region[rows]
         corner = CORNERS[number[rows] % len(CORNERS), axis]
+        if axis == TIME:
+            corner = corner * side[which]
         length = np.where(inner[rows], corner, sign[rows] * np.sqrt(axes[which]))
         for along, column in enumerate(columns):
             if column >= 0:

@@ -27,7 +27,7 @@ PIXELS = (
     (1035, 16, 11, 1e-3, 3.0, "a quad's corner stands in the floor that the pixel sees"),
     (235, 31, 14, 1e-4, 5.0, "a corner of a quad that no line meets"),
     (239, 22, 29, 1e-4, 10.0, "balls that cut each other, and an outline faster than lines across"),
-    (206, 14, 26, 1e-4, 10.0, "more cells than 512 are needed"),
+    (206, 14, 26, 1e-4, 20.0, "more cells than 512 are needed"),
     (202, 4, 9, 1e-4, 3.0, "the plane of a quad light runs through the pixel"),
 )
 
