@@ -51,7 +51,8 @@ def test_a_click_renders_and_the_picture_fills_in(facts):
 
 def test_escape_keeps_what_is_there(facts):
     assert facts["figures"]["cancelled"] and 0.0 < facts["figures"]["done"] < 1.0
-    assert facts["cancelled"]["size"] == [1920, 1080] and 0.0 < facts["cancelled"]["part"] < 1.0
+    # all pixels may have been seen once by then: `done` counts those that are finished
+    assert facts["cancelled"]["size"] == [1920, 1080] and 0.0 < facts["cancelled"]["part"] <= 1.0
 
 
 def test_escape_answers_at_once(facts):
