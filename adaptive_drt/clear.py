@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
@@ -115,8 +115,8 @@ def _mow(
     index = index[np.argsort(item[index], kind="stable")]
     # never below 0, whatever a bicubic says
     mean = np.maximum(means(coefficients[..., index], side), 0.0)
-    lawn = _lawn(plan, squares, some[index], item[index], mean, off[index])
-    return replace(lawn, moving=moving[index]), smooth, points
+    lawn = _lawn(plan, squares, some[index], item[index], mean, off[index], moving[index])
+    return lawn, smooth, points
 
 
 def _over_time(light: Array) -> tuple[Array, Array]:
@@ -152,7 +152,13 @@ def _shade(
 
 
 def _lawn(
-    plan: Plan, squares: Squares, chosen: Ints, item: Ints, mean: Array, error: Array
+    plan: Plan,
+    squares: Squares,
+    chosen: Ints,
+    item: Ints,
+    mean: Array,
+    error: Array,
+    moving: Mask,
 ) -> Lawn:
     """Chosen squares, sorted by the objects that fill them, given their means (3, s, s, n)."""
     side = squares.side
@@ -167,7 +173,7 @@ def _lawn(
         if last > first and item[first] >= 0:
             depth[part], normal[part] = _geometry(plan, across[part], up[part], int(item[first]))
         first = last
-    return Lawn(side, x, y, mean, error, item, depth, normal, np.zeros(x.size, dtype=np.bool_))
+    return Lawn(side, x, y, mean, error, item, depth, normal, moving)
 
 
 def _geometry(plan: Plan, x: Array, y: Array, item: int) -> tuple[Array, Array]:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from .plan import Plan
 from .primary import Pairs, Tile, find_pairs, places
 
-__all__ = ["LINE", "SIDES", "Squares", "coarse", "means", "nodes", "roughness", "series"]
+__all__ = ["SIDES", "Squares", "coarse", "means", "nodes", "roughness", "series"]
 
 Array: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
