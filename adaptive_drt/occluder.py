@@ -69,6 +69,10 @@ class Occluders:
                     self.center[:, :balls], self.radius[:balls] + reach
                 )
 
+    def __reduce__(self) -> tuple[type[Occluders], tuple[Plan]]:
+        """For another process: embree's proxies are built anew."""
+        return Occluders, (self._plan,)
+
     def find(self, light: Emitter, surface: Surface, reach: Array | float = 0.0) -> Pairs:
         """Candidate pairs (point, object) for a light, sorted by point.
 

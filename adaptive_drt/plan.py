@@ -73,6 +73,14 @@ class Plan:
     skipped: tuple[dict[str, str], ...] = field(default=())
     stop: threading.Event = field(default_factory=threading.Event)
 
+    def __getstate__(self) -> dict[str, Any]:
+        """For another process, which is ended rather than told to stop."""
+        return {name: value for name, value in self.__dict__.items() if name != "stop"}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """In the other process."""
+        self.__dict__.update(state, stop=threading.Event())
+
     def go_on(self) -> None:
         """Raise `Stopped` if the render was cancelled."""
         if self.stop.is_set():

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from .blocks import SIDES, Blocks
 from .clear import Survey, survey
+from .crew import Call, Share, crew
 from .exact import Frame, widened
 from .film import Film
 from .goal import Goal
@@ -46,6 +47,8 @@ SHARED = 131_072
 """Pixels from which threads share a survey, for the same reason (0.16 to 0.21 s) ..."""
 MANY_OBJECTS = 48
 """... or objects: each pixel then takes so much that they pay sooner (1.8 to 1.35 s)."""
+CREWS_PART = 1_024
+"""Pixels refined at a time, at least, where processes share them: each call costs 5 ms."""
 
 
 class Clock:
@@ -87,6 +90,10 @@ class Exact:
     shaded: int = 0
     error_estimate: float = 0.0
 
+    def __post_init__(self) -> None:
+        """Prepare what refining shares."""
+        self._share = Share((self.plan, self.occluders))
+
     def run(self, film: Film) -> Generator[int, None, None]:
         """Fill a film; yields how many of its pixels are done, at least once a heartbeat."""
         wide = widened(self.plan, self.plan.region)
@@ -113,7 +120,7 @@ class Exact:
         rest = sum(rows.size for rows, _ in tasks)
         yield size - rest
         done = size - rest
-        todo = [partial(_refine, self.plan, self.occluders, task) for _, task in tasks]
+        todo = [Call(_refine, self._share, (task,)) for _, task in tasks]
         with closing(in_order(self.plan, todo)) as outcomes:
             for outcome in outcomes:
                 if outcome is not None:
@@ -142,12 +149,13 @@ class Exact:
         most = max(1, SURVEYED // (side * side * (right - left)))
         count = -(-rows // most)
         pixels = side * side * rows * (right - left)
-        if pixels >= SHARED or wide.object_count > MANY_OBJECTS:
-            count = min(rows, -(-count // wide.threads) * wide.threads)
+        hands = crew.hands(wide.threads)
+        if pixels >= SHARED or crew.ready or wide.object_count > MANY_OBJECTS:
+            count = min(rows, -(-count // hands) * hands)
         tiles = [Tile.make(rough, first + step * k, step * count) for k in range(count)]
+        share = Share((wide, self.occluders, fine))
         jobs = [
-            partial(_first, wide, self.occluders, fine, Squares.of_tile(rough, side, bounds, tile))
-            for tile in tiles
+            Call(_first, share, (Squares.of_tile(rough, side, bounds, tile),)) for tile in tiles
         ]
         done = 0
         with closing(in_order(wide, jobs)) as results:
@@ -208,7 +216,7 @@ class Exact:
     def _points(self, frame: Frame, blocks: Blocks, wanted: Ints) -> Generator[None, None, None]:
         """Integrate over the shutter at the middles of pixels."""
         tasks = frame.point_tasks(wanted, self.goal, self._part(wanted.size))
-        todo = [partial(_refine, self.plan, self.occluders, task) for _, task in tasks]
+        todo = [Call(_refine, self._share, (task,)) for _, task in tasks]
         with closing(in_order(self.plan, todo)) as outcomes:
             for outcome in outcomes:
                 if outcome is not None:
@@ -222,7 +230,8 @@ class Exact:
     def _part(self, count: int) -> int:
         """Pixels of a part, when so many are to be refined."""
         most = max(1, min(PART, self.plan.settings.batch))
-        return int(np.clip(-(-count // self.plan.threads), min(LEAST_PART, most), most))
+        least = min(CREWS_PART if crew.ready else LEAST_PART, most)
+        return int(np.clip(-(-count // crew.hands(self.plan.threads)), least, most))
 
     def _add(self, seconds: dict[str, float]) -> None:
         for stage, span in seconds.items():

@@ -4,11 +4,12 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Generator, Iterable
+from collections.abc import Generator, Iterable
 from concurrent.futures import Future, ThreadPoolExecutor
 from concurrent.futures import TimeoutError as FutureTimeout
-from typing import TypeVar
+from typing import Any
 
+from .crew import Call, Shift, crew
 from .plan import Plan
 
 __all__ = ["in_order"]
@@ -16,23 +17,21 @@ __all__ = ["in_order"]
 HEARTBEAT = 0.05
 """Seconds between signs of life, at which a host may cancel."""
 
-Result = TypeVar("Result")
 
-
-def in_order(
-    plan: Plan, jobs: Iterable[Callable[[], Result]]
-) -> Generator[Result | None, None, None]:
-    """The results of jobs in order; None where one lets wait for longer than a heartbeat.
+def in_order(plan: Plan, calls: Iterable[Call]) -> Generator[Any, None, None]:
+    """The results of calls in order; None where one lets wait for longer than a heartbeat.
 
     Closing the generator early tells the plan to stop.
     """
-    todo = iter(jobs)
-    with ThreadPoolExecutor(plan.threads) as pool:
-        waiting: deque[Future[Result]] = deque()
+    todo, shift = iter(calls), Shift()
+    make = shift.make if plan.threads > 1 else Call.here
+    hands = crew.hands(plan.threads)
+    with ThreadPoolExecutor(hands) as pool:
+        waiting: deque[Future[Any]] = deque()
         try:
             while True:
-                while len(waiting) < 2 * plan.threads and (job := next(todo, None)) is not None:
-                    waiting.append(pool.submit(job))
+                while len(waiting) < 2 * hands and (call := next(todo, None)) is not None:
+                    waiting.append(pool.submit(make, call))
                 if not waiting:
                     return
                 try:
@@ -46,5 +45,6 @@ def in_order(
             # left early: cancelled, or by an error
             if waiting:
                 plan.stop.set()
+                shift.break_off()
             for future in waiting:
                 future.cancel()

@@ -238,6 +238,9 @@ class ADRT_OT_cancel(bpy.types.Operator):
 
 
 def stop() -> None:
-    """End all renders and wait for their threads; nothing of them is kept."""
+    """End all renders and wait for their threads and processes; nothing of them is kept."""
+    from ..adaptive_drt.crew import crew
+
     state.leave()
     state.join()
+    crew.stop()

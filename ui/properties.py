@@ -113,7 +113,7 @@ class ADRT_PG_settings(bpy.types.PropertyGroup):
     )
     threads: IntProperty(
         name="Threads",
-        description="Processor threads to use, 0 for all",
+        description="Processor threads to use, 0 for all. Larger pictures are shared by processes",
         default=0,
         min=0,
         max=1024,

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import importlib
 import re
 import tomllib
 from pathlib import Path
@@ -51,6 +52,15 @@ def test_under_another_name(switched_off, name, monkeypatch):
         for key in [k for k in sys.modules if k == name or k.startswith(f"{name}.")]:
             del sys.modules[key]
         sys.modules.update(kept)
+
+
+def test_its_processes_end_with_it(switched_off):
+    switched_off.register()
+    crew = importlib.import_module(f"{switched_off.__name__}.adaptive_drt.crew").crew
+    crew.muster(1)
+    (worker,) = crew._idle
+    switched_off.unregister()
+    assert not worker.alive
 
 
 def test_labels_and_places(addon):

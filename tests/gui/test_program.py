@@ -122,6 +122,12 @@ def test_compositor(installed, scene, copied):
         np.testing.assert_allclose(overlay[letter], expected, rtol=2e-5, atol=1e-6)
 
 
+def test_workers(installed, copied):
+    told = installed.run("-b", "-P", copied("count_workers.py"))
+    assert told.returncode == 0 and "a worker of its own: True" in told.stdout, told
+    assert "gone with the extension: True" in told.stdout, told
+
+
 def test_panels(installed):
     """As tests/blender/test_blender_panels.py, in this version."""
     script = ROOT / "tests" / "blender" / "panels_shown.py"

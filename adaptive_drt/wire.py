@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Objects over a pipe. Arrays travel beside the pickle, without being copied into it (PEP 574)."""
+
+from __future__ import annotations
+
+import pickle
+import struct
+from typing import IO, Any
+
+__all__ = ["receive", "send"]
+
+NUMBER = struct.Struct("<Q")
+"""Of each part: first how many parts there are, then before each its bytes."""
+
+
+def send(pipe: IO[bytes], value: Any) -> None:
+    """Write an object.
+
+    Raises
+    ------
+    OSError
+        Nobody reads any more.
+    """
+    buffers: list[pickle.PickleBuffer] = []
+    body = pickle.dumps(value, protocol=5, buffer_callback=buffers.append)
+    parts = [memoryview(body), *(buffer.raw() for buffer in buffers)]
+    pipe.write(NUMBER.pack(len(parts)))
+    for part in parts:
+        pipe.write(NUMBER.pack(part.nbytes))
+        pipe.write(part)
+    pipe.flush()
+
+
+def receive(pipe: IO[bytes]) -> Any:
+    """Read an object; its arrays are its own, and may be written to.
+
+    Raises
+    ------
+    EOFError
+        Nobody writes any more.
+    """
+    parts = [_read(pipe, _number(pipe)) for _ in range(_number(pipe))]
+    return pickle.loads(parts[0], buffers=parts[1:])
+
+
+def _number(pipe: IO[bytes]) -> int:
+    value: int = NUMBER.unpack(_read(pipe, NUMBER.size))[0]
+    return value
+
+
+def _read(pipe: IO[bytes], size: int) -> bytearray:
+    room = bytearray(size)
+    view = memoryview(room)
+    while view.nbytes:
+        got = pipe.readinto(view)  # type: ignore[attr-defined]
+        if not got:
+            raise EOFError
+        view = view[got:]
+    return room

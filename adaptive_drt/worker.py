@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The side of a worker process: it calls what it is told to, until its input ends.
+
+A message is (function, share, arguments) and the answer (result, None) or (None, exception). The
+share is what many calls have in common; None stands for the one before.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import threading
+from typing import Any
+
+from .wire import receive, send
+
+__all__ = ["READY", "serve"]
+
+READY = "ready"
+"""The first word of a worker that has loaded all it needs."""
+IDLE = 120.0
+"""Seconds without a call after which a worker ends: an artist looks, and renders again."""
+
+
+def serve() -> None:
+    """Answer calls until there are no more."""
+    calls, answers = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
+    # whatever is printed is no answer
+    nothing = os.open(os.devnull, os.O_RDWR)
+    os.dup2(nothing, 0)
+    os.dup2(nothing, 1)
+    send(answers, READY)
+    share: tuple[Any, ...] = ()
+    while True:
+        alarm = threading.Timer(IDLE, os._exit, (0,))
+        alarm.daemon = True
+        alarm.start()
+        try:
+            call = receive(calls)
+        except EOFError:
+            sys.exit()
+        finally:
+            alarm.cancel()
+        function, news, arguments = call
+        share = share if news is None else news
+        try:
+            answer: Any = (function(*share, *arguments), None)
+        except Exception as error:
+            answer = (None, error)
+        send(answers, answer)

@@ -1,0 +1,231 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Worker processes: the same picture, whatever becomes of them."""
+
+from __future__ import annotations
+
+import io
+import math
+import os
+import subprocess
+import sys
+import threading
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from adaptive_drt import crew as crew_module
+from adaptive_drt import render as render_module
+from adaptive_drt.crew import Call, Crew, Share, Shift, crew
+from adaptive_drt.plan import Stopped
+from adaptive_drt.render import render, render_image
+from adaptive_drt.settings import Settings
+from adaptive_drt.wire import receive, send
+from random_scenes import random_scene
+
+LONG = 60.0
+"""Seconds: nobody waits so long, but for a worker that loads on a busy machine."""
+PASSES = ("color", "alpha", "mask", "samples", "depth", "normal")
+
+
+def wait_for(condition):
+    end = time.monotonic() + LONG
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.01)
+
+
+@pytest.fixture
+def workers(monkeypatch):
+    """The crew with two workers, used for pictures of any size."""
+    monkeypatch.setattr(render_module, "CREWS_PIXELS", 0)
+    crew.muster(2)
+    wait_for(lambda: crew.ready == 2)
+    yield crew
+    crew.stop()
+
+
+def calls_of(monkeypatch):
+    """Names of the functions that workers are told to call, as they are."""
+    made = []
+    call = crew_module._Worker.call
+
+    def counted(worker, told):
+        made.append(told.function.__name__)
+        return call(worker, told)
+
+    monkeypatch.setattr(crew_module._Worker, "call", counted)
+    return made
+
+
+@pytest.mark.parametrize("method", ["EXACT", "RAYS"])
+def test_the_same_picture_to_the_last_bit(workers, monkeypatch, method):
+    made = calls_of(monkeypatch)
+    scene = random_scene(207)
+    alone, together = (
+        render_image(scene, Settings(method=method, tolerance=1e-2, threads=threads))
+        for threads in (1, 3)
+    )
+    assert made, "no worker was called"
+    for name in PASSES:
+        assert np.array_equal(getattr(alone, name), getattr(together, name)), name
+
+
+def test_one_thread_calls_nobody(workers, monkeypatch):
+    made = calls_of(monkeypatch)
+    render_image(random_scene(207), Settings(tolerance=1e-2, threads=1))
+    assert not made
+
+
+def test_small_pictures_start_nobody():
+    crew.stop()
+    render_image(random_scene(207), Settings(tolerance=1e-2, threads=2))
+    assert not crew._idle and not crew._busy
+
+
+def test_a_render_after_one_that_was_cancelled(workers):
+    scene, settings = random_scene(207), Settings(tolerance=1e-3, threads=3)
+    steps = render(scene, settings)
+    next(steps)
+    steps.close()
+    assert not workers._busy
+    workers.muster(2)
+    wait_for(lambda: workers.ready == 2)
+    again, alone = render_image(scene, settings), render_image(scene, replace(settings, threads=1))
+    assert np.array_equal(again.color, alone.color)
+
+
+def test_a_call_is_broken_off(workers):
+    shift, outcome = Shift(), []
+
+    def call():
+        try:
+            shift.make(Call(time.sleep, Share(()), (LONG,)))
+        except Stopped as end:
+            outcome.append(end)
+
+    began = time.monotonic()
+    thread = threading.Thread(target=call)
+    thread.start()
+    wait_for(lambda: workers._busy)
+    shift.break_off()
+    thread.join()
+    assert outcome and time.monotonic() - began < LONG
+    with pytest.raises(Stopped):
+        shift.make(Call(math.sqrt, Share(()), (4.0,)))
+
+
+def test_an_exception_comes_back(workers):
+    with pytest.raises(ValueError, match="math domain"):
+        Shift().make(Call(math.sqrt, Share((-1.0,)), ()))
+    assert Shift().make(Call(math.sqrt, Share((4.0,)), ())) == 2.0
+
+
+def test_what_is_shared_is_what_was_sent_last(workers):
+    two, three = Share((2.0,)), Share((3.0,))
+    made = [Shift().make(Call(math.pow, share, (2.0,))) for share in (two, two, three, two)]
+    assert made == [4.0, 4.0, 9.0, 4.0]
+
+
+def test_the_call_of_a_worker_that_dies_is_made_here(workers):
+    outcome = []
+    call = Call(time.sleep, Share(()), (0.5,))
+    thread = threading.Thread(target=lambda: outcome.append(Shift().make(call)))
+    thread.start()
+    wait_for(lambda: workers._busy)
+    next(iter(workers._busy)).kill()
+    thread.join()
+    assert outcome == [None]
+    # it is not called again
+    assert Shift().make(Call(os.getpid, Share(()), ())) != os.getpid()
+    workers.muster(2)
+    wait_for(lambda: workers.ready == 2)
+
+
+def test_nothing_is_left_behind(workers):
+    processes = [worker._process for worker in workers._idle]
+    workers.stop()
+    assert all(process.poll() is not None for process in processes)
+    assert workers.ready == 0 and workers.hands(4) == 4
+
+
+def test_they_end_with_the_process_that_started_them(tmp_path):
+    program = (
+        "import os, sys, time; from adaptive_drt.crew import crew; crew.muster(1)\n"
+        "while not crew.ready: time.sleep(0.01)\n"
+        "print(crew._idle[0]._process.pid, flush=True); os._exit(0)"
+    )
+    root = os.path.dirname(os.path.dirname(crew_module.__file__))
+    done = subprocess.run(
+        [sys.executable, "-c", program], cwd=root, capture_output=True, text=True, timeout=LONG
+    )
+    pid = int(done.stdout)
+
+    def gone():
+        try:
+            os.kill(pid, 0)
+        except OSError:
+            return True
+        # whoever inherited it may have yet to take note of its end
+        try:
+            with open(f"/proc/{pid}/stat") as file:
+                return file.read().rsplit(")", 1)[1].split()[0] == "Z"
+        except OSError:
+            return True
+
+    wait_for(gone)
+
+
+@pytest.mark.parametrize("program", ["", "blender", "python-that-is-not-there"])
+def test_without_a_python_there_are_none(monkeypatch, tmp_path, program):
+    monkeypatch.setattr(sys, "executable", program and str(tmp_path / program))
+    none = Crew()
+    none.muster(2)
+    none.muster(2)
+    assert not none._idle and none.hands(3) == 3
+
+
+def test_a_python_that_fails_is_tried_once(monkeypatch, tmp_path):
+    broken = tmp_path / "python"
+    broken.write_text("#!/bin/sh\nexit 3\n")
+    broken.chmod(0o755)
+    monkeypatch.setattr(sys, "executable", str(broken))
+    none = Crew()
+    none.muster(2)
+    wait_for(lambda: all(worker.failed and not worker.alive for worker in none._idle))
+    assert none.ready == 0 and none.borrow() is None
+    none.muster(2)
+    assert not none._idle
+
+
+ARRAYS = (
+    np.arange(6.0).reshape(2, 3),
+    np.asfortranarray(np.arange(6.0).reshape(2, 3)),
+    np.arange(24.0).reshape(2, 3, 4)[:, ::2, 1:],
+    np.zeros((3, 0)),
+    np.array(5),
+    np.array([True, False]),
+    np.zeros(1 << 18),
+)
+
+
+@pytest.mark.parametrize("array", ARRAYS, ids=lambda a: f"{a.dtype}{a.shape}")
+def test_arrays_over_a_pipe(array):
+    pipe = io.BytesIO()
+    send(pipe, {"array": array, "more": ("a", None)})
+    send(pipe, "next")
+    pipe.seek(0)
+    got = receive(pipe)
+    assert np.array_equal(got["array"], array) and got["array"].dtype == array.dtype
+    assert got["more"] == ("a", None) and receive(pipe) == "next"
+    got["array"][...] = 0
+    with pytest.raises(EOFError):
+        receive(pipe)
+
+
+def test_half_a_message_is_none():
+    pipe = io.BytesIO()
+    send(pipe, np.arange(9.0))
+    with pytest.raises(EOFError):
+        receive(io.BytesIO(pipe.getvalue()[:-1]))
