@@ -53,10 +53,11 @@ class Blocks:
     wanted : (n,) pixels that are to be resolved.
     value : (4, n) radiance and coverage at the middles of pixels, means over the shutter.
     known : (n,) whether `value` is there.  error : (n,) how far it may be off.
+    unseen : pixels of which it is yet to be said what they see.
     """
 
     def __init__(self, frame: Frame, goal: Goal) -> None:
-        """Find out where the picture may be interpolated at all."""
+        """Nothing is interpolated yet."""
         self.frame, self.goal = frame, goal
         moving = frame.mask[1]
         self.wanted = frame.chosen(goal) & moving
@@ -66,11 +67,16 @@ class Blocks:
         self._open: _Level | None = None
         self._above: tuple[_Level, Array] | None = None
         self._off = np.zeros(0)
+        self.unseen = np.zeros(0, dtype=np.int64)
         if self.wanted.any():
-            self._sight = frame.sights()
+            self._sight, self.unseen = frame.sights()
             across = frame.deviation[:, :2].sum(axis=1)
             self._kink, self._step = across[KINKS], across[STEPS]
             self._left = _standing(frame.deviation[STEPS])
+
+    def see(self, rows: Ints, sight: Ints) -> None:
+        """Enter what pixels see."""
+        self._sight[rows] = sight
 
     def nodes(self, side: int) -> Ints:
         """Pixels whose values blocks of this side need and that are not known: ascending."""

@@ -25,7 +25,7 @@ from .plan import Plan
 from .primary import Pairs
 from .refine import Refined, Task
 from .shade import Shaded, shade
-from .sights import NO_SIGHT, find_sights
+from .sights import NO_SIGHT
 from .variation import BENDS, no_variation
 
 __all__ = ["RIM", "Frame", "Lawn", "Sheet", "first_pass", "widened"]
@@ -282,14 +282,15 @@ class Frame:
         x, y = left + RIM - self.left, bottom + RIM - self.bottom
         return x, y, (right - left - 2 * RIM) // side, (top - bottom - 2 * RIM) // side
 
-    def sights(self) -> Ints:
-        """What each pixel sees during the shutter: (n,), see `sights`."""
+    def sights(self) -> tuple[Ints, Ints]:
+        """What each pixel sees during the shutter (n,), and pixels of which `sights` must tell."""
         sight = np.where(self.outline, NO_SIGHT, self.item + 1)
-        rows = np.flatnonzero(self.outline & self.mask[1])
-        if rows.size:
-            place, half = self._middles(rows)[:2], 0.5 if self.plan.edges else 0.0
-            sight[rows] = find_sights(self.plan, place, half, self._rivals_of(rows))
-        return sight
+        return sight, np.flatnonzero(self.outline & self.mask[1])
+
+    def sight_task(self, rows: Ints) -> tuple[Array, float, Pairs]:
+        """What `find_sights` wants to know of some pixels."""
+        half = 0.5 if self.plan.edges else 0.0
+        return self._middles(rows)[:2], half, self._rivals_of(rows)
 
     def settle(self, rows: Ints, color: Array, alpha: Array, error: Array) -> None:
         """Enter pixels' means that need no refining."""

@@ -21,14 +21,16 @@ from .film import Film
 from .goal import Goal
 from .occluder import Occluders
 from .plan import Plan
-from .primary import Tile, screen_bounds
+from .primary import Pairs, Tile, screen_bounds
 from .refine import Refined, Task, refine
+from .sights import find_sights
 from .squares import SIDES as SQUARES
 from .squares import Squares, coarse
 from .threads import in_order
 
 __all__ = ["Clock", "Exact"]
 
+Array: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
 
 PART = 32_768
@@ -203,6 +205,7 @@ class Exact:
         """Settle what motion leaves smooth, from points at the nodes of blocks."""
         clock = Clock()
         blocks = Blocks(frame, self.goal)
+        yield from self._look(frame, blocks)
         for side in SIDES:
             for ask in (partial(blocks.nodes, side), blocks.checks):
                 wanted = ask()
@@ -212,6 +215,18 @@ class Exact:
             blocks.settle()
             clock("blocks")
         self._add(clock.seconds)
+
+    def _look(self, frame: Frame, blocks: Blocks) -> Generator[None, None, None]:
+        """Find out what pixels with outlines see."""
+        unseen = blocks.unseen
+        count = -(-unseen.size // self._part(unseen.size)) if unseen.size else 0
+        parts = [unseen[k::count] for k in range(count)]
+        todo = [Call(_see, self._share, frame.sight_task(rows)) for rows in parts]
+        with closing(in_order(self.plan, todo)) as outcomes:
+            for sight in outcomes:
+                if sight is not None:
+                    blocks.see(parts.pop(0), sight)
+                yield
 
     def _points(self, frame: Frame, blocks: Blocks, wanted: Ints) -> Generator[None, None, None]:
         """Integrate over the shutter at the middles of pixels."""
@@ -244,6 +259,11 @@ def _first(
     plan.go_on()
     clock = Clock()
     return survey(plan, occluders, bounds, squares, clock), clock.seconds
+
+
+def _see(plan: Plan, _occluders: Occluders, place: Array, half: float, rivals: Pairs) -> Ints:
+    plan.go_on()
+    return find_sights(plan, place, half, rivals)
 
 
 def _refine(plan: Plan, occluders: Occluders, task: Task) -> tuple[Refined, dict[str, float]]:
