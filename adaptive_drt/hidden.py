@@ -17,6 +17,7 @@ from .clip import backdrop, ball_polygons, clip_quads
 from .emitter import QUAD, SPHERE, Emitter, view_cone
 from .gather import gather_light
 from .light import CORNERS
+from .nested import nested
 from .plan import Plan
 from .primary import Pairs, Surface
 from .sampling import points
@@ -66,6 +67,8 @@ def _partial(
     rays = np.zeros(count, dtype=np.bool_)
     rays[pairs.pixel[kind == RAYS]] = True
     keep = (kind != DROP) & ~rays[pairs.pixel]
+    balls = np.flatnonzero(keep & (kind == BALL))
+    keep[balls] = ~nested(plan, surface, pairs.take(balls), _at(time, pairs.pixel[balls]))
     chosen, kind = pairs.take(keep), kind[keep]
     # points with as many occluders of each kind go together
     key = np.zeros(count, dtype=np.int64)

@@ -20,7 +20,7 @@ from .emitter import POINT, QUAD, Cone, Emitter, off_back, view_cone
 from .jet import Jet
 from .light import CORNERS
 from .plan import Plan
-from .primary import Pairs, Surface
+from .primary import Pairs, Surface, in_cache
 from .quad import Planes, edge_planes, off_plane, quad_blocks_segment
 from .quadric import (
     blocks_segment,
@@ -190,8 +190,8 @@ def classify_pairs(
     m = pairs.item.size
     none, full = np.zeros(m, dtype=np.bool_), np.zeros(m, dtype=np.bool_)
     ball = pairs.item < plan.sphere_count
-    for rows, part in ((np.flatnonzero(ball), _by_sphere), (np.flatnonzero(~ball), _by_quad)):
-        if rows.size:
+    for all_rows, part in ((np.flatnonzero(ball), _by_sphere), (np.flatnonzero(~ball), _by_quad)):
+        for rows in in_cache(all_rows):
             chosen = pairs.take(rows)
             when = time[rows] if isinstance(time, np.ndarray) else time
             none[rows], full[rows] = part(plan, surface, light, light.moved(when), chosen, when)

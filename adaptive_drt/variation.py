@@ -9,7 +9,7 @@ found before any sample has met it.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import TypeAlias
 
 import numpy as np
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from .emitter import DISK, POINT, QUAD, Emitter
 from .patch import Patch
 from .plan import Plan
-from .primary import Pairs, Surface
+from .primary import Pairs, Surface, in_cache
 from .quad import edge_planes
 from .vector import cross, dot
 
@@ -97,11 +97,13 @@ def shadow_variation(
     for rows, part in ((np.flatnonzero(ball), _past_spheres), (np.flatnonzero(~ball), _past_quads)):
         if not rows.size:
             continue
-        chosen = pairs.take(rows)
-        when = time[rows] if isinstance(time, np.ndarray) else time
-        shadow = part(plan, surface, patch, light, chosen, when)
-        hidden[chosen.pixel[shadow.covers]] = True
-        _collect(total, chosen.pixel, shadow)
+        found = []
+        for some in in_cache(rows):
+            when = time[some] if isinstance(time, np.ndarray) else time
+            found.append(part(plan, surface, patch, light, pairs.take(some), when))
+        shadow, pixel = _joined(found), pairs.pixel[rows]
+        hidden[pixel[shadow.covers]] = True
+        _collect(total, pixel, shadow)
     total[..., hidden] = 0.0
     return total, hidden
 
@@ -124,6 +126,14 @@ class _Shadows:
     width: Array
     ends: Mask
     covers: Mask
+
+
+def _joined(parts: list[_Shadows]) -> _Shadows:
+    each = (
+        np.concatenate([getattr(part, one.name) for part in parts], axis=-1)
+        for one in fields(_Shadows)
+    )
+    return _Shadows(*each)
 
 
 def _collect(total: Array, pixel: Ints, shadow: _Shadows) -> None:

@@ -21,7 +21,7 @@ ORDER = (
     "arcs outline visible_light "
     "plan primary squares seam forms lines crossings painting ranks regions sights "
     "edge shadow footprint shadow_edge visibility occluder passing sweep detect "
-    "gather patch ahead stray variation open_variation clip hidden shade cells goal "
+    "gather patch ahead stray variation open_variation clip nested hidden shade cells goal "
     "refine exact blocks clear wire worker crew threads resolve integrate cost render"
 ).split()
 """The core's files by rank: each imports only names to its left. Put a new file in its place."""
