@@ -152,10 +152,13 @@ def _gather(depsgraph: Any, gathered: _Export) -> None:
             if light is not None:
                 gathered.lights.append(light)
         elif thing.type == "MESH":
+            meshes.add(name)
             _gather_mesh(instance, name, gathered)
         else:
             kind = thing.type.replace("_", " ").title()
-            gathered.issues.append(Issue(name, f"objects of type {kind} are left out"))
+            others[name] = Issue(name, f"objects of type {kind} are left out")
+    # a text or a curve that has faces is there a second time, as a mesh
+    gathered.issues.extend(issue for name, issue in others.items() if name not in meshes)
     gathered.issues.extend(visible.missing(seen))
 
 
@@ -172,6 +175,8 @@ def _gather_mesh(instance: Any, name: str, gathered: _Export) -> None:
 
 
 def _gather_faces(instance: Any, mesh: Any, name: str, gathered: _Export) -> None:
+    if not len(mesh.vertices):  # nodes have made instances of it, say: there is nothing to show
+        return
     thing = instance.object
     pointer = thing.data.as_pointer()
     if pointer not in gathered.forms:
