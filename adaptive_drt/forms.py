@@ -328,14 +328,14 @@ def _set_reach(plan: Plan, pairs: Pairs, middle: Array, size: Array, cover: Cove
     """Half the size of a ball around the object as seen from the camera, in sizes of the box."""
     center, radius = plan.quads.bounds
     centers = np.concatenate([plan.spheres.center, center], axis=1)
-    ratio = np.concatenate([plan.spheres.radius, radius]) / np.maximum(
-        np.sqrt(dot(centers, centers)), np.finfo(np.float64).tiny
-    )
+    away = np.maximum(np.sqrt(dot(centers, centers)), np.finfo(np.float64).tiny)
+    with np.errstate(over="ignore"):  # the camera is at its middle: as wide as can be
+        ratio = np.concatenate([plan.spheres.radius, radius]) / away
     lens = plan.lens
     w = lens.directions(middle[0], middle[1])
     length = np.sqrt(dot(w, w))
     for k, step in ((0, lens.right), (1, lens.up)):
         across = size[k] * np.sqrt(dot(step, step))
         wide = np.where(across > 0.0, length, np.inf) / np.where(across > 0.0, across, 1.0)
-        with np.errstate(over="ignore"):  # the camera is at its middle: as wide as can be
+        with np.errstate(over="ignore"):
             cover.reach[k] = ratio[pairs.item] * wide[pairs.pixel]

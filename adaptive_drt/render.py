@@ -39,7 +39,10 @@ SAMPLE_ROWS = 8_192
 
 @dataclass(frozen=True)
 class Progress:
-    """How far a render is: `done` of `total` pixels. `film` holds what is finished."""
+    """How far a render is: `done` of `total` pixels. `film` holds what is finished.
+
+    Where pixels are worked on more than once, `done` is the part of the work, counted in pixels.
+    """
 
     done: int
     total: int
@@ -111,11 +114,12 @@ def _by_rays(
 def _exact(
     plan: Plan, occluders: Occluders, bounds: NDArray[np.int64], film: Film, totals: _Totals
 ) -> Generator[int, None, None]:
-    """Method EXACT: pixels done, pass by pass."""
+    """Method EXACT: work done, as if it were pixels."""
     del bounds
     exact = Exact(plan, occluders)
     with closing(exact.run(film)) as steps:
-        yield from steps
+        for done in steps:
+            yield round(done * film.width * film.height)
     totals.seconds.update(exact.seconds)
     totals.rays = {"camera": film.width * film.height, "shaded": exact.shaded}
     totals.more = {"tolerance": plan.settings.tolerance, "error_estimate": exact.error_estimate}

@@ -131,6 +131,13 @@ HOSTILE = {
     "the camera in a surface": _with(
         FLOOR, BALL, Sphere((0.0, -8.0, 3.0), 1.0), Quad((-1.0, -9.0, 4.0), (2, 0, 0), (0, 2, 0))
     ),
+    "the camera in the middle of things": _with(
+        FLOOR,
+        BALL,
+        Sphere((0.5, 0.0, 1.5), 0.8),
+        Sphere(EYE, 50.0),
+        Quad((-70.0, -78.0, 4.0), (140.0, 0.0, 0.0), (0.0, 140.0, 0.0)),
+    ),
     "denormals": _with(
         FLOOR,
         BALL,

@@ -19,21 +19,25 @@ def key_of(instance: Any) -> Hashable:
 
 def name_of(instance: Any) -> str:
     """Return the name a person knows an instance by."""
-    name = instance.object.original.name
-    return f"{instance.parent.original.name}/{name}" if instance.parent else name
+    thing = instance.object.original
+    parent = instance.parent.original if instance.parent else thing
+    # a text's faces are an instance that it is itself the parent of
+    return thing.name if parent == thing else f"{parent.name}/{thing.name}"
 
 
 class Visible:
-    """Tells which instances a render shows: what is hidden from renders is not among them.
+    """Tells which instances a render shows.
 
-    The depsgraph of an operator is the viewport's, so what is hidden in the viewport alone is
-    not in it; `missing` names those. `unheeded` is what the view layer asks of its collections
+    A render's own depsgraph holds nothing else. The depsgraph of an operator is the viewport's:
+    what is hidden from renders is in it, and is found here; what is hidden in the viewport alone is
+    not in it, and `missing` names it. `unheeded` is what the view layer asks of its collections
     beyond being there.
     """
 
     def __init__(self, depsgraph: Any) -> None:
+        self._of_render = depsgraph.mode == "RENDER"
         self._objects: set[Any] = set()
-        self._instanced: dict[Any, set[Any]] = {}
+        self._instanced: dict[Any, _Members] = {}
         self.unheeded: list[Issue] = []
         self._walk(depsgraph.view_layer.layer_collection)
         below = depsgraph.scene.original.background_set
@@ -42,20 +46,27 @@ class Visible:
             below = below.background_set
 
     def __call__(self, instance: Any) -> bool:
+        if self._of_render:
+            # the original's switches may be those of another frame: a render does not set them
+            return bool(instance.show_self)
         thing = instance.object.original
         if not instance.is_instance:
-            shown = thing in self._objects
             hides_itself = thing.is_instancer and not thing.show_instancer_for_render
-            return shown and not hides_itself
+            is_pattern = thing.parent is not None and thing.parent.instance_type in ON_MESHES
+            return thing in self._objects and not (hides_itself or is_pattern)
         parent = instance.parent.original
-        if thing.hide_render or parent.hide_render:
+        if parent not in self._objects:
             return False
+        if parent.instance_type in ON_MESHES:
+            return thing in self._objects
         if parent.instance_type != "COLLECTION" or parent.instance_collection is None:
-            return parent in self._objects
-        return parent in self._objects and thing in self._members(parent.instance_collection)
+            return True  # nodes and particles show what is hidden elsewhere
+        return self._members(parent.instance_collection).shows(thing)
 
     def missing(self, seen: set[Any]) -> Iterator[Issue]:
         """Yield an issue for each object that a render shows but the viewport does not hold."""
+        if self._of_render:
+            return
         for thing in sorted(self._objects - seen, key=lambda o: o.name):
             if thing.is_instancer or thing.type in RENDERED:
                 yield Issue(thing.name, "it is hidden in the viewport; show it there to render it")
@@ -68,10 +79,32 @@ class Visible:
         for child in layer.children:
             self._walk(child)
 
-    def _members(self, collection: Any) -> set[Any]:
+    def _members(self, collection: Any) -> _Members:
         if collection not in self._instanced:
-            self._instanced[collection] = set(_reached(collection))
+            self._instanced[collection] = _Members(collection)
         return self._instanced[collection]
+
+
+ON_MESHES = frozenset(("VERTS", "FACES"))
+"""Ways of an object to repeat its children, which are not shown themselves then."""
+
+
+class _Members:
+    """What an instanced collection holds, and what of it a render shows."""
+
+    def __init__(self, collection: Any) -> None:
+        self._all = set(_reached(collection, hidden=True))
+        self._shown = set(_reached(collection, hidden=False))
+        self._makes_more = any(map(_makes_instances, self._shown))
+
+    def shows(self, thing: Any) -> bool:
+        """Whether it is shown; what is no member is an instance that a member makes."""
+        return thing in self._shown or (self._makes_more and thing not in self._all)
+
+
+def _makes_instances(thing: Any) -> bool:
+    makers = ("NODES", "PARTICLE_SYSTEM")
+    return thing.instance_type in ON_MESHES or any(m.type in makers for m in thing.modifiers)
 
 
 RENDERED = frozenset(
@@ -98,14 +131,15 @@ def _first_layer(scene: Any) -> Any:
     return next((layer for layer in layers if layer.use), layers[0])
 
 
-def _reached(collection: Any) -> Iterator[Any]:
-    if collection.hide_render:
+def _reached(collection: Any, hidden: bool) -> Iterator[Any]:
+    """Yield what an instanced collection holds at any depth; `hidden`: also what is hidden."""
+    if collection.hide_render and not hidden:
         return
     for thing in collection.objects:
-        if thing.hide_render:
+        if thing.hide_render and not hidden:
             continue
         yield thing.original
         if thing.instance_type == "COLLECTION" and thing.instance_collection is not None:
-            yield from _reached(thing.instance_collection)
+            yield from _reached(thing.instance_collection, hidden)
     for child in collection.children:
-        yield from _reached(child)
+        yield from _reached(child, hidden)

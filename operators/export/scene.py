@@ -76,20 +76,23 @@ def export_scene(
         There is no camera, or it is not a perspective one.
     """
     scene = depsgraph.scene.original
-    if scene.camera is None:
+    # at another time of the shutter a marker may have made another one active
+    camera_object = scene.camera
+    if camera_object is None:
         raise SceneError("The scene has no camera: add one, or make one active")
     shutter = shutter_of(scene) if use_motion and move is not None else None
     opens = closes = None
     if shutter is not None and move is not None:
-        opens, closes = _ends(depsgraph, move, shutter)
+        opens, closes = _ends(depsgraph, camera_object, move, shutter)
     layer = depsgraph.view_layer_eval
     gathered = _Export(opens, closes, layer.material_override)
-    camera = _camera(depsgraph, gathered)
+    camera = _camera(depsgraph, camera_object, gathered)
     if scene.render.use_multiview:
         gathered.issues.append(Issue("Scene", STEREO))
     _gather(depsgraph, gathered)
     background = background_of(layer.world_override or depsgraph.scene_eval.world, gathered.issues)
-    gathered.issues.extend(clipped(_active_camera(depsgraph).data, camera, gathered.shapes))
+    camera_data = camera_object.evaluated_get(depsgraph).data
+    gathered.issues.extend(clipped(camera_data, camera, gathered.shapes))
     return Scene(
         camera=camera,
         shapes=tuple(gathered.shapes),
@@ -102,33 +105,29 @@ def export_scene(
 
 
 def _ends(
-    depsgraph: Any, move: Callable[[float], None], shutter: Shutter
+    depsgraph: Any, camera: Any, move: Callable[[float], None], shutter: Shutter
 ) -> tuple[dict[Hashable, Matrix], dict[Hashable, Matrix]]:
     """Sample both ends of the shutter and leave the scene at its middle."""
     move(shutter.opens)
-    opens = _matrices(depsgraph)
+    opens = _matrices(depsgraph, camera)
     move(shutter.closes)
-    closes = _matrices(depsgraph)
+    closes = _matrices(depsgraph, camera)
     move(shutter.middle)
     return opens, closes
 
 
-def _matrices(depsgraph: Any) -> dict[Hashable, Matrix]:
+def _matrices(depsgraph: Any, camera: Any) -> dict[Hashable, Matrix]:
     found: dict[Hashable, Matrix] = {
         key_of(instance): matrix_of(instance)
         for instance in depsgraph.object_instances
         if instance.object.type in ("MESH", "LIGHT")
     }
-    found[CAMERA_KEY] = matrix_of(_active_camera(depsgraph))
+    found[CAMERA_KEY] = matrix_of(camera.evaluated_get(depsgraph))
     return found
 
 
-def _active_camera(depsgraph: Any) -> Any:
-    return depsgraph.scene.original.camera.evaluated_get(depsgraph)
-
-
-def _camera(depsgraph: Any, gathered: _Export) -> Camera:
-    thing = _active_camera(depsgraph)
+def _camera(depsgraph: Any, camera: Any, gathered: _Export) -> Camera:
+    thing = camera.evaluated_get(depsgraph)
     track = gathered.track(CAMERA_KEY, matrix_of(thing), thing.original.name, thing)
     return camera_of(thing, track, depsgraph.scene.original.render, gathered.issues)
 
@@ -136,7 +135,8 @@ def _camera(depsgraph: Any, gathered: _Export) -> Camera:
 def _gather(depsgraph: Any, gathered: _Export) -> None:
     visible = Visible(depsgraph)
     gathered.issues.extend(visible.unheeded)
-    seen = set()
+    seen, meshes = set(), set()
+    others: dict[str, Issue] = {}
     # an instance is valid only until the next one, so all of it is copied here
     for instance in depsgraph.object_instances:
         thing = instance.object
@@ -152,10 +152,13 @@ def _gather(depsgraph: Any, gathered: _Export) -> None:
             if light is not None:
                 gathered.lights.append(light)
         elif thing.type == "MESH":
+            meshes.add(name)
             _gather_mesh(instance, name, gathered)
         else:
             kind = thing.type.replace("_", " ").title()
-            gathered.issues.append(Issue(name, f"objects of type {kind} are left out"))
+            others[name] = Issue(name, f"objects of type {kind} are left out")
+    # a text or a curve that has faces is there a second time, as a mesh
+    gathered.issues.extend(issue for name, issue in others.items() if name not in meshes)
     gathered.issues.extend(visible.missing(seen))
 
 
@@ -172,6 +175,8 @@ def _gather_mesh(instance: Any, name: str, gathered: _Export) -> None:
 
 
 def _gather_faces(instance: Any, mesh: Any, name: str, gathered: _Export) -> None:
+    if not len(mesh.vertices):  # nodes have made instances of it, say: there is nothing to show
+        return
     thing = instance.object
     pointer = thing.data.as_pointer()
     if pointer not in gathered.forms:

@@ -82,14 +82,15 @@ def shutter_of(scene: Any) -> Shutter | None:
 def kept_frame(scene: Any, host: Any | None = None) -> Iterator[Callable[[float], None]]:
     """Yield a function that moves `scene` to a time in frames; put the user's own back after.
 
-    The scene is left alone entirely when the function is never called.
+    The user's camera comes back, too: markers of the timeline change it. The scene is left alone
+    entirely when the function is never called.
 
     Parameters
     ----------
     host : who moves it; a render engine's own `frame_set` moves its depsgraph too. None: the scene.
     """
     host = host or scene
-    frame, subframe = scene.frame_current, scene.frame_subframe
+    frame, subframe, camera = scene.frame_current, scene.frame_subframe, scene.camera
     moved = False
 
     def move(time: float) -> None:
@@ -103,6 +104,8 @@ def kept_frame(scene: Any, host: Any | None = None) -> Iterator[Callable[[float]
     finally:
         if moved:
             host.frame_set(frame, subframe=subframe)
+            if scene.camera != camera:
+                scene.camera = camera
 
 
 def matrix_of(thing: Any) -> Matrix:

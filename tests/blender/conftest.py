@@ -69,3 +69,24 @@ def export(addon, file):
             return module.export_scene(bpy.context.evaluated_depsgraph_get(), move, use_motion)
 
     return run
+
+
+@pytest.fixture
+def rendered(addon, file, monkeypatch, tmp_path):
+    """Render with the engine, one frame or those from first to last; the core's scene of each."""
+    import bpy
+
+    engine = importlib.import_module(f"{PACKAGE}.operators.engine")
+    made, found = engine.export_scene, []
+    monkeypatch.setattr(engine, "export_scene", lambda *a: found.append(made(*a)) or found[-1])
+
+    def run(first=None, last=None):
+        found.clear()
+        scene = bpy.context.scene
+        scene.render.engine, scene.render.filepath = "ADAPTIVE_DRT", str(tmp_path / "frame_")
+        if first is not None:
+            scene.frame_start, scene.frame_end = first, last
+        bpy.ops.render.render(animation=first is not None)
+        return list(found)
+
+    return run

@@ -4,6 +4,10 @@
 from __future__ import annotations
 
 import importlib
+import subprocess
+import sys
+import types
+from pathlib import Path
 
 import bpy
 import numpy as np
@@ -106,3 +110,44 @@ def test_the_user_s_nodes_stay(stage, addon):
         assert chosen and all(n.get(compositor.FRAME) or n.type == "FRAME" for n in chosen)
     compositor.remove_overlay(tree)
     assert theirs() == before and len(tree.nodes) == len(before[0])
+
+
+@pytest.mark.slow
+def test_the_shipped_example(file, tmp_path):
+    """`make compositor`: a file whose nodes lay the mask over the picture, and what they make."""
+    script = Path(__file__).resolve().parents[2] / "demo" / "compositor.py"
+    command = [sys.executable, str(script), str(tmp_path)]
+    told = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True)
+    assert told.returncode == 0, told.stderr[-3000:]
+    image = bpy.data.images.load(str(tmp_path / "compositor.png"))
+    flat = np.empty(len(image.pixels), dtype=np.float32)
+    image.pixels.foreach_get(flat)
+    colors = flat.reshape(-1, image.channels)[:, :3]
+    colored = np.ptp(colors, axis=1) > 0.1
+    assert 0.05 < colored.mean() < 0.95, "the mask's colours over a grey picture"
+    with bpy.data.libraries.load(str(tmp_path / "compositor.blend")) as (held, _):
+        assert held.scenes
+
+
+def test_the_menus_offer_it(addon):
+    """Render's own menu, and the compositor's View; in no other node editor."""
+    menus = importlib.import_module(f"{addon.__name__}.ui.menus")
+    for name, draw in menus.ENTRIES:
+        assert draw in getattr(bpy.types, name).draw._draw_funcs, name
+    offered = []
+    menu, space = types.SimpleNamespace(), types.SimpleNamespace()
+    menu.layout = types.SimpleNamespace(
+        separator=lambda: None, operator=lambda name, **_: offered.append(name)
+    )
+    context = types.SimpleNamespace(space_data=space)
+    menus.draw_in_render_menu(menu, context)
+    assert offered == ["adaptive_drt.render", "adaptive_drt.show_mask"]
+    for space.tree_type, expected in (("ShaderNodeTree", 2), ("CompositorNodeTree", 3)):
+        menus.draw_in_node_menu(menu, context)
+        assert len(offered) == expected
+    addon.unregister()
+    try:
+        for name, draw in menus.ENTRIES:
+            assert draw not in getattr(bpy.types, name).draw._draw_funcs, name
+    finally:
+        addon.register()

@@ -200,6 +200,7 @@ def _manners():
         scene.frame_current,
         scene.frame_subframe,
         scene.render.engine,
+        scene.camera,
         bpy.context.view_layer.objects.active,
         [o.name for o in bpy.context.selected_objects],
         sorted(i.name for i in bpy.data.images if not i.name.startswith("Adaptive")),
@@ -218,6 +219,8 @@ def test_manners(file, tracer, part, tmp_path, monkeypatch, outcome):
     scene = bpy.context.scene
     scene.render.use_motion_blur = True
     scene.frame_set(5, subframe=0.75)
+    # a marker of the timeline knows another camera than the one that the user has chosen since
+    scene.timeline_markers.new("Cut", frame=1).camera = things.link(scene.camera.copy())
     bpy.context.view_layer.objects.active = ball
     ball.select_set(True)
     if outcome == "failure":

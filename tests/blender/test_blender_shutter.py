@@ -160,3 +160,26 @@ def test_a_shutter_that_is_no_time_is_refused(export, core, shutter, length):
     shutter.render.motion_blur_shutter = length
     with pytest.raises(core.SceneError, match="shutter"):
         export()
+
+
+@pytest.mark.parametrize("position", ["START", "CENTER", "END"])
+def test_a_cut_between_cameras(rendered, shutter, position):
+    """Markers switch the camera while the shutter is open; the picture is one camera's alone."""
+    things.uv_sphere()
+    shutter.render.motion_blur_position = position
+    cameras = [shutter.camera, shutter.camera.copy()]
+    things.link(cameras[1]).location.x = 3.0
+    for frame, camera in zip((1, 3), cameras, strict=True):
+        shutter.timeline_markers.new(camera.name, frame=frame).camera = camera
+    found = [s.camera for s in rendered(2, 3)]
+    assert [c.matrix[0][3] for c in found] == [0.0, 3.0]
+    assert [c.motion for c in found] == [None, None]
+
+
+def test_the_user_s_own_choice_of_a_camera_stays(export, shutter):
+    """The button renders what the 3D View looks through, whatever the markers say."""
+    chosen, other = shutter.camera, shutter.camera.copy()
+    things.link(other).location.x = 3.0
+    shutter.timeline_markers.new("Cut", frame=2).camera = other
+    shutter.camera = chosen
+    assert export().camera.matrix[0][3] == 0.0 and shutter.camera == chosen

@@ -72,8 +72,7 @@ def test_collection_instances(export):
     bpy.context.scene.collection.objects.unlink(lamp)
     source.objects.link(lamp)
     for name, x, scale in (("A", 0.0, 1.0), ("B", 10.0, 2.0)):
-        empty = things.link(bpy.data.objects.new(name, None))
-        empty.instance_type, empty.instance_collection = "COLLECTION", source
+        empty = _instancer(name, source)
         empty.location.x, empty.scale = x, (scale,) * 3
     scene = export()
     found = {s.name: (s.center, s.radius) for s in scene.shapes}
@@ -113,6 +112,107 @@ def test_moving_instances(export):
     assert sphere.motion.displacement == pytest.approx((0.5, 0.0, 0.0), abs=1e-5)
 
 
+def _instancer(name, collection):
+    empty = things.link(bpy.data.objects.new(name, None))
+    empty.instance_type, empty.instance_collection = "COLLECTION", collection
+    return empty
+
+
+def _both(export, rendered):
+    """Names that the button and the engine render alike, without a word of what is left out."""
+    (scene,), mine = rendered(), export()
+    assert _names(scene) == _names(mine) and scene.issues == mine.issues == ()
+    return _names(mine)
+
+
+def test_visibility_that_is_keyed(rendered):
+    """A render of an animation does not set the switch of the object that a person sees."""
+    balls = {name: things.uv_sphere(name) for name in ("Comes", "Goes")}
+    for frame, shown in ((1, ("Goes",)), (3, ("Comes",))):
+        for name, ball in balls.items():
+            ball.hide_render = name not in shown
+            ball.keyframe_insert("hide_render", frame=frame)
+    bpy.context.scene.frame_set(1)
+    assert [_names(s) for s in rendered(1, 4)] == [["Goes"]] * 2 + [["Comes"]] * 2
+
+
+def test_visibility_that_is_driven(export, rendered):
+    ball = things.uv_sphere("Ball")
+    ball.driver_add("hide_render").driver.expression = "frame > 3"
+    bpy.context.scene.frame_set(2)
+    assert _both(export, rendered) == ["Ball"]
+    bpy.context.scene.frame_set(5)
+    assert _both(export, rendered) == []
+
+
+@pytest.mark.parametrize("how", ["hidden", "excluded", "collection hidden"])
+def test_nodes_show_what_is_hidden_elsewhere(export, rendered, how):
+    """What nodes scatter is mostly hidden where it stands itself."""
+    sources = _collection("Sources", bpy.context.scene.collection)
+    ball = things.uv_sphere("Ball", collection=sources)
+    if how == "excluded":
+        bpy.context.view_layer.layer_collection.children["Sources"].exclude = True
+    else:
+        (ball if how == "hidden" else sources).hide_render = True
+    field = things.plane("Field")
+    things.scatter(field, ball if how == "hidden" else None, sources)
+    assert _both(export, rendered) == ["Field/Ball"] * 4
+    field.hide_render = True
+    assert _both(export, rendered) == []
+
+
+def test_instanced_nodes(export, rendered):
+    """What a member of an instanced collection scatters is no member itself."""
+    inside = _collection("Inside")
+    field, ball = things.plane("Field"), things.uv_sphere("Ball")
+    bpy.context.scene.collection.objects.unlink(field)
+    inside.objects.link(field)
+    things.scatter(field, ball)
+    things.uv_sphere("Never", collection=inside).hide_render = True
+    _instancer("Top", inside)
+    assert _both(export, rendered) == ["Ball"] + ["Top/Ball"] * 4
+    ball.hide_render = True
+    assert _both(export, rendered) == ["Top/Ball"] * 4
+    field.hide_render = True
+    assert _both(export, rendered) == []
+
+
+def test_particles_show_what_is_hidden_elsewhere(export, rendered):
+    ball, field = things.uv_sphere("Ball", radius=0.1), things.plane("Field")
+    field.modifiers.new("Particles", "PARTICLE_SYSTEM")
+    particles = field.particle_systems[0].settings
+    particles.type, particles.count, particles.render_type = "HAIR", 3, "OBJECT"
+    particles.instance_object = ball
+    assert _both(export, rendered) == ["Ball", "Field"] + ["Field/Ball"] * 3
+    ball.hide_render, field.show_instancer_for_render = True, False
+    assert _both(export, rendered) == ["Field/Ball"] * 3
+
+
+@pytest.mark.parametrize("kind, count", [("VERTS", 4), ("FACES", 1)])
+def test_children_repeated_on_a_mesh(export, rendered, kind, count):
+    """They are not shown where they stand; their own children are."""
+    field, ball, grandchild = things.plane("Field"), things.uv_sphere("A"), things.uv_sphere("B")
+    ball.parent, grandchild.parent, field.instance_type = field, ball, kind
+    repeated = ["Field/A"] * count + ["Field/B"] * count
+    assert _both(export, rendered) == ["B", "Field", *repeated]
+    ball.hide_render = True
+    assert _both(export, rendered) == ["B", "Field"] + ["Field/B"] * count
+    field.hide_render = True
+    assert _both(export, rendered) == ["B"]
+
+
+def test_a_camera_that_is_not_in_the_view_layer(export, rendered):
+    scene = bpy.context.scene
+    away, camera = _collection("Away", scene.collection), scene.camera
+    scene.collection.objects.unlink(camera)
+    away.objects.link(camera)
+    camera.parent = rig = things.link(bpy.data.objects.new("Rig", None), away)
+    rig.location.x = 2.0
+    bpy.context.view_layer.layer_collection.children["Away"].exclude = True
+    (found,) = rendered()
+    assert found.camera.matrix[0][3] == export().camera.matrix[0][3] == pytest.approx(2.0)
+
+
 def test_other_types_are_told(export):
     things.link(bpy.data.objects.new("Text", bpy.data.curves.new("Text", "FONT"))).data.body = "a"
     things.link(bpy.data.objects.new("Ball", bpy.data.metaballs.new("Ball")))
@@ -122,6 +222,21 @@ def test_other_types_are_told(export):
     assert scene.shapes == ()
     told = things.reasons(scene)
     assert "Text" in told and "Volume" in told and "Empty" not in told
+
+
+def test_texts_and_curves_that_have_faces_are_told_once(export, rendered):
+    """They come a second time as meshes."""
+    things.link(bpy.data.objects.new("Text", bpy.data.curves.new("Text", "FONT"))).data.body = "a"
+    for scene in (export(), *rendered()):
+        assert [(i.name, i.reason) for i in scene.issues] == [
+            ("Text", "its outline is not a parallelogram")
+        ]
+
+
+def test_a_mesh_that_is_empty_leaves_nothing_out(export):
+    things.mesh_object("Nothing", [], [])
+    things.mesh_object("Edge", [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0)], [])
+    assert set(things.reasons(export())) == {"Edge"}
 
 
 def test_visibility_flags_are_told(export):

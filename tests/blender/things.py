@@ -76,6 +76,33 @@ def material(name="Material", node="ShaderNodeBsdfPrincipled", **inputs):
     return made_material
 
 
+def scatter(points, source=None, collection=None):
+    """Let nodes put instances of an object, or of a collection's objects, on points."""
+    tree = bpy.data.node_groups.new("Scatter", "GeometryNodeTree")
+    for way in ("INPUT", "OUTPUT"):
+        tree.interface.new_socket("Geometry", in_out=way, socket_type="NodeSocketGeometry")
+    start, end, place, info = (
+        tree.nodes.new(kind)
+        for kind in (
+            "NodeGroupInput",
+            "NodeGroupOutput",
+            "GeometryNodeInstanceOnPoints",
+            "GeometryNodeObjectInfo" if source else "GeometryNodeCollectionInfo",
+        )
+    )
+    if source:
+        info.inputs["Object"].default_value = source
+        info.inputs["As Instance"].default_value = True
+    else:
+        info.inputs["Collection"].default_value = collection
+        info.inputs["Separate Children"].default_value = True
+    tree.links.new(start.outputs[0], place.inputs["Points"])
+    made = info.outputs["Geometry" if source else "Instances"]
+    tree.links.new(made, place.inputs["Instance"])
+    tree.links.new(place.outputs[0], end.inputs[0])
+    points.modifiers.new("Scatter", "NODES").node_group = tree
+
+
 def keyed(thing, path, *values):
     """Key a property at frames 1, 11, 21 … with straight lines between."""
     for index, value in enumerate(values):

@@ -121,14 +121,15 @@ def cancel_by_escape(view, editor):
     # long enough to be cancelled
     ours.method, ours.tolerance = "EXACT", 1e-4
     yield from start(view)
-    yield from watched("filling", lambda: idle() or state.job.factor > 0.2)
+    yield from watched("filling", lambda: idle() or state.job.factor > 0.1)
     FACTS["running"] = state.job is not None
     FACTS["text"] = state.job.text if state.job else ""
     FACTS["shown_while_running"] = getattr(editor.spaces.active.image, "name", None)
     with bpy.context.temp_override(area=editor, region=editor.regions[-1]):
         bpy.ops.image.view_all(fit_view=True)
-    yield from watched("shown", lambda: idle() or state.job.factor > 0.4)
-    shoot("running")
+    yield from watched("shown", lambda: idle() or state.job.factor > 0.15)
+    shoot("running")  # some of its rows are there, others are not
+    yield from watched("refining", lambda: idle() or state.job.factor > 0.4)
     click_button(view)  # a second click harms nothing
     yield 0.3
     yield from press_escape(view, "exact_escapes")
