@@ -2,9 +2,8 @@
 """The picture hangs on nothing but what is seen: not on where, how large or how turned it is.
 
 Rays are distributed at points of a light's and a pixel's own coordinates, which turn and move
-with them. Only three sets of points do not, and are made to: round lights have no coordinates of
-their own (in turned scenes they cast no shadow under method RAYS), a mirror turns a quad light's
-second coordinate about, and a reversed shutter the time.
+with them; those of round lights lean as the surface does. Only two sets of points do not, and are
+made to: a mirror turns a quad light's second coordinate about, and a reversed shutter the time.
 """
 
 from dataclasses import replace
@@ -144,26 +143,11 @@ def test_reordered(case, way):
     check("reordered", case, scene, reordered(scene, rng, way == "EXACT"), WAYS[way])
 
 
-def in_own_coordinates(scene):
-    """The scene with shadows of such lights alone as have coordinates of their own."""
-    lights = (
-        replace(x, casts_shadow=isinstance(x, QuadLight | PointLight) and x.casts_shadow)
-        for x in scene.lights
-    )
-    return replace(scene, lights=tuple(lights))
-
-
 @cases
 @ways
 def test_turned(case, way):
     scene, rng = made(case)
-    if way == "EXACT":
-        check("turned", case, scene, turned(scene, random_rotation(rng)), WAYS[way])
-        return
-    half = in_own_coordinates(scene)
-    check("turned", case, half, turned(half, random_rotation(rng)), WAYS[way])
-    hard = replace(WAYS[way], use_penumbra=False)
-    check("turned", case, scene, turned(scene, random_rotation(rng)), hard)
+    check("turned", case, scene, turned(scene, random_rotation(rng)), WAYS[way])
 
 
 def reflect(monkeypatch, last):
@@ -193,10 +177,7 @@ def test_mirrored(case, way, monkeypatch):
         check("mirrored", case, scene, mirrored(scene, normal), settings)
         return
     reflect(monkeypatch, last=True)
-    half, settings = in_own_coordinates(scene), replace(settings, light_rays=8)
-    check("mirrored", case, half, mirrored(half, normal), settings)
-    hard = replace(settings, use_penumbra=False)
-    check("mirrored", case, scene, mirrored(scene, normal), hard)
+    check("mirrored", case, scene, mirrored(scene, normal), replace(settings, light_rays=8))
 
 
 @cases
