@@ -228,11 +228,8 @@ def _past_spheres(
     ends = (np.abs(angle - opening - half) < whole) | (np.abs(opening - farthest) < whole)
     ends |= np.abs(half - opening - angle) < whole
     covers = (opening - farthest >= whole) & ~enclosed & (tangent < far - light.radius)
-    inner = np.flatnonzero(enclosed)
-    if inner.size:
-        covers[inner] = _holds(
-            plan, surface, patch, light, pairs.take(inner), v[:, inner], to[:, inner]
-        )
+    some = np.flatnonzero(enclosed)
+    covers[some] = _holds(plan, surface, patch, light, pairs.take(some), v[:, some], to[:, some])
     return _Shadows(depth, shifts, 2.0 * np.minimum(half, opening), ends, covers)
 
 
@@ -271,9 +268,8 @@ def _extent(light: Emitter, toward: Array, far: Array) -> Array:
 def _past_quads(
     plan: Plan, surface: Surface, patch: Patch, light: Emitter, pairs: Pairs, time: Array | float
 ) -> _Shadows:
-    """Of quads: the sharpest of the edges that cross the light counts."""
-    point = surface.point[:, pairs.pixel]
-    ids = pairs.item - plan.sphere_count
+    """Of quads: the sharpest edge across the light, before its centre or beyond, counts."""
+    point, ids = surface.point[:, pairs.pixel], pairs.item - plan.sphere_count
     q = plan.quads.moved(ids, time) - point
     u, v = plan.quads.edge_u[:, ids], plan.quads.edge_v[:, ids]
     planes, normal, height = edge_planes(q, u, v)
@@ -285,7 +281,6 @@ def _past_quads(
     misses = ~(height > 0.0)
     covers = ~misses
     for plane, start, edge in zip(planes, *edges_of(q, u, v), strict=True):
-        # beyond the light's centre too, where only a part of the light may be
         near = np.maximum(distance_along(start, edge, axis), far * NEAREST)
         rate, steps = _rates(plan, light, patch, pairs, near, far)
         toward = plane / np.maximum(np.sqrt(dot(plane, plane)), TINY)
@@ -314,8 +309,7 @@ def _past_quads(
     before = (beyond - light.radius * size > light_slack) & (height > point_slack)
     covers &= before & ~misses & ~own
     cut = np.flatnonzero((height <= point_slack) & ~own)
-    away = distance_to(q[:, cut], u[:, cut], v[:, cut])
-    cut = cut[away <= _reach(plan, patch, pairs.take(cut))]
+    cut = cut[distance_to(*(x[:, cut] for x in (q, u, v))) <= _reach(plan, patch, pairs.take(cut))]
     if cut.size:
         # it stands in the patch: lit on one side, dark on the other
         depth[cut], width[cut] = 1.0, 0.0
