@@ -93,6 +93,13 @@ def test_random_scenes_with_faults(seed):
     check_or_refused(hostile_scene(seed), WAYS[way])
 
 
+@pytest.mark.parametrize("seed", (1247, 1301, 1355, 1820))
+@pytest.mark.parametrize("way", ("order 2", "exact to 0.01"))
+def test_scenes_that_warned(seed, way):
+    """A camera in a surface seen edge-on; points in a ball that shines, a quad beside it."""
+    check_or_refused(hostile_scene(seed), WAYS[way])
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(60, 260))
 def test_many_random_scenes_with_faults(seed):
