@@ -41,6 +41,10 @@ The run of 900 hostile scenes listed above came before the mending of what it fo
 (a camera in a surface seen edge-on), 1301, 1355 and 1820 (points in a ball that shines). They are
 tests now (`tests/test_hostile.py`) and warn of nothing; the other scenes were not run again.
 
+Points on a spherical light lie in another frame since the kernels' run. That family again, a
+million configurations of the same seed: no bound broken, at worst 0.76 of it (5.4e-15; (1000, 3),
+49656).
+
 ## The mask on random scenes
 
 `tests/test_mask.py` holds the mask of random scenes against brute force with all effects at once.
