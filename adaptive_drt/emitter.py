@@ -198,7 +198,7 @@ def points_on(
         edge = cross(half_u, half_v)
         area = 4.0 * np.sqrt(dot(edge, edge))
         return to, np.maximum(dot(normal, to), 0.0) * away * area / (square * square)
-    direction, cosine, opening = _cone_directions(emitter, center, point, a, b)
+    direction, cosine, opening = _cone_directions(emitter, center, point, normal, a, b)
     d = np.sqrt(dot(center - point, center - point))
     r = emitter.radius
     if emitter.kind == DISK:
@@ -213,13 +213,11 @@ def points_on(
 
 
 def _cone_directions(
-    emitter: Emitter, center: Array, point: Array, a: Array, b: Array
+    emitter: Emitter, center: Array, point: Array, normal: Array, a: Array, b: Array
 ) -> tuple[Array, Array, Array]:
     """Unit directions (3, n, k), uniform over a round light's solid angle, and their cosines.
 
     The third result is 1 less the cosine of the cone's half angle.
-
-    The frame about the axis: Duff and others 2017, "Building an orthonormal basis, revisited".
     """
     cone = view_cone(emitter, center, point)
     # 1 - cos without cancellation; every direction where the point lies inside the light
@@ -227,15 +225,42 @@ def _cone_directions(
     drop = a * opening
     cosine = 1.0 - drop
     sine = np.sqrt(np.maximum(drop * (2.0 - drop), 0.0))
-    x, y, z = cone.axis
+    u, v = _frame(cone.axis, normal, point)
+    turn = (2.0 * np.pi) * b
+    direction = cosine * cone.axis + (sine * np.cos(turn)) * u + (sine * np.sin(turn)) * v
+    return direction, cosine, opening
+
+
+ASLANT = 2.0**-26
+"""Sine of the angle between an axis and a normal: below it, rounding says where the normal leans,
+and a frame has the world's axes; so much of the distance from the camera, from there on, the plane
+of both passes the camera by on a side that rounding does not say."""
+
+
+def _frame(axis: Array, normal: Array, point: Array) -> tuple[Array, Array]:
+    """Unit vectors that make a frame with axes (3, ...): it turns, and is mirrored, with the scene.
+
+    The first leans as the surface's normal does, the second away from the camera, the origin.
+    Where there is no such lean, world axes: Duff and others 2017, "Building an orthonormal basis,
+    revisited".
+    """
+    x, y, z = axis
     sign = np.where(z < 0.0, -1.0, 1.0)
     p = -1.0 / (sign + z)
     q = x * y * p
     u = np.stack([1.0 + sign * x * x * p, sign * q, -sign * x])
     v = np.stack([q, sign + y * y * p, -y])
-    turn = (2.0 * np.pi) * b
-    direction = cosine * cone.axis + (sine * np.cos(turn)) * u + (sine * np.sin(turn)) * v
-    return direction, cosine, opening
+    lean = normal - dot(normal, axis) * axis
+    size = np.sqrt(dot(lean, lean))
+    leans = size > ASLANT
+    lean = lean / np.where(leans, size, 1.0)
+    # once more: where it was small, rounding has left some of the axis in it
+    lean = lean - dot(lean, axis) * axis
+    lean = lean / np.where(leans, np.sqrt(dot(lean, lean)), 1.0)
+    aside = cross(axis, lean)
+    far = np.sqrt(dot(point, point))
+    aside = aside * np.where(dot(aside, point) < -ASLANT * far, -1.0, 1.0)
+    return np.where(leans, lean, u), np.where(leans, aside, v)
 
 
 def _column(vector: tuple[float, float, float]) -> Array:

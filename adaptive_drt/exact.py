@@ -251,14 +251,19 @@ class Frame:
         self._corrected, self._change = index, change
         self.error[traced] = self.deviation[..., traced].sum(axis=(0, 1))
 
-    def goal(self, rows: Mask) -> Goal:
-        """The goal of the picture, from the frame's `rows` (height,) of pixels."""
-        some = self.inner().reshape(self.height, self.width) & rows[:, None]
-        index = np.flatnonzero(some)
+    def goal(self, rows: Mask, found: tuple[Ints, Array] | None = None) -> Goal:
+        """The goal, from `rows` (height,) of pixels; `found` : colours (3, m) of some, if known."""
+        index = self.some(rows)
         color = self.color.copy()
         color[:, self._corrected] += self._change
+        if found is not None:
+            color[:, found[0]] = found[1]
         error, cut = self.error[index], self.outline[index]
         return make_goal(self.plan.settings.tolerance, color[:, index], error, cut)
+
+    def some(self, rows: Mask) -> Ints:
+        """The pixels of the region itself in some of the frame's rows."""
+        return np.flatnonzero(self.inner().reshape(self.height, self.width) & rows[:, None])
 
     def estimate(self) -> float:
         """RMS error of the region over its mean, as estimated."""
@@ -304,14 +309,14 @@ class Frame:
         rows = self._corrected[kept]
         # a mean of light is never below 0, whatever differences say
         self.color[:, rows] = np.maximum(self.color[:, rows] + self._change[:, kept], 0.0)
-        return self._in_parts(np.flatnonzero(chosen), goal, size, True)
+        return self.in_parts(np.flatnonzero(chosen), goal, size, True)
 
     def point_tasks(self, rows: Ints, goal: Goal, size: int) -> list[tuple[Ints, Task]]:
         """What is to be integrated over the shutter, at the middles of pixels only."""
-        return self._in_parts(rows, goal, size, False)
+        return self.in_parts(rows, goal, size, False)
 
-    def _in_parts(self, rows: Ints, goal: Goal, size: int, whole: bool) -> list[tuple[Ints, Task]]:
-        # every k-th pixel, so that the parts are alike
+    def in_parts(self, rows: Ints, goal: Goal, size: int, whole: bool) -> list[tuple[Ints, Task]]:
+        """Tasks for pixels, whole or their middles: every k-th, so that the parts are alike."""
         step = max(1, -(-rows.size // size))
         parts = [rows[first::step] for first in range(step if rows.size else 0)]
         return [(part, self._task(part, goal, whole and self.plan.edges)) for part in parts]

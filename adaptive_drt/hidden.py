@@ -2,8 +2,8 @@
 """Light that occluders hide in part, at surface points: which of them count, and how.
 
 An occluder wholly before the light counts by its outline, one that a light's plane cuts by the
-part before it. Left to rays are points inside an occluder, and occluders that reach into a
-spherical light.
+part before it. Left to rays are points inside an occluder or a spherical light, and occluders that
+reach into one.
 """
 
 from __future__ import annotations
@@ -66,6 +66,10 @@ def _partial(
     kind = _place(plan, surface, light, pairs, _at(time, pairs.pixel))
     rays = np.zeros(count, dtype=np.bool_)
     rays[pairs.pixel[kind == RAYS]] = True
+    if light.kind == SPHERE:
+        # from within a ball that shines no cone holds it
+        to = light.moved(time) - surface.point
+        rays |= np.sqrt(dot(to, to)) <= light.radius
     keep = (kind != DROP) & ~rays[pairs.pixel]
     balls = np.flatnonzero(keep & (kind == BALL))
     keep[balls] = ~nested(plan, surface, pairs.take(balls), _at(time, pairs.pixel[balls]))

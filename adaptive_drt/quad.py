@@ -16,11 +16,22 @@ from numpy.typing import NDArray
 
 from .vector import cross, dot
 
-__all__ = ["QuadSet", "edge_planes", "hit_quad", "off_plane", "quad_blocks_segment"]
+__all__ = [
+    "QuadSet",
+    "distance_along",
+    "distance_to",
+    "edge_planes",
+    "edges_of",
+    "hit_quad",
+    "off_plane",
+    "quad_blocks_segment",
+]
 
 Array: TypeAlias = NDArray[np.float64]
 Mask: TypeAlias = NDArray[np.bool_]
 Planes: TypeAlias = tuple[Array, Array, Array, Array]
+TINY = float(np.finfo(np.float64).tiny)
+"""Smallest normal float64: keeps a quotient of two zeros finite."""
 
 
 @dataclass(frozen=True)
@@ -119,3 +130,37 @@ def _inside(w: Array, planes: Planes) -> Mask:
     for plane in planes[1:]:
         inside = inside & (dot(w, plane) >= 0.0)
     return inside
+
+
+def edges_of(q: Array, a: Array, b: Array) -> tuple[Planes, Planes]:
+    """Where the edges of parallelograms start, and where they go; in `edge_planes`' order."""
+    return (q, q, q + a, q + b), (b, a, b, a)
+
+
+def distance_along(start: Array, edge: Array, axis: Array) -> Array:
+    """Distance (m,) from the origin of the place on an edge that is nearest to a ray.
+
+    start, edge : (3, m).  axis : (3, m) unit vectors along the rays.
+    """
+    across = edge - dot(edge, axis) * axis
+    square = np.maximum(dot(across, across), TINY)
+    place = start + np.clip(-dot(start, across) / square, 0.0, 1.0) * edge
+    distance: Array = np.sqrt(dot(place, place))
+    return distance
+
+
+def distance_to(q: Array, a: Array, b: Array) -> Array:
+    """Distance (m,) of the origin from parallelograms of corners q and edges a, b (3, m)."""
+    aa, ab, bb, qa, qb = dot(a, a), dot(a, b), dot(b, b), dot(q, a), dot(q, b)
+    gram = np.maximum(aa * bb - ab * ab, TINY)
+    # the foot on its plane, in units of its edges
+    x, y = (ab * qb - bb * qa) / gram, (ab * qa - aa * qb) / gram
+    nearest = q + x * a + y * b
+    distance = np.where((np.abs(x - 0.5) <= 0.5) & (np.abs(y - 0.5) <= 0.5), 1.0, np.inf)
+    distance = distance * np.sqrt(dot(nearest, nearest))
+    for start, edge in zip(*edges_of(q, a, b), strict=True):
+        part = np.clip(-dot(start, edge) / np.maximum(dot(edge, edge), TINY), 0.0, 1.0)
+        nearest = start + part * edge
+        distance = np.minimum(distance, np.sqrt(dot(nearest, nearest)))
+    found: Array = distance
+    return found

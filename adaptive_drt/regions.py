@@ -74,7 +74,7 @@ class Regions:
     spread : (6, m) lower triangular root of the second moments about them: xx, yx, yy, tx, ty, tt.
     error : (m,) estimate of the absolute error of the weight.
     missed : (n,) weight in each box that may belong to objects of which no line met any.
-    late : (n,) error by outlines that move too fast for lines across the picture.
+    late : (n,) the same, and error, by outlines that move too fast for lines across the picture.
     """
 
     box: Ints
@@ -163,7 +163,7 @@ def find_regions(
     goal = np.broadcast_to(np.asarray(accuracy, dtype=np.float64), (count,))
     _refine(plan, found, goal, most, np.flatnonzero(todo), sums)
     late = np.where(found.fast > STEEPEST, np.minimum(KINK * found.fast / most, JUMP) / most, 0.0)
-    return _regions(boxes, found.pairs, sums, late)
+    return _regions(boxes, found, sums, late)
 
 
 def _candidates(plan: Plan, boxes: Boxes, pairs: Pairs) -> _Candidates:
@@ -326,9 +326,9 @@ def _add_unseen(cover: Cover, index: Ints, wide: Mask, axis: int, lines: int, su
     sums.error[index] = np.maximum(sums.error[index], np.maximum(unseen, hidden))
 
 
-def _regions(boxes: Boxes, pairs: Pairs, sums: _Sums, late: Array) -> Regions:
+def _regions(boxes: Boxes, found: _Candidates, sums: _Sums, late: Array) -> Regions:
     """What has a weight, sorted, with weights that sum to one."""
-    count = boxes.low.shape[1]
+    count, pairs = boxes.low.shape[1], found.pairs
     box = np.concatenate([pairs.pixel, np.arange(count)])
     item = np.concatenate([pairs.item, np.full(count, BACKGROUND)])
     kept = np.flatnonzero(sums.weight > DUST)
@@ -342,7 +342,11 @@ def _regions(boxes: Boxes, pairs: Pairs, sums: _Sums, late: Array) -> Regions:
     total = np.bincount(box, weight, minlength=count)
     missed = np.zeros(count)
     unseen = np.flatnonzero(sums.weight[: pairs.item.size] <= DUST)
-    np.maximum.at(missed, pairs.pixel[unseen], sums.error[unseen])
+    # what comes and goes sooner than it moves across the box is for shorter times to tell
+    x, y, t = found.cover.across[:, unseen]
+    soon = (t > np.maximum(x, y)) & found.wide[TIME, pairs.pixel[unseen]]
+    for error, some in ((missed, unseen[~soon]), (late, unseen[soon])):
+        np.maximum.at(error, pairs.pixel[some], sums.error[some])
     return Regions(box, item, weight / total[box], place, spread, sums.error[kept], missed, late)
 
 

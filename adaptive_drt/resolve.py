@@ -18,7 +18,7 @@ from .clear import Survey, survey
 from .crew import Call, Share, crew
 from .exact import Frame, widened
 from .film import Film
-from .goal import Goal
+from .goal import Goal, make_goal
 from .occluder import Occluders
 from .plan import Plan
 from .primary import Pairs, Tile, screen_bounds
@@ -32,6 +32,7 @@ __all__ = ["Clock", "Exact"]
 
 Array: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
+Mask: TypeAlias = NDArray[np.bool_]
 
 PART = 32_768
 """Pixels refined at a time, at most; fewer where threads would have none."""
@@ -64,6 +65,9 @@ BLOCKS_SHARE = 0.5
 """Of that rest, what blocks take in a moving scene (0.4 to 0.6)."""
 ASKED_SHARES = (0.15, 0.1, 0.15, 0.1, 0.5, 0.0)
 """Of what blocks take, their nodes and checks, the coarsest first."""
+LOOK = 1.0
+"""Tolerance where no centre is lit, until light is found: some 7 % of the errors foreseen. To ask
+a tolerance of darkness itself would split all of it to the end."""
 
 
 class Clock:
@@ -223,6 +227,35 @@ class Exact:
         inside = np.zeros(frame.height, dtype=np.bool_)
         inside[frame.own[0]] = chosen
         self.goal = frame.goal(inside)
+        yield from self._look(frame, inside)
+
+    def _look(self, frame: Frame, inside: Mask) -> Generator[None, None, None]:
+        """Where no centre is lit, look for light before a tolerance is asked of darkness."""
+        some = frame.some(inside)
+        color, error, cut = frame.color[:, some], frame.error[some], frame.outline[some]
+        if color.any():
+            return
+        goal = make_goal(LOOK, color, error, cut)
+        some = some[cut | (error > goal.error)]
+        if not some.size:
+            return
+        tasks = frame.in_parts(some, goal, self._part(some.size), True)
+        found: list[tuple[Ints, Array]] = []
+        todo = [Call(_refine, self._share, (task,)) for _, task in tasks]
+        with closing(in_order(self.plan, todo)) as outcomes:
+            for outcome in outcomes:
+                if outcome is not None:
+                    refined, seconds = outcome
+                    self._add(seconds)
+                    rows = tasks[len(found)][0]
+                    found.append((rows, refined.color))
+                    frame.count(rows, refined)
+                    self.shaded += int(refined.samples.sum()) - rows.size
+                yield
+        pixels = np.concatenate([rows for rows, _ in found])
+        color = np.concatenate([part for _, part in found], axis=1)
+        # what none of that finds is too dark to be told
+        self.goal = frame.goal(inside, (pixels, color)) if color.any() else Goal(np.inf, 1.0)
 
     def _interpolate(self, frame: Frame) -> Generator[float, None, None]:
         """Settle what motion leaves smooth, from points at the nodes of blocks.
@@ -231,7 +264,7 @@ class Exact:
         """
         clock = Clock()
         blocks = Blocks(frame, self.goal)
-        for _ in self._look(frame, blocks):
+        for _ in self._tell_sights(frame, blocks):
             yield 0.0
         shares, before = iter(ASKED_SHARES), 0.0
         for side in SIDES:
@@ -246,7 +279,7 @@ class Exact:
             clock("blocks")
         self._add(clock.seconds)
 
-    def _look(self, frame: Frame, blocks: Blocks) -> Generator[None, None, None]:
+    def _tell_sights(self, frame: Frame, blocks: Blocks) -> Generator[None, None, None]:
         """Find out what pixels with outlines see."""
         unseen = blocks.unseen
         count = -(-unseen.size // self._part(unseen.size)) if unseen.size else 0

@@ -61,7 +61,8 @@ def patch_reach(plan: Plan, surface: Surface, w: Array) -> Array:
         shift = np.sqrt(dot(v, v)) * turn[ball] / r
         sine = np.sqrt(np.maximum(1.0 - cosine[ball] ** 2, 0.0)) + shift
         least[ball] = np.sqrt(np.maximum(1.0 - sine * sine, 0.0))
-    with np.errstate(divide="ignore", over="ignore"):  # a patch seen edge-on has no bound
+    # a patch seen edge-on has no bound, nor has one that the camera lies in
+    with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
         reach = t * h * (1.0 + turn) / np.maximum(least, 0.0)
         # farther away within the patch a step counts for more
         reach = reach / np.maximum(1.0 - reach / np.maximum(t * length, TINY), 0.0)

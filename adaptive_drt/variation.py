@@ -19,7 +19,7 @@ from .emitter import DISK, POINT, QUAD, Emitter
 from .patch import Patch
 from .plan import Plan
 from .primary import Pairs, Surface, in_cache
-from .quad import edge_planes
+from .quad import distance_along, distance_to, edge_planes, edges_of
 from .vector import cross, dot
 
 __all__ = ["BENDS", "KINKS", "STEPS", "half_angle", "no_variation", "shadow_variation"]
@@ -41,7 +41,12 @@ little less since the step seldom fills the cell."""
 SMALLEST = 2.0**-52
 """Of an occluder's angle: a light narrower than that is a point."""
 NEAREST = 2.0**-20
-"""Of the distance to a light: an outline nearer than that is as good as there."""
+"""Of the distance to a light: an outline nearer to the point than that is as good as there."""
+ROUNDING = 2.0**-48
+"""Radians: directions to outlines and lights are rounded by that, counted generously. An outline
+that moves over the light by less over a patch is where rounding puts it: no split would settle it.
+A light metres from an occluder is seen so from a point 1e29 m away. In a scene of common sizes a
+cell of 2^-24 pixels is a thousand times that."""
 SHARPEST = 1e3
 """Half extents in units of a shadow's width: sharper than that makes no difference."""
 ALIKE = 1.0 + 2.0**-20
@@ -225,7 +230,7 @@ def _past_spheres(
     if light.kind == QUAD:
         farthest = np.hypot(farthest, _extent(light, cross(axis, toward), far))
     crosses = (angle - opening - half < whole) & (opening - farthest < whole)
-    crosses &= half - opening - angle < whole
+    crosses &= (half - opening - angle < whole) & (whole > ROUNDING)
     before = np.sqrt(vv) - r < far + light.radius
     enclosed = (vv <= r * r) | (pairs.item == surface.item[pairs.pixel])
     depth = np.minimum(1.0, opening / np.maximum(half, SMALLEST * opening)) ** 2
@@ -233,7 +238,32 @@ def _past_spheres(
     ends = (np.abs(angle - opening - half) < whole) | (np.abs(opening - farthest) < whole)
     ends |= np.abs(half - opening - angle) < whole
     covers = (opening - farthest >= whole) & ~enclosed & (tangent < far - light.radius)
+    some = np.flatnonzero(enclosed)
+    covers[some] = _holds(plan, surface, patch, light, pairs.take(some), v[:, some], to[:, some])
     return _Shadows(depth, shifts, 2.0 * np.minimum(half, opening), ends, covers)
+
+
+def _holds(
+    plan: Plan, surface: Surface, patch: Patch, light: Emitter, pairs: Pairs, v: Array, to: Array
+) -> Mask:
+    """Whether spheres hold all of a patch and nothing of a light: (m,).
+
+    v, to : (3, m) from the points to the centres of the spheres and of the light.
+    """
+    r, gap, eye = plan.spheres.radius[pairs.item], v - to, v + surface.point[:, pairs.pixel]
+    drift, carried = np.zeros(r.size), np.zeros(r.size)
+    if plan.spheres.displacement is not None:
+        d = plan.spheres.displacement[:, pairs.item]
+        drift = np.sqrt(dot(d, d)) * patch.time[pairs.pixel]
+    if light.displacement is not None:
+        carried = np.sqrt(dot(light.displacement, light.displacement)) * patch.time[pairs.pixel]
+    apart = np.sqrt(dot(gap, gap)) - (drift + carried) > r + light.radius
+    within = np.sqrt(dot(v, v)) + patch.reach[pairs.pixel] + drift < r
+    # seen from within, a sphere is so all over
+    lined = surface.inside[pairs.pixel] & (pairs.item == surface.item[pairs.pixel])
+    lined &= (drift == 0.0) | (np.sqrt(dot(eye, eye)) + drift < r)
+    holds: Mask = apart & (within | lined)
+    return holds
 
 
 def _extent(light: Emitter, toward: Array, far: Array) -> Array:
@@ -248,11 +278,11 @@ def _extent(light: Emitter, toward: Array, far: Array) -> Array:
 def _past_quads(
     plan: Plan, surface: Surface, patch: Patch, light: Emitter, pairs: Pairs, time: Array | float
 ) -> _Shadows:
-    """Of quads: the sharpest of the edges that cross the light counts."""
-    point = surface.point[:, pairs.pixel]
-    ids = pairs.item - plan.sphere_count
+    """Of quads: the sharpest edge across the light, before its centre or beyond, counts."""
+    point, ids = surface.point[:, pairs.pixel], pairs.item - plan.sphere_count
     q = plan.quads.moved(ids, time) - point
-    planes, normal, height = edge_planes(q, plan.quads.edge_u[:, ids], plan.quads.edge_v[:, ids])
+    u, v = plan.quads.edge_u[:, ids], plan.quads.edge_v[:, ids]
+    planes, normal, height = edge_planes(q, u, v)
     to = light.moved(time) - point
     far = np.maximum(np.sqrt(dot(to, to)), TINY)
     axis = to / far
@@ -260,8 +290,8 @@ def _past_quads(
     ends, sharpest = np.zeros(ids.size, dtype=np.bool_), np.zeros(ids.size)
     misses = ~(height > 0.0)
     covers = ~misses
-    for plane, start, edge in zip(planes, *_edges(plan, q, ids), strict=True):
-        near = np.clip(_distance(start, edge, axis), far * NEAREST, far * (1.0 - NEAREST))
+    for plane, start, edge in zip(planes, *edges_of(q, u, v), strict=True):
+        near = np.maximum(distance_along(start, edge, axis), far * NEAREST)
         rate, steps = _rates(plan, light, patch, pairs, near, far)
         toward = plane / np.maximum(np.sqrt(dot(plane, plane)), TINY)
         height_of = np.arcsin(np.clip(dot(axis, toward), -1.0, 1.0))
@@ -270,7 +300,7 @@ def _past_quads(
         whole = each.sum(axis=0)
         misses |= height_of < -half - whole
         covers &= height_of > half + whole
-        crosses = np.abs(height_of) < half + whole
+        crosses = (np.abs(height_of) < half + whole) & (whole > ROUNDING)
         sharp = np.where(crosses, whole / np.maximum(half, whole / SHARPEST), 0.0)
         better = sharp > ALIKE * sharpest
         sharpest = np.where(better, sharp, sharpest)
@@ -289,48 +319,12 @@ def _past_quads(
     before = (beyond - light.radius * size > light_slack) & (height > point_slack)
     covers &= before & ~misses & ~own
     cut = np.flatnonzero((height <= point_slack) & ~own)
-    cut = cut[_distance_to(plan, q[:, cut], ids[cut]) <= _reach(plan, patch, pairs.take(cut))]
+    cut = cut[distance_to(*(x[:, cut] for x in (q, u, v))) <= _reach(plan, patch, pairs.take(cut))]
     if cut.size:
         # it stands in the patch: lit on one side, dark on the other
         depth[cut], width[cut] = 1.0, 0.0
         shifts[:, cut] = _through(plan, patch, pairs.take(cut), normal[:, cut] / size[cut])
     return _Shadows(depth, shifts, width, ends, covers)
-
-
-def _edges(plan: Plan, q: Array, ids: Ints) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
-    """Where the edges of quads start, from points, and where they go; in `edge_planes`' order."""
-    u, v = plan.quads.edge_u[:, ids], plan.quads.edge_v[:, ids]
-    return (q, q, q + u, q + v), (v, u, v, u)
-
-
-def _distance(start: Array, edge: Array, axis: Array) -> Array:
-    """Distance (m,) from the origin of the place on an edge that is nearest to a ray.
-
-    start, edge : (3, m).  axis : (3, m) unit vectors along the rays.
-    """
-    across = edge - dot(edge, axis) * axis
-    square = np.maximum(dot(across, across), TINY)
-    place = start + np.clip(-dot(start, across) / square, 0.0, 1.0) * edge
-    distance: Array = np.sqrt(dot(place, place))
-    return distance
-
-
-def _distance_to(plan: Plan, q: Array, ids: Ints) -> Array:
-    """Distance (m,) of points from quads; q : (3, m) from the points to their corners."""
-    u, v = plan.quads.edge_u[:, ids], plan.quads.edge_v[:, ids]
-    uu, uv, vv, qu, qv = dot(u, u), dot(u, v), dot(v, v), dot(q, u), dot(q, v)
-    gram = np.maximum(uu * vv - uv * uv, TINY)
-    # the foot on its plane, in units of its edges
-    a, b = (uv * qv - vv * qu) / gram, (uv * qu - uu * qv) / gram
-    nearest = q + a * u + b * v
-    distance = np.where((np.abs(a - 0.5) <= 0.5) & (np.abs(b - 0.5) <= 0.5), 1.0, np.inf)
-    distance = distance * np.sqrt(dot(nearest, nearest))
-    for start, edge in zip(*_edges(plan, q, ids), strict=True):
-        part = np.clip(-dot(start, edge) / np.maximum(dot(edge, edge), TINY), 0.0, 1.0)
-        nearest = start + part * edge
-        distance = np.minimum(distance, np.sqrt(dot(nearest, nearest)))
-    found: Array = distance
-    return found
 
 
 def _drift(plan: Plan, patch: Patch, pairs: Pairs) -> Array:

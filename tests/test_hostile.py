@@ -48,19 +48,36 @@ def check_or_refused(scene, settings):
         assert "camera" in str(error)
 
 
-ENDLESS = {("1e30", "exact to 0.01"), ("1e30", "exact to 0.001")}
-"""Every pixel is split to its limit there: a minute or more."""
+SLOW = {("1e30", "exact to 0.01"), ("1e30", "exact to 0.001")}
+"""Spheres reach into the lights of that scene: each of its points takes a thousand rays."""
 
 
 @pytest.mark.parametrize(
     ("name", "way"),
     [
-        pytest.param(*case, marks=[pytest.mark.slow] if case in ENDLESS else [])
+        pytest.param(*case, marks=[pytest.mark.slow] if case in SLOW else [])
         for case in product(HOSTILE, WAYS)
     ],
 )
 def test_a_named_scene(name, way):
     check(HOSTILE[name], WAYS[way])
+
+
+WORK = {"1e30": 700, 18: 220, 35: 2, 93: 130, 117: 1_800}
+"""Points a pixel, twice what is needed. Each was split to its limit, at ten times that and more:
+an occluder that moves far beyond a light's centre, objects that come and go sooner than they
+cross a pixel, a black picture, within a sphere and without, and a light and an occluder nearer to
+each other than directions to them round."""
+
+
+@pytest.mark.parametrize("case", WORK)
+def test_work_is_bounded(case):
+    """Cells that no split would settle are not split to the end."""
+    scene = HOSTILE[case] if isinstance(case, str) else hostile_scene(case)
+    if case == "1e30":
+        scene = replace(scene, camera=replace(scene.camera, resolution=(5, 4)))
+    film = render_image(scene, Settings(method="EXACT", tolerance=1e-2, threads=1))
+    assert film.samples.mean() <= WORK[case]
 
 
 @pytest.mark.parametrize("name", REFUSED)
@@ -73,6 +90,13 @@ def test_a_camera_that_forms_no_picture(name):
 def test_random_scenes_with_faults(seed):
     """Each seed by one of the ways."""
     way = list(WAYS)[seed % len(WAYS)]
+    check_or_refused(hostile_scene(seed), WAYS[way])
+
+
+@pytest.mark.parametrize("seed", (1247, 1301, 1355, 1820))
+@pytest.mark.parametrize("way", ("order 2", "exact to 0.01"))
+def test_scenes_that_warned(seed, way):
+    """A camera in a surface seen edge-on; points in a ball that shines, a quad beside it."""
     check_or_refused(hostile_scene(seed), WAYS[way])
 
 

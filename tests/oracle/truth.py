@@ -254,9 +254,9 @@ def edges(scene, pixels, use_penumbra=True, use_motion=True):
     return result
 
 
-def outlines_seen(scene, pixels, k):
-    """Whether k x k places of each pixel see more than one object at the middle of the shutter."""
-    return _outlines(scene, pixels, np.zeros(1), k)
+def outlines_seen(scene, pixels, k, times):
+    """Whether k x k places of each pixel see more than one object at one of some times."""
+    return _outlines(scene, pixels, times, k)
 
 
 def _outlines(scene, pixels, times, k):
