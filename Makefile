@@ -29,10 +29,10 @@ lint: $(READY)  ## ruff, ruff format and mypy --strict on the core
 	$(BIN)/python -m mypy --strict adaptive_drt
 
 test: lint  ## lint, and every test that is not slow
-	$(BIN)/python -m pytest tests -m "not slow"
+	$(BIN)/python -m pytest tests -m "not slow" -n auto --dist loadfile
 
 test-all: lint  ## lint, and every test
-	$(BIN)/python -m pytest tests
+	$(BIN)/python -m pytest tests -n auto --dist loadfile
 
 stress: $(READY)  ## the long stress test: kernels, hostile and changed scenes, masks; docs/stability.md
 	$(BIN)/python benchmarks/stress.py $(STRESS)
