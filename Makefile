@@ -32,7 +32,7 @@ test: lint  ## lint, and every test that is not slow
 	$(BIN)/python -m pytest tests -m "not slow" -n auto --dist loadfile
 
 test-all: lint  ## lint, and every test
-	$(BIN)/python -m pytest tests -n auto --dist loadfile
+	$(BIN)/python -m pytest tests
 
 stress: $(READY)  ## the long stress test: kernels, hostile and changed scenes, masks; docs/stability.md
 	$(BIN)/python benchmarks/stress.py $(STRESS)

@@ -7,6 +7,7 @@ python benchmarks/bench_ours.py SCENE WIDTH HEIGHT FOLDER SECONDS [--tolerances 
 from __future__ import annotations
 
 import sys
+import time
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,7 @@ import numpy as np
 from bench_ladder import climb, parse
 from bench_scenes import bench_scene
 
+from adaptive_drt.crew import crew
 from adaptive_drt.film import Film
 from adaptive_drt.render import render_image
 from adaptive_drt.settings import Settings
@@ -24,6 +26,9 @@ from adaptive_drt.settings import Settings
 __all__ = ["settings_for"]
 
 THREADS = 2
+PATIENCE = 10.0
+"""Seconds that workers may take to load before the first render, which in Blender they would not
+be there for."""
 TOLERANCES = (1e-2, 1e-3, 1e-4)
 
 
@@ -52,6 +57,10 @@ def main() -> None:
     def read(film: Film) -> np.ndarray:
         return film.color
 
+    crew.muster(THREADS - 1)
+    end = time.monotonic() + PATIENCE
+    while not crew.ready and time.monotonic() < end:
+        time.sleep(0.01)
     climb(render, rungs, given, "Adaptive DRT", read, growth=0.0)
 
 

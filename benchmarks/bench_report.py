@@ -59,11 +59,11 @@ points and without its light tree, which was faster here than its defaults; its 
 plain and adaptive sampling counts.
 
 Whole renders are timed, from the scene in memory to pixels in memory, after a warm-up (Mitsuba's
-scene is loaded and its code compiled before, Cycles builds its own in each render). Renders are
-repeated up to five times when short; the least counts. Peers climb a ladder of samples until a
-render would take more than {seconds:g} s; what is beyond is extrapolated from the slope of the
-last four rungs (of one rung: as of independent samples) and marked *. Cycles is stopped at
-1.5 times that.
+scene is loaded and its code compiled before, Cycles builds its own in each render, our worker
+process has loaded; the first render of a session shares none). Renders are repeated up to five
+times when short; the least counts. Peers climb a ladder of samples until a render would take more
+than {seconds:g} s; what is beyond is extrapolated from the slope of the last four rungs (of one
+rung: as of independent samples) and marked *. Cycles is stopped at 1.5 times that.
 
 Errors are relative RMSE, over random pixels, against a converged truth (`tests/oracle`, which
 shares no code with the tracer): adaptive quadrature over pixel and shutter of light summed over
