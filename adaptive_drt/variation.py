@@ -229,14 +229,15 @@ def _past_spheres(
     farthest = angle + half
     if light.kind == QUAD:
         farthest = np.hypot(farthest, _extent(light, cross(axis, toward), far))
+    inner = _room(light, axis, v, far, half - angle) - opening
     crosses = (angle - opening - half < whole) & (opening - farthest < whole)
-    crosses &= (half - opening - angle < whole) & (whole > ROUNDING)
+    crosses &= (inner < whole) & (whole > ROUNDING)
     before = np.sqrt(vv) - r < far + light.radius
     enclosed = (vv <= r * r) | (pairs.item == surface.item[pairs.pixel])
     depth = np.minimum(1.0, opening / np.maximum(half, SMALLEST * opening)) ** 2
     depth = np.where(crosses & before & ~enclosed, depth, 0.0)
     ends = (np.abs(angle - opening - half) < whole) | (np.abs(opening - farthest) < whole)
-    ends |= np.abs(half - opening - angle) < whole
+    ends |= np.abs(inner) < whole
     covers = (opening - farthest >= whole) & ~enclosed & (tangent < far - light.radius)
     some = np.flatnonzero(enclosed)
     covers[some] = _holds(plan, surface, patch, light, pairs.take(some), v[:, some], to[:, some])
@@ -264,6 +265,25 @@ def _holds(
     lined &= (drift == 0.0) | (np.sqrt(dot(eye, eye)) + drift < r)
     holds: Mask = apart & (within | lined)
     return holds
+
+
+def _room(light: Emitter, axis: Array, v: Array, far: Array, round_: Array) -> Array:
+    """The angle (m,) from directions v (3, m) to a light's outline, less than 0 outside it.
+
+    Of a quad light to the nearest of its sides: how far it extends towards a place says nothing of
+    a side that the place is beside. `round_` is what holds for other lights.
+    """
+    if light.kind != QUAD:
+        return round_
+    rooms = []
+    along = dot(axis, v)
+    for side, other in ((light.half_u, light.half_v), (light.half_v, light.half_u)):
+        across = cross(axis, other + np.zeros_like(axis))
+        size = np.maximum(np.sqrt(dot(across, across)), TINY)
+        wide = np.abs(dot(side, across)) / size
+        rooms.append(np.arctan2(wide, far) - np.arctan2(np.abs(dot(v, across)) / size, along))
+    room: Array = np.minimum(*rooms)
+    return room
 
 
 def _extent(light: Emitter, toward: Array, far: Array) -> Array:
