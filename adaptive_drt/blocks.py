@@ -84,6 +84,9 @@ class Blocks:
             return np.zeros(0, dtype=np.int64)
         self._open = self._candidates(side)
         rows: Ints = np.unique(self._open.nodes)
+        if side == SIDES[-1]:
+            asked, _, before, _ = self._before(self._open)
+            rows = np.union1d(rows, before[asked])
         unknown: Ints = rows[~self.known[rows]]
         return unknown
 
@@ -106,6 +109,11 @@ class Blocks:
             OFF * self._bends(values), INHERITED * self._surprise(level, above, values)
         )
         if level.side == SIDES[-1]:
+            asked, own, before, after = self._before(level)
+            bend = self._size(
+                self.value[:, before] - 2.0 * self.value[:, own] + self.value[:, after]
+            )
+            self._off = np.maximum(self._off, OFF * np.where(asked, bend, 0.0).max(axis=0))
             return nothing
         rows: Ints = np.unique(level.checks[:, self._off <= ALLOWED * self.goal.error])
         unknown: Ints = rows[~self.known[rows]]
@@ -142,6 +150,17 @@ class Blocks:
             np.broadcast_to(error, rows.shape)[mine],
         )
         self.wanted[chosen] = False
+
+    def _before(self, level: _Level) -> tuple[Mask, Ints, Ints, Ints]:
+        """Of the smallest blocks: pixels at their first sides, which reach out half a pixel before
+        the first nodes; those before and after them, and whether a kink may lie between: (4, b).
+        """
+        own = level.origin + np.array([0, level.width, 0, 1])[:, None]
+        step = np.array([1, 1, level.width, level.width])[:, None]
+        before = own - step
+        asked = self._kink[own] > ALLOWED * self.goal.error
+        asked &= self._sight[before] == self._sight[own]
+        return asked, own, before, own + step
 
     def _bends(self, values: Array) -> Array:
         """The largest second difference of nodes (4, 9, b), RMS over channels: (b,)."""

@@ -156,3 +156,22 @@ def test_what_moves_along_its_own_edge_has_an_outline_that_stands_still():
     film = render_image(scene, Settings(tolerance=1e-3, threads=1))
     truth = converged(scene, np.stack([x, y], axis=1), goal=1e-4)
     assert relative_rmse(film.color[:, y, x].T, truth.color) < 1e-3
+
+
+def test_a_kink_before_the_first_node_is_seen():
+    """Only a corner of the pixel is lit, on the side that its block has no node beyond."""
+    floor = Quad((-15.0, -10.0, 0.0), (30.0, 0.0, 0.0), (0.0, 25.0, 0.0))
+    ball = Sphere((-1.3, 2.6, 0.95), 0.95)
+    light = QuadLight(
+        (-1.8, -1.4, 5.5), (0.9, 0.0, 0.0), (0.0, -0.9, 0.0), (20.0, 20.0, 20.0),
+        motion=Motion((1.5, 0.4, 0.0)),
+    )  # fmt: skip
+    camera = look_at(
+        (0.0, -8.5, 5.2), (0.0, 0.6, 0.45), focal_length=45.0, resolution=(300, 300),
+        border=(112, 160, 114, 162),
+    )  # fmt: skip
+    scene = Scene(camera, (floor, ball), (light,))
+    film = render_image(scene, Settings(tolerance=1e-4))
+    truth = converged(scene, np.array([[113, 160]]), goal=1e-3, scale=0.01).color[0]
+    assert truth.mean() > 5e-4
+    assert abs(film.color[:, 0, 1].mean() / truth.mean() - 1.0) < 0.05
