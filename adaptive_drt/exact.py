@@ -28,7 +28,7 @@ from .shade import Shaded, shade
 from .sights import NO_SIGHT
 from .variation import BENDS, no_variation
 
-__all__ = ["RIM", "Frame", "Lawn", "Sheet", "first_pass", "widened"]
+__all__ = ["RIM", "Frame", "Lawn", "Sheet", "alike", "first_pass", "widened"]
 
 Array: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
@@ -152,6 +152,12 @@ def widened(plan: Plan, region: tuple[int, int, int, int]) -> Plan:
     right = max(right, min(right + -right % ALIGNED, width))
     top = max(top, min(top + -top % ALIGNED, height))
     return replace(plan, region=(left - RIM, bottom - RIM, right + RIM, top + RIM))
+
+
+def alike(rows: Ints, size: int) -> list[Ints]:
+    """Parts of pixels, so many at most: every k-th, so that the parts take alike."""
+    step = -(-rows.size // size)
+    return [rows[first::step] for first in range(step)]
 
 
 class Frame:
@@ -316,9 +322,8 @@ class Frame:
         return self.in_parts(rows, goal, size, False)
 
     def in_parts(self, rows: Ints, goal: Goal, size: int, whole: bool) -> list[tuple[Ints, Task]]:
-        """Tasks for pixels, whole or their middles: every k-th, so that the parts are alike."""
-        step = max(1, -(-rows.size // size))
-        parts = [rows[first::step] for first in range(step if rows.size else 0)]
+        """Tasks for pixels, whole or their middles."""
+        parts = alike(rows, size)
         return [(part, self._task(part, goal, whole and self.plan.edges)) for part in parts]
 
     def _rivals_of(self, rows: Ints) -> Pairs:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from .blocks import SIDES, Blocks
 from .clear import Survey, survey
 from .crew import Call, Share, crew
-from .exact import Frame, widened
+from .exact import Frame, alike, widened
 from .film import Film
 from .goal import Goal, make_goal
 from .occluder import Occluders
@@ -138,15 +138,11 @@ class Exact:
         self._add(clock.seconds)
         rest, done = sum(rows.size for rows, _ in tasks), 0
         yield settled if rest else 1.0
-        todo = [Call(_refine, self._share, (task,)) for _, task in tasks]
-        with closing(in_order(self.plan, todo)) as outcomes:
+        with closing(self._refined(tasks)) as outcomes:
             for outcome in outcomes:
                 if outcome is not None:
-                    refined, seconds = outcome
-                    self._add(seconds)
-                    rows = tasks.pop(0)[0]
+                    rows, refined = outcome
                     frame.enter(rows, refined)
-                    self.shaded += int(refined.samples.sum()) - rows.size
                     frame.show_pixels(film, rows)
                     done += rows.size
                 yield settled + (1.0 - settled) * done / rest
@@ -241,16 +237,12 @@ class Exact:
             return
         tasks = frame.in_parts(some, goal, self._part(some.size), True)
         found: list[tuple[Ints, Array]] = []
-        todo = [Call(_refine, self._share, (task,)) for _, task in tasks]
-        with closing(in_order(self.plan, todo)) as outcomes:
+        with closing(self._refined(tasks)) as outcomes:
             for outcome in outcomes:
                 if outcome is not None:
-                    refined, seconds = outcome
-                    self._add(seconds)
-                    rows = tasks[len(found)][0]
+                    rows, refined = outcome
                     found.append((rows, refined.color))
                     frame.count(rows, refined)
-                    self.shaded += int(refined.samples.sum()) - rows.size
                 yield
         pixels = np.concatenate([rows for rows, _ in found])
         color = np.concatenate([part for _, part in found], axis=1)
@@ -281,9 +273,7 @@ class Exact:
 
     def _tell_sights(self, frame: Frame, blocks: Blocks) -> Generator[None, None, None]:
         """Find out what pixels with outlines see."""
-        unseen = blocks.unseen
-        count = -(-unseen.size // self._part(unseen.size)) if unseen.size else 0
-        parts = [unseen[k::count] for k in range(count)]
+        parts = alike(blocks.unseen, self._part(blocks.unseen.size))
         todo = [Call(_see, self._share, frame.sight_task(rows)) for rows in parts]
         with closing(in_order(self.plan, todo)) as outcomes:
             for sight in outcomes:
@@ -295,17 +285,29 @@ class Exact:
         """Integrate over the shutter at the middles of pixels; yields the part that is done."""
         done = 0
         tasks = frame.point_tasks(wanted, self.goal, self._part(wanted.size))
-        todo = [Call(_refine, self._share, (task,)) for _, task in tasks]
-        with closing(in_order(self.plan, todo)) as outcomes:
+        with closing(self._refined(tasks, "nodes of blocks")) as outcomes:
             for outcome in outcomes:
                 if outcome is not None:
-                    refined, seconds = outcome
-                    self._add({"nodes of blocks": seconds["refining"]})
-                    rows = tasks.pop(0)[0]
-                    blocks.enter(rows, refined)
-                    self.shaded += int(refined.samples.sum()) - rows.size
-                    done += rows.size
+                    blocks.enter(*outcome)
+                    done += outcome[0].size
                 yield done / wanted.size
+
+    def _refined(
+        self, tasks: list[tuple[Ints, Task]], stage: str = "refining"
+    ) -> Generator[tuple[Ints, Refined] | None, None, None]:
+        """What comes of tasks, in order, with their pixels; None at heartbeats between."""
+        todo = [Call(_refine, self._share, (task,)) for _, task in tasks]
+        waiting = iter(tasks)
+        with closing(in_order(self.plan, todo)) as outcomes:
+            for outcome in outcomes:
+                if outcome is None:
+                    yield None
+                    continue
+                refined, seconds = outcome
+                rows, _ = next(waiting)
+                self._add({stage: seconds})
+                self.shaded += int(refined.samples.sum()) - rows.size
+                yield rows, refined
 
     def _part(self, count: int) -> int:
         """Pixels of a part, when so many are to be refined."""
@@ -331,8 +333,7 @@ def _see(plan: Plan, _occluders: Occluders, place: Array, half: float, rivals: P
     return find_sights(plan, place, half, rivals)
 
 
-def _refine(plan: Plan, occluders: Occluders, task: Task) -> tuple[Refined, dict[str, float]]:
-    clock = Clock()
+def _refine(plan: Plan, occluders: Occluders, task: Task) -> tuple[Refined, float]:
+    began = time.perf_counter()
     refined = refine(plan, occluders, task)
-    clock("refining")
-    return refined, clock.seconds
+    return refined, time.perf_counter() - began
