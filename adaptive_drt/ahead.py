@@ -8,6 +8,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from .columns import columns
 from .plan import Plan
 from .primary import pair_hits
 from .vector import cross, dot
@@ -24,7 +25,7 @@ def hits_or_near(plan: Plan, w: Array, item: Ints, time: Array | float) -> Array
     t = pair_hits(plan, w[:, :, None], item, when)[:, 0]
     missed = np.flatnonzero(~np.isfinite(t))
     if missed.size:
-        t[missed] = _nearest_point(plan, w[:, missed], item[missed], _at(time, missed))
+        t[missed] = _nearest_point(plan, columns(w, missed), item[missed], _at(time, missed))
     return t
 
 
@@ -33,12 +34,12 @@ def _nearest_point(plan: Plan, w: Array, item: Ints, time: Array | float) -> Arr
     t = np.empty(item.size)
     ball = np.flatnonzero(item < plan.sphere_count)
     v = plan.spheres.moved(item[ball], _at(time, ball))
-    t[ball] = dot(w[:, ball], v) / dot(w[:, ball], w[:, ball])
+    t[ball] = dot(columns(w, ball), v) / dot(columns(w, ball), columns(w, ball))
     flat = np.flatnonzero(item >= plan.sphere_count)
     ids = item[flat] - plan.sphere_count
     corner = plan.quads.moved(ids, _at(time, flat))
-    u, v = plan.quads.edge_u[:, ids], plan.quads.edge_v[:, ids]
-    t[flat] = _on_plane(w[:, flat], corner, u, v)
+    u, v = columns(plan.quads.edge_u, ids), columns(plan.quads.edge_v, ids)
+    t[flat] = _on_plane(columns(w, flat), corner, u, v)
     return np.maximum(t, float(np.finfo(np.float64).tiny))
 
 

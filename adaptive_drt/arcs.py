@@ -384,8 +384,8 @@ def _frames(axis: Array, center: Array) -> tuple[Array, Array]:
     lost = square < TINY
     if lost.any():
         w, square = w.copy(), square.copy()
-        w[:, lost] = _across(axis[:, lost])
-        square[lost] = dot(w[:, lost], w[:, lost])
+        found = np.ascontiguousarray(_across(axis[:, lost]))
+        w[:, lost], square[lost] = found, dot(found, found)
     w /= np.sqrt(np.maximum(square, TINY))
     return cross(w, axis), w
 

@@ -17,7 +17,8 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from .exact import Frame
+from .columns import columns
+from .frame import Frame
 from .goal import Goal
 from .refine import Refined
 from .variation import KINKS, STEPS
@@ -104,14 +105,16 @@ class Blocks:
         nothing = np.zeros(0, dtype=np.int64)
         if level is None or not level.origin.size:
             return nothing
-        values = self.value[:, level.nodes]
+        values = columns(self.value, level.nodes)
         self._off = np.maximum(
             OFF * self._bends(values), INHERITED * self._surprise(level, above, values)
         )
         if level.side == SIDES[-1]:
             asked, own, before, after = self._before(level)
             bend = self._size(
-                self.value[:, before] - 2.0 * self.value[:, own] + self.value[:, after]
+                columns(self.value, before)
+                - 2.0 * columns(self.value, own)
+                + columns(self.value, after)
             )
             self._off = np.maximum(self._off, OFF * np.where(asked, bend, 0.0).max(axis=0))
             return nothing
@@ -124,12 +127,16 @@ class Blocks:
         level = self._open
         if level is None or not level.origin.size:
             return
-        values, off, allowed = self.value[:, level.nodes], self._off, ALLOWED * self.goal.error
+        values, off, allowed = (
+            columns(self.value, level.nodes),
+            self._off,
+            ALLOWED * self.goal.error,
+        )
         if level.side > SIDES[-1]:
             rows = np.flatnonzero(off <= allowed)
             weights = _weights(CHECKED)
-            guess = _through(values[..., rows], weights, weights)
-            found = self._size(guess - self.value[:, level.checks[:, rows]])
+            guess = _through(columns(values, rows, -1), weights, weights)
+            found = self._size(guess - self.value[:, columns(level.checks, rows)])
             off[rows] = np.maximum(off[rows], found.max(axis=0, initial=0.0))
         smooth = np.flatnonzero(off <= allowed)
         rough = np.flatnonzero(off > allowed)
@@ -137,7 +144,7 @@ class Blocks:
         if not smooth.size:
             return
         part = level.take(smooth)
-        means = _means(values[..., smooth], level.side, bool(self.frame.plan.edges))
+        means = _means(columns(values, smooth, -1), level.side, bool(self.frame.plan.edges))
         error = np.hypot(self.error[part.nodes].max(axis=0), off[smooth])
         y, x = np.divmod(np.arange(level.side**2), level.side)
         rows = part.origin + (y * self.frame.width + x)[:, None]
@@ -252,7 +259,7 @@ class _Level:
         return rows
 
     def take(self, index: Ints) -> _Level:
-        return _Level(self.side, self.origin[index], self.nodes[:, index], self.width)
+        return _Level(self.side, self.origin[index], columns(self.nodes, index), self.width)
 
 
 def _standing(deviation: Array) -> Array:

@@ -9,7 +9,9 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Cells", "merge", "split"]
+from .columns import columns
+
+__all__ = ["Cells", "merge", "split", "sums"]
 
 Array: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
@@ -52,7 +54,7 @@ class Cells:
 
     def take(self, keep: Mask | Ints) -> Cells:
         """The cells at a mask or an index."""
-        return Cells(*(getattr(self, name)[..., keep] for name in FIELDS))
+        return Cells(*(columns(getattr(self, name), keep, -1) for name in FIELDS))
 
     @property
     def error(self) -> Array:
@@ -66,9 +68,9 @@ FIELDS = tuple(Cells.__dataclass_fields__)
 
 def merge(parts: list[Cells]) -> Cells:
     """Cells of several lists by pixel; those of one pixel in the order of the lists."""
-    columns = [np.concatenate([getattr(p, name) for p in parts], axis=-1) for name in FIELDS]
-    order = np.argsort(columns[0], kind="stable")
-    return Cells(*(column[..., order] for column in columns))
+    fields = [np.concatenate([getattr(p, name) for p in parts], axis=-1) for name in FIELDS]
+    order = np.argsort(fields[0], kind="stable")
+    return Cells(*(columns(field, order, -1) for field in fields))
 
 
 def split(cells: Cells, parts: Ints) -> Cells:
@@ -86,3 +88,8 @@ def split(cells: Cells, parts: Ints) -> Cells:
         high[axis] = np.where(place == n - 1, end, start + (place + 1) * width)
     share = cells.share[parent] / size[parent]
     return Cells.blank(cells.pixel[parent], low, high, share, cells.star[parent])
+
+
+def sums(row: Ints, values: Array, count: int) -> Array:
+    """Sums (count,) of the values of each row, in their order."""
+    return np.bincount(row, weights=values, minlength=count).astype(np.float64, copy=False)

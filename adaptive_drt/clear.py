@@ -10,14 +10,13 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from .columns import columns
 from .detect import Clear, detect_clear, trace_center
 from .exact import Lawn, Sheet, first_pass
 from .occluder import Occluders
-from .patch import make_patch
 from .plan import Plan
-from .primary import Pairs, pair_hits, surface
-from .shade import shade
-from .shadow import Shadow
+from .primary import pair_hits, surface
+from .shade import unshadowed
 from .squares import SIDES, Squares, coarse, means, nodes, roughness, series
 from .vector import cross
 
@@ -69,7 +68,7 @@ def survey(
             found = detect_clear(rough, occluders, center, clock)
             squares = Squares(side, squares.x, squares.y, found.pairs)
             some = np.flatnonzero(found.clear)
-            lawn, smooth, count = _mow(plan, occluders, squares, some, found)
+            lawn, smooth, count = _mow(plan, squares, some, found)
             lawns.append(lawn)
             points += count
             cut[some[smooth]] = False
@@ -84,9 +83,7 @@ def survey(
     return Survey(lawns, rest, points)
 
 
-def _mow(
-    plan: Plan, occluders: Occluders, squares: Squares, some: Ints, found: Clear
-) -> tuple[Lawn, Mask, int]:
+def _mow(plan: Plan, squares: Squares, some: Ints, found: Clear) -> tuple[Lawn, Mask, int]:
     """The pixels of clear squares; which of the squares are smooth, and how many points it took."""
     side, item, moving = squares.side, found.item[some], found.moving[some]
     color = np.zeros((3, 16, some.size))
@@ -99,9 +96,8 @@ def _mow(
         if hit.size:
             across, up = squares.middles
             x, y = nodes(across[some[hit]], up[some[hit]], side)
-            light, there = _shade(
-                plan, occluders, x.ravel(), y.ravel(), np.tile(item[hit], 16), times
-            )
+            hidden = [np.tile(each[some[hit]], 16) for each in found.hidden]
+            light, there = _shade(plan, x.ravel(), y.ravel(), np.tile(item[hit], 16), hidden, times)
             light = light.reshape(len(times), 3, 16, -1)
             color[:, :, hit], late[hit] = _over_time(light)
             seen[hit] = there.reshape(16, -1).all(axis=0)
@@ -114,7 +110,7 @@ def _mow(
     index = np.flatnonzero(smooth)
     index = index[np.argsort(item[index], kind="stable")]
     # never below 0, whatever a bicubic says
-    mean = np.maximum(means(coefficients[..., index], side), 0.0)
+    mean = np.maximum(means(columns(coefficients, index, -1), side), 0.0)
     lawn = _lawn(plan, squares, some[index], item[index], mean, off[index], moving[index])
     return lawn, smooth, points
 
@@ -136,18 +132,22 @@ def _over_time(light: Array) -> tuple[Array, Array]:
 
 
 def _shade(
-    plan: Plan, occluders: Occluders, x: Array, y: Array, item: Ints, times: tuple[float, ...]
+    plan: Plan,
+    x: Array,
+    y: Array,
+    item: Ints,
+    hidden: list[Mask],
+    times: tuple[float, ...],
 ) -> tuple[Array, Mask]:
-    """Radiance (times, 3, n) of unshadowed objects at pixel coordinates, and where they are hit."""
+    """Radiance (times, 3, n) of objects at pixel coordinates, and where they are hit.
+
+    hidden : for each light (n,) whether it does not shine there; no other shadows are looked for.
+    """
     w = plan.lens.directions(x, y)
     t = pair_hits(plan, w, item)
     found = np.isfinite(t)
     hits = surface(plan, w, np.where(found, t, 1.0), item)
-    patch = make_patch(plan, w, np.where(found, t, 1.0), hits, np.zeros((3, item.size)))
-    none, nothing = np.zeros(item.size, dtype=np.bool_), np.zeros(0, dtype=np.int64)
-    pairs = Pairs(nothing, nothing)
-    known = ((Shadow(none, none, none, pairs), pairs),) * len(plan.lights)
-    light = [shade(plan, occluders, hits, time, patch, known).color for time in times]
+    light = [unshadowed(plan, hits, time, hidden) for time in times]
     return np.stack(light), found
 
 

@@ -20,6 +20,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from .columns import columns
 from .lines import FLAT_TERM, TIME, Lattice
 
 __all__ = ["find_crossings"]
@@ -83,7 +84,7 @@ def _pair(
         quartic = [np.full(events[0].shape, NOWHERE) for _ in range(4)]
         rows = np.flatnonzero(other_ball)
         if rows.size:
-            a, b = one[..., rows], other[..., rows]
+            a, b = columns(one, rows, -1), columns(other, rows, -1)
             found = _quartic_roots(_on_sphere(a, *_radical(a, b, timed), timed))
             for event, root in zip(quartic, found, strict=True):
                 event[..., rows] = root

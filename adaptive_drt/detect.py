@@ -14,9 +14,11 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from .columns import columns
 from .edge import EdgeTest, detect_edges, half_pixel
 from .occluder import Occluders
 from .passing import ENDS, moves_in_sight, outlines_pass
+from .patch_shadow import classify_patches
 from .plan import Plan
 from .primary import Pairs, Surface, nearest, pair_hits, surface
 from .shadow import Shadow, contributes, curvature, detect_shadows, shines_whole
@@ -85,14 +87,14 @@ def trace_center(plan: Plan, x: Array, y: Array, pairs: Pairs) -> Center:
     """
     count = x.size
     w = plan.lens.directions(x, y)
-    t = pair_hits(plan, w[:, pairs.pixel], pairs.item)
+    t = pair_hits(plan, columns(w, pairs.pixel), pairs.item)
     depth, item = nearest(count, pairs, t)
     depth_still, item_still = depth, item
     if plan.motion:
         still = np.flatnonzero(~plan.moves[pairs.item])
         depth_still, item_still = nearest(count, pairs.take(still), t[still])
     rows = np.flatnonzero(item >= 0)
-    hits = surface(plan, w[:, rows], depth[rows], item[rows])
+    hits = surface(plan, columns(w, rows), depth[rows], item[rows])
     return Center(w, pairs, t, depth, item, depth_still, item_still, rows, hits)
 
 
@@ -149,14 +151,14 @@ def _find_outlines(plan: Plan, center: Center, clock: Clock) -> _Outlines:
     front_still = clear = center.depth_still
     test = None
     if plan.edges:
-        test = detect_edges(plan, count, pairs, center.w[:, pairs.pixel], center.t)
+        test = detect_edges(plan, count, pairs, columns(center.w, pairs.pixel), center.t)
         edge |= test.edge
         front_still, clear = test.front_still, test.nearest_still
         clock("detect edges")
     outline = edge
     if plan.motion:
         moving = pairs.take(plan.moves[pairs.item])
-        w = center.w[:, moving.pixel]
+        w = columns(center.w, moving.pixel)
         passing, swept = outlines_pass(plan, count, moving, w, front_still, clear)
         motion = passing | moves_in_sight(plan, center.item)
         edge = edge | swept
@@ -180,16 +182,18 @@ class Clear:
 
     Attributes
     ----------
-    clear : (n,) one object that stands still fills it, or none does; no outline, no shadow and
-        nothing else that moves reaches it, and no light is so near that it changes steeply. What
-        light there is shines on all of it, all the time.
+    clear : (n,) one object that stands still fills it, or none does; no outline, no shadow's edge
+        and nothing else that moves reaches it, and no light is so near that it changes steeply.
+        What light there is shines on all of it, all the time.
     moving : (n,) some such light moves.
+    hidden : for each light (n,), whether one object hides all of it from all of the square.
     item : (n,) the object that fills a square without outlines, -1 for none.
     pairs : the objects that may be seen in each square, sorted by object.
     """
 
     clear: Mask
     moving: Mask
+    hidden: tuple[Mask, ...]
     item: Ints
     pairs: Pairs
 
@@ -210,22 +214,29 @@ def detect_clear(plan: Plan, occluders: Occluders, center: Center, clock: Clock)
     bend = curvature(plan, hits)
     dull = np.ones(rows.size, dtype=np.bool_)
     moving = np.zeros_like(clear)
+    hidden = []
     for light in plan.lights:
         shape = plan.shadow_light(light)
         candidates = occluders.find(shape, hits, reach)
-        dull[candidates.pixel] = False
+        none, full = classify_patches(plan, occluders, hits, shape, candidates, reach)
+        blocked = np.zeros(rows.size, dtype=np.bool_)
+        blocked[candidates.pixel[full]] = True
+        hidden.append(np.zeros_like(clear))
+        hidden[-1][center.rows[rows]] = blocked
+        lit = np.ones(rows.size, dtype=np.bool_)
+        lit[candidates.pixel[~none]] = False
         places = [
             light.moved(time) for time in (ENDS if light.displacement is not None else (0.0,))
         ]
         whole, dark = np.ones((2, rows.size), dtype=np.bool_)
         for place in places:
             # where a light moves, neither may change between its ends: both are linear
-            dull &= ~detect_steep_light(replace(light, center=place), hits, reach)
+            lit &= ~detect_steep_light(replace(light, center=place), hits, reach)
             whole &= shines_whole(light, place, hits, reach, bend)
             dark &= contributes(light, place, hits, reach, bend)[0]
-        dull &= whole | dark
+        dull &= blocked | (lit & (whole | dark))
         if light.displacement is not None:
-            moving[center.rows[rows]] |= ~dark
+            moving[center.rows[rows]] |= ~(dark | blocked)
     clear[center.rows[rows]] &= dull
     whole = np.flatnonzero(~found.outline & (center.item >= 0))
     rivals = _rivals(plan, center.pairs, found.test, found.outline)
@@ -233,7 +244,8 @@ def detect_clear(plan: Plan, occluders: Occluders, center: Center, clock: Clock)
     order = np.argsort(item, kind="stable")
     pairs = Pairs(np.concatenate([rivals.pixel, whole])[order], item[order])
     clock("clear squares")
-    return Clear(clear, moving, np.where(found.outline, -1, center.item), pairs)
+    item = np.where(found.outline, -1, center.item)
+    return Clear(clear, moving, tuple(hidden), item, pairs)
 
 
 def _detect_light(
@@ -284,7 +296,7 @@ def _reach(plan: Plan, center: Center, test: EdgeTest) -> tuple[Array, Array]:
     By how aslant it is seen, inf where edge-on, and by the depths that may be seen of it.
     """
     rows, pairs = center.rows, center.pairs
-    w = center.w[:, rows]
+    w = columns(center.w, rows)
     own = np.flatnonzero(pairs.item == center.item[pairs.pixel])
     deep = np.zeros(center.depth.size)
     t = center.depth[pairs.pixel[own]]
@@ -310,7 +322,7 @@ def _outline_light(
     rows = np.flatnonzero(test.seen & open_[pairs.pixel] & rests)
     if not rows.size:
         return changes
-    w = center.w[:, pairs.pixel[rows]]
+    w = columns(center.w, pairs.pixel[rows])
     near, far = test.near[rows], test.far[rows]
     length = np.sqrt(dot(w, w)) + half_pixel(plan)
     reach = 0.5 * (far - near) * length + far * half_pixel(plan)

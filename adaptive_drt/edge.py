@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .bounds import rectangle_range
+from .columns import columns
 from .jet import Jet
 from .plan import Plan
 from .primary import Pairs, nearest, object_runs
@@ -113,7 +114,7 @@ def _seams(plan: Plan, count: int, pairs: Pairs, w: Array, t: Array, chosen: Mas
 
     It is enough to hold the one that the centre sees first against each of the others.
     """
-    w, t = w[:, chosen], t[chosen]
+    w, t = columns(w, chosen), t[chosen]
     rivals = np.bincount(pairs.pixel, minlength=count)
     _, front = nearest(count, pairs, t)
     rows = np.flatnonzero((rivals[pairs.pixel] > 1) & (pairs.item != front[pairs.pixel]))
@@ -123,7 +124,7 @@ def _seams(plan: Plan, count: int, pairs: Pairs, w: Array, t: Array, chosen: Mas
     found = other >= 0
     cut = ~found
     cut[found] = detect_seams(
-        plan, w[:, rows[found]], other[found], pairs.item[rows[found]], half_pixel(plan)
+        plan, columns(w, rows[found]), other[found], pairs.item[rows[found]], half_pixel(plan)
     )
     seam[pairs.pixel[rows[cut]]] = True
     return seam
@@ -136,7 +137,7 @@ def _covers(plan: Plan, pairs: Pairs, w: Array) -> Cover:
     )
     for rows, ids in object_runs(plan, pairs.item):
         part = _sphere_cover if ids[0] < plan.sphere_count else _quad_cover
-        some, full, near, far = part(plan, ids, w[:, rows])
+        some, full, near, far = part(plan, ids, columns(w, rows))
         cover.some[rows], cover.full[rows] = some, full
         cover.near[rows], cover.far[rows] = near, far
     return cover
@@ -144,7 +145,7 @@ def _covers(plan: Plan, pairs: Pairs, w: Array) -> Cover:
 
 def _sphere_cover(plan: Plan, item: NDArray[np.int64], w: Array) -> tuple[Mask, Mask, Array, Array]:
     lens = plan.lens
-    v, r = plan.spheres.center[:, item], plan.spheres.radius[item]
+    v, r = columns(plan.spheres.center, item), plan.spheres.radius[item]
     h = half_pixel(plan)
     ww, vv, along = dot(w, w), dot(v, v), dot(w, v)
     length = np.sqrt(ww)
@@ -157,7 +158,9 @@ def _sphere_cover(plan: Plan, item: NDArray[np.int64], w: Array) -> tuple[Mask, 
     unsure = np.flatnonzero((low <= 0.0) & (high >= 0.0))
     if unsure.size:
         which = unsure if item.size > 1 else np.zeros_like(unsure)
-        low[unsure], high[unsure] = _discriminant_range(plan, w[:, unsure], v[:, which], r[which])
+        low[unsure], high[unsure] = _discriminant_range(
+            plan, columns(w, unsure), columns(v, which), r[which]
+        )
     # over the pixel w x v grows by no more than h |v|
     rounding = discriminant_rounding(ww, vv, r, np.sqrt(square) + h * np.sqrt(vv))
     some, full = high >= -rounding, low > rounding
@@ -202,7 +205,9 @@ def _quad_cover(plan: Plan, item: NDArray[np.int64], w: Array) -> tuple[Mask, Ma
     lens = plan.lens
     ids = item - plan.sphere_count
     planes, normal, height = edge_planes(
-        plan.quads.corner[:, ids], plan.quads.edge_u[:, ids], plan.quads.edge_v[:, ids]
+        columns(plan.quads.corner, ids),
+        columns(plan.quads.edge_u, ids),
+        columns(plan.quads.edge_v, ids),
     )
     seen = height > 0.0
     some = seen & np.ones(w.shape[1], dtype=np.bool_)
@@ -219,7 +224,11 @@ def _quad_cover(plan: Plan, item: NDArray[np.int64], w: Array) -> tuple[Mask, Ma
         least = facing - spread
         far = np.where(least > 0.0, height / least, np.inf)
     # no farther than the farthest corner
-    q, u, v = plan.quads.corner[:, ids], plan.quads.edge_u[:, ids], plan.quads.edge_v[:, ids]
+    q, u, v = (
+        columns(plan.quads.corner, ids),
+        columns(plan.quads.edge_u, ids),
+        columns(plan.quads.edge_v, ids),
+    )
     farthest = np.max([dot(c, c) for c in (q, q + u, q + v, q + u + v)], axis=0)
     far = np.minimum(far, np.sqrt(farthest) / _shortest(plan, length))
     return some, full, np.where(np.isnan(near), 0.0, near), far

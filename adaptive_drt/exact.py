@@ -1,57 +1,33 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Method 'EXACT': one exactly shaded ray a pixel, and cells where that is not enough.
+"""Method 'EXACT', the first pass: one exactly shaded ray a pixel, and what it says of the pixel.
 
-The first pass shades every pixel's centre in closed form. Second differences of that picture give
-smooth pixels their means (I + h^2/24 (Ixx + Iyy)); pixels that outlines cut, where light steps or
-bends, or where something moves are refined to a goal in the second.
+Pixels that outlines cut, where light steps or bends, or where something moves are refined to a
+goal in the second (`refine`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import Any, TypeAlias
+from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .cells import Cells
+from .columns import columns
 from .detect import Center, Flags, detect, trace_center
-from .film import NO_DEPTH, Film
-from .goal import Goal, make_goal
 from .occluder import Occluders
 from .patch import make_patch
 from .plan import Plan
 from .primary import Pairs
-from .refine import Refined, Task
 from .shade import Shaded, shade
-from .sights import NO_SIGHT
-from .variation import BENDS, no_variation
+from .variation import no_variation
 
-__all__ = ["RIM", "Frame", "Lawn", "Sheet", "alike", "first_pass", "widened"]
+__all__ = ["Lawn", "Sheet", "first_pass"]
 
 Array: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
 Mask: TypeAlias = NDArray[np.bool_]
-
-RIM = 3
-"""Pixels around a region: blocks end on the first, and a pixel's error hangs on the second
-differences of its neighbours."""
-ALIGNED = 8
-"""Pixels: what regions are widened to multiples of, within the picture, so that blocks of pixels
-are whole whatever part of the picture is rendered."""
-STORED = 16
-"""Pixels: frames are stored from and to multiples of that, so that squares are blocks of them."""
-FLAT = 0.01
-"""Of the tolerance, relative to a pixel's own radiance: bends that need no correcting."""
-STARRED = 0.03
-"""Of the contrast: goals below which regions are sampled by stars from the first."""
-LIKELY = 2.0
-"""Of the error foreseen: the largest correction that is believed."""
-CORRECTED = 0.3
-"""Of a second difference's term: how far a pixel may be off once it has been added, about."""
-TRUSTED = 0.05
-"""Of the error foreseen: how far second differences are trusted beyond it."""
 
 
 @dataclass(frozen=True)
@@ -112,7 +88,7 @@ def _shade_centers(plan: Plan, occluders: Occluders, center: Center, flags: Flag
     if plan.edges:
         half[:2] = 0.5
     half[2] = np.where(flags.mask[1, rows], 0.5, 0.0)
-    w = center.w[:, rows]
+    w = columns(center.w, rows)
     with np.errstate(over="ignore", invalid="ignore"):  # sizes that only estimates hang on
         patch = make_patch(plan, w, center.depth[rows], center.hits, half)
     time = np.zeros(rows.size) if plan.motion else 0.0
@@ -142,258 +118,3 @@ class Lawn:
     depth: Array
     normal: Array
     moving: Mask
-
-
-def widened(plan: Plan, region: tuple[int, int, int, int]) -> Plan:
-    """The plan for a region in whole blocks and a rim around them."""
-    left, bottom, right, top = region
-    width, height = plan.picture
-    left, bottom = left - left % ALIGNED, bottom - bottom % ALIGNED
-    right = max(right, min(right + -right % ALIGNED, width))
-    top = max(top, min(top + -top % ALIGNED, height))
-    return replace(plan, region=(left - RIM, bottom - RIM, right + RIM, top + RIM))
-
-
-def alike(rows: Ints, size: int) -> list[Ints]:
-    """Parts of pixels, so many at most: every k-th, so that the parts take alike."""
-    step = -(-rows.size // size)
-    return [rows[first::step] for first in range(step)]
-
-
-class Frame:
-    """The first pass over the whole region and what is around it, and what is resolved of it.
-
-    Pixels are numbered row by row, from the lower left; arrays as in `Sheet`.
-    """
-
-    def __init__(self, plan: Plan, region: tuple[int, int, int, int]) -> None:
-        """An empty frame of a region and the plan that has been `widened` for it."""
-        left, bottom, right, top = plan.region
-        self.plan = plan
-        self.left, self.bottom = left - left % STORED, bottom - bottom % STORED
-        self.width = right + -right % STORED - self.left
-        self.height = top + -top % STORED - self.bottom
-        # columns and rows of the region itself
-        self.own = (
-            slice(region[1] - self.bottom, region[3] - self.bottom),
-            slice(region[0] - self.left, region[2] - self.left),
-        )
-        n = self.width * self.height
-        self.color, self.alpha = np.zeros((3, n)), np.zeros(n)
-        self.deviation = no_variation(n)
-        self.mask = np.zeros((3, n), dtype=np.bool_)
-        self.outline = np.zeros(n, dtype=np.bool_)
-        self.item = np.full(n, -1)
-        self.depth, self.normal = np.full(n, np.inf), np.zeros((3, n))
-        self.samples, self.error = np.ones(n, dtype=np.int64), np.zeros(n)
-        self.settled = np.zeros(n, dtype=np.bool_)
-        self._traced: list[Ints] = []
-        self._corrected, self._change = np.zeros(0, dtype=np.int64), np.zeros((3, 0))
-        self._rivals: list[Pairs] = []
-
-    def add(self, x: Ints, y: Ints, sheet: Sheet) -> None:
-        """Enter pixels that have been traced."""
-        index = self.numbers(x, y)
-        for name in ("color", "alpha", "deviation", "mask", "outline", "item", "depth", "normal"):
-            getattr(self, name)[..., index] = getattr(sheet, name)
-        self._traced.append(index)
-        self._rivals.append(Pairs(index[sheet.rivals.pixel], sheet.rivals.item))
-
-    def lay(self, lawn: Lawn) -> None:
-        """Enter squares whose pixels' means are known."""
-        side = lawn.side
-        y, x = lawn.y - self.bottom // side, lawn.x - self.left // side
-
-        def put(values: NDArray[Any], squares: NDArray[Any]) -> None:
-            rows, columns = self.height // side, self.width // side
-            table = values.reshape(*values.shape[:-1], rows, side, columns, side)
-            table[..., y, :, x, :] = np.moveaxis(squares, -1, 0)
-
-        ones = np.ones((side, side, 1))
-        put(self.color, lawn.color)
-        put(self.error, ones * lawn.error)
-        put(self.item, np.broadcast_to(lawn.item, lawn.depth.shape))
-        put(self.depth, lawn.depth)
-        put(self.normal, lawn.normal)
-        put(self.alpha, ones * np.where((lawn.item < 0) & self.plan.transparent, 0.0, 1.0))
-        put(self.settled, np.ones(lawn.depth.shape, dtype=np.bool_))
-        if lawn.moving.any():
-            put(self.mask[1], np.broadcast_to(lawn.moving, lawn.depth.shape))
-
-    def numbers(self, x: Ints, y: Ints) -> Ints:
-        """Numbers of pixels given by their coordinates."""
-        return (y - self.bottom) * self.width + (x - self.left)
-
-    def correct(self) -> None:
-        """Give smooth pixels their means: second differences, where nothing is cut or moves."""
-        # the outermost have no neighbours to one side
-        inside = np.zeros((self.height, self.width), dtype=np.bool_)
-        inside[1:-1, 1:-1] = True
-        traced: Ints = np.sort(np.concatenate([np.zeros(0, dtype=np.int64), *self._traced]))
-        bends = self.deviation[BENDS, 0, traced] + self.deviation[BENDS, 1, traced]
-        color = np.sqrt((self.color[:, traced] ** 2).sum(axis=0) / 3.0)
-        bent = bends > FLAT * self.plan.settings.tolerance * color
-        index = traced[bent & inside.ravel()[traced]]
-        smooth = ~self.outline & ~self.mask[1]
-        change = np.zeros((3, index.size))
-        for axis, step in ((0, 1), (1, self.width)):
-            low, high = index - step, index + step
-            same = (self.item[index] == self.item[low]) & (self.item[index] == self.item[high])
-            good = smooth[index] & ~self.outline[low] & ~self.outline[high] & same
-            bend = self.color[:, low] - 2.0 * self.color[:, index] + self.color[:, high]
-            bend = np.where(good, bend / 24.0, 0.0)
-            own = np.sqrt((bend * bend).sum(axis=0) / 3.0)
-            size = np.zeros(smooth.size)
-            size[index] = own
-            widest = np.maximum(own, np.maximum(size[low], size[high]))
-            foreseen = self.deviation[BENDS, axis, index]
-            known = np.minimum(foreseen, CORRECTED * widest + TRUSTED * foreseen)
-            self.deviation[BENDS, axis, index] = np.where(good, known, foreseen)
-            # a neighbour in a penumbra says nothing of a pixel that none reaches
-            likely = LIKELY * foreseen
-            too_large = own > likely
-            most = np.where(too_large, likely, 1.0) / np.where(too_large, own, 1.0)
-            change += bend * most
-        self._corrected, self._change = index, change
-        self.error[traced] = self.deviation[..., traced].sum(axis=(0, 1))
-
-    def goal(self, rows: Mask, found: tuple[Ints, Array] | None = None) -> Goal:
-        """The goal, from `rows` (height,) of pixels; `found` : colours (3, m) of some, if known."""
-        index = self.some(rows)
-        color = self.color.copy()
-        color[:, self._corrected] += self._change
-        if found is not None:
-            color[:, found[0]] = found[1]
-        error, cut = self.error[index], self.outline[index]
-        return make_goal(self.plan.settings.tolerance, color[:, index], error, cut)
-
-    def some(self, rows: Mask) -> Ints:
-        """The pixels of the region itself in some of the frame's rows."""
-        return np.flatnonzero(self.inner().reshape(self.height, self.width) & rows[:, None])
-
-    def estimate(self) -> float:
-        """RMS error of the region over its mean, as estimated."""
-        mean = float(np.abs(self._part(self.color)).mean())
-        error = float(np.sqrt((self._part(self.error) ** 2).mean()))
-        return error / mean if mean > 0.0 else 0.0
-
-    def inner(self) -> Mask:
-        """The pixels of the region itself, without those around it: (n,)."""
-        inside = np.zeros((self.height, self.width), dtype=np.bool_)
-        inside[self.own] = True
-        return inside.ravel()
-
-    def chosen(self, goal: Goal) -> Mask:
-        """The pixels (n,) that are to be refined, as far as they are not settled."""
-        return (self.outline | (self.error > goal.error)) & self.inner() & ~self.settled
-
-    def grid(self, side: int) -> tuple[int, int, int, int]:
-        """Blocks of pixels of one side: the first's column and row, and how many there are."""
-        left, bottom, right, top = self.plan.region
-        x, y = left + RIM - self.left, bottom + RIM - self.bottom
-        return x, y, (right - left - 2 * RIM) // side, (top - bottom - 2 * RIM) // side
-
-    def sights(self) -> tuple[Ints, Ints]:
-        """What each pixel sees during the shutter (n,), and pixels of which `sights` must tell."""
-        sight = np.where(self.outline, NO_SIGHT, self.item + 1)
-        return sight, np.flatnonzero(self.outline & self.mask[1])
-
-    def sight_task(self, rows: Ints) -> tuple[Array, float, Pairs]:
-        """What `find_sights` wants to know of some pixels."""
-        half = 0.5 if self.plan.edges else 0.0
-        return self._middles(rows)[:2], half, self._rivals_of(rows)
-
-    def settle(self, rows: Ints, color: Array, alpha: Array, error: Array) -> None:
-        """Enter pixels' means that need no refining."""
-        self.color[:, rows], self.alpha[rows], self.error[rows] = color, alpha, error
-        self.settled[rows] = True
-
-    def tasks(self, goal: Goal, size: int) -> list[tuple[Ints, Task]]:
-        """What is to be refined: numbers of pixels, and the task; smooth pixels are corrected."""
-        chosen = self.chosen(goal)
-        kept = np.flatnonzero(~(chosen | self.settled)[self._corrected])
-        rows = self._corrected[kept]
-        # a mean of light is never below 0, whatever differences say
-        self.color[:, rows] = np.maximum(self.color[:, rows] + self._change[:, kept], 0.0)
-        return self.in_parts(np.flatnonzero(chosen), goal, size, True)
-
-    def point_tasks(self, rows: Ints, goal: Goal, size: int) -> list[tuple[Ints, Task]]:
-        """What is to be integrated over the shutter, at the middles of pixels only."""
-        return self.in_parts(rows, goal, size, False)
-
-    def in_parts(self, rows: Ints, goal: Goal, size: int, whole: bool) -> list[tuple[Ints, Task]]:
-        """Tasks for pixels, whole or their middles."""
-        parts = alike(rows, size)
-        return [(part, self._task(part, goal, whole and self.plan.edges)) for part in parts]
-
-    def _rivals_of(self, rows: Ints) -> Pairs:
-        """The rivals of some pixels, which are numbered anew, sorted by pixel."""
-        number = np.full(self.item.size, -1)
-        number[rows] = np.arange(rows.size)
-        own = [number[pairs.pixel] for pairs in self._rivals]
-        kept = [np.flatnonzero(each >= 0) for each in own]
-        pixel = np.concatenate([each[index] for each, index in zip(own, kept, strict=True)])
-        item = np.concatenate(
-            [pairs.item[index] for pairs, index in zip(self._rivals, kept, strict=True)]
-        )
-        order = np.argsort(pixel, kind="stable")
-        return Pairs(pixel[order], item[order])
-
-    def _middles(self, rows: Ints) -> Array:
-        """The middles (3, m) of pixels and shutter."""
-        y, x = np.divmod(rows, self.width)
-        return np.stack([self.left + x + 0.5, self.bottom + y + 0.5, np.zeros(rows.size)])
-
-    def _task(self, part: Ints, goal: Goal, whole: bool) -> Task:
-        middle, half = self._middles(part), np.zeros((3, part.size))
-        deviation = self.deviation[..., part]
-        if whole:
-            half[:2] = 0.5
-        else:
-            deviation[:, :2] = 0.0
-        half[2] = np.where(self.mask[1, part], 0.5, 0.0)
-        cells = Cells(
-            np.arange(part.size), middle - half, middle + half, np.ones(part.size),
-            self.color[:, part], self.alpha[part], deviation,
-            np.zeros(part.size), self.outline[part] & (goal.error < STARRED * goal.contrast),
-        )  # fmt: skip
-        return Task(cells, self.item[part], self.outline[part], self._rivals_of(part), goal)
-
-    def enter(self, rows: Ints, refined: Refined) -> None:
-        """Enter what was refined."""
-        self.color[:, rows], self.alpha[rows] = refined.color, refined.alpha
-        self.error[rows] = refined.error
-        self.count(rows, refined)
-
-    def count(self, rows: Ints, refined: Refined) -> None:
-        """Add the points that were shaded beyond the first pass' own."""
-        self.samples[rows] += refined.samples - 1
-
-    def show(self, film: Film) -> None:
-        """Write all to a film."""
-        film.color[:], film.alpha[:] = self._part(self.color), self._part(self.alpha)
-        film.mask[:], film.normal[:] = self._part(self.mask), self._part(self.normal)
-        film.samples[:] = self._part(self.samples)
-        depth = self._part(self.depth)
-        film.depth[:] = np.where(np.isfinite(depth), depth, NO_DEPTH)
-
-    def show_band(self, film: Film, y: int, height: int) -> None:
-        """Write a band of the picture, from a row of the whole picture's on."""
-        band = np.arange(y, y + height) - self.bottom - self.own[0].start
-        rows = slice(max(int(band[0]), 0), min(int(band[-1]) + 1, film.height))
-        if rows.stop > rows.start:
-            film.color[:, rows] = self._part(self.color)[:, rows]
-            film.alpha[rows] = self._part(self.alpha)[rows]
-
-    def show_pixels(self, film: Film, rows: Ints) -> None:
-        """Write some pixels of the region."""
-        y, x = np.divmod(rows, self.width)
-        place = y - self.own[0].start, x - self.own[1].start
-        film.color[:, *place] = self.color[:, rows]
-        film.alpha[place] = self.alpha[rows]
-        film.samples[place] = self.samples[rows]
-
-    def _part(self, values: NDArray[Any]) -> NDArray[Any]:
-        """Of values (..., n) those of the region: (..., height, width)."""
-        table = values.reshape(*values.shape[:-1], self.height, self.width)
-        return table[..., *self.own]

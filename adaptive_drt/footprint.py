@@ -9,6 +9,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from .columns import columns
 from .edge import half_pixel
 from .plan import Plan
 from .primary import Surface
@@ -44,7 +45,9 @@ class Footprint:
 
     def change(self, slope: Array, at: Ints) -> Array:
         """How far a linear function of the place, of slope (3, m), goes either way: (m,)."""
-        along = np.abs(dot(self.steps[0][:, at], slope)) + np.abs(dot(self.steps[1][:, at], slope))
+        along = np.abs(dot(columns(self.steps[0], at), slope)) + np.abs(
+            dot(columns(self.steps[1], at), slope)
+        )
         with np.errstate(invalid="ignore"):  # a slope of 0 over a patch without bound
             wide: Array = along + self.off[at] * np.sqrt(dot(slope, slope))
         return np.where(np.isnan(wide), np.inf, wide)
@@ -55,7 +58,7 @@ class Footprint:
         Never a false yes. In the plane a parallelogram's points are no nearer than its sides'
         lines: from 1 in the coordinate along a step, in units of that step's height.
         """
-        a, b = self.steps[0][:, at], self.steps[1][:, at]
+        a, b = columns(self.steps[0], at), columns(self.steps[1], at)
         with np.errstate(over="ignore", invalid="ignore"):  # out of float64's range: not clear
             normal = cross(a, b)
             square = dot(normal, normal)
@@ -104,7 +107,7 @@ def make_footprint(plan: Plan, surface: Surface, reach: Array) -> Footprint:
     rim = np.flatnonzero(~np.isfinite(off))
     if rim.size:
         off[rim], (sides[0][:, rim], sides[1][:, rim]) = _along_rays(
-            plan, point[:, rim], t[rim], reach[rim]
+            plan, columns(point, rim), t[rim], reach[rim]
         )
     return Footprint((sides[0], sides[1]), off)
 

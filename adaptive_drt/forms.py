@@ -16,6 +16,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from .columns import columns
 from .plan import Plan
 from .primary import Pairs
 from .vector import cross, dot
@@ -71,7 +72,7 @@ class Balls:
     def take(self, index: Ints, row: Ints) -> Balls:
         """Some of them, with new rows."""
         parts = (self.discriminant, self.along, self.square, self.gap)
-        return Balls(row, *(part[..., index] for part in parts))
+        return Balls(row, *(columns(part, index, -1) for part in parts))
 
 
 @dataclass(frozen=True)
@@ -88,8 +89,10 @@ class Flats:
 
     def take(self, index: Ints, row: Ints) -> Flats:
         """Some of them, with new rows."""
-        a, b, c, d = (edge[..., index] for edge in self.edges)
-        return Flats(row, (a, b, c, d), self.facing[..., index], self.height[..., index])
+        a, b, c, d = (columns(edge, index, -1) for edge in self.edges)
+        return Flats(
+            row, (a, b, c, d), columns(self.facing, index, -1), columns(self.height, index, -1)
+        )
 
 
 @dataclass(frozen=True)
@@ -119,8 +122,8 @@ class Cover:
             self.full[rows],
             self.near[rows],
             self.far[rows],
-            self.across[:, rows],
-            self.reach[:, rows],
+            columns(self.across, rows),
+            columns(self.reach, rows),
         )
 
 
@@ -163,10 +166,14 @@ def make_forms(plan: Plan, boxes: Boxes, pairs: Pairs) -> tuple[Forms, Cover]:
     place = np.empty(m, dtype=np.int64)
     place[ball], place[flat] = np.arange(ball.size), np.arange(flat.size)
     middle, size = boxes.middle, boxes.size
-    w, x, y = _directions(plan, middle[:, pairs.pixel[ball]], size[:, pairs.pixel[ball]])
+    w, x, y = _directions(
+        plan, columns(middle, pairs.pixel[ball]), columns(size, pairs.pixel[ball])
+    )
     balls = _balls(plan, boxes, pairs.take(ball), ball, (w, x, y))
     _cover_balls(balls, cover)
-    w, x, y = _directions(plan, middle[:, pairs.pixel[flat]], size[:, pairs.pixel[flat]])
+    w, x, y = _directions(
+        plan, columns(middle, pairs.pixel[flat]), columns(size, pairs.pixel[flat])
+    )
     flats = _flats(plan, boxes, pairs.take(flat), flat, (w, x, y))
     _cover_flats(flats, cover)
     _set_reach(plan, pairs, middle, size, cover)
@@ -185,11 +192,11 @@ def _placed(
 ) -> tuple[Array, Array | None]:
     """Places in the middle of the boxes' times and their change over them, None if none moves."""
     if displacement is None:
-        return place[:, ids], None
-    move = displacement[:, ids]
+        return columns(place, ids), None
+    move = columns(displacement, ids)
     middle = 0.5 * (boxes.low[2] + boxes.high[2])
     change = (boxes.high[2] - boxes.low[2])[box] * move
-    return place[:, ids] + middle[box] * move, change if change.any() else None
+    return columns(place, ids) + middle[box] * move, change if change.any() else None
 
 
 def _square_form(a: tuple[Array, Array, Array], b: tuple[Array, Array, Array]) -> Array:
@@ -228,7 +235,7 @@ def _flats(
     """Edges w.(b x q) and w.(q x a), and what is left of w.(a x b) beyond them."""
     quads, ids = plan.quads, pairs.item - plan.sphere_count
     q, change = _placed(quads.corner, quads.displacement, boxes, pairs.pixel, ids)
-    a, b = quads.edge_u[:, ids], quads.edge_v[:, ids]
+    a, b = columns(quads.edge_u, ids), columns(quads.edge_v, ids)
     normal = cross(a, b)
     facing = np.stack([dot(part, normal) for part in ray])[None]
     height = [dot(q, normal)[None]]

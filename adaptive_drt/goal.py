@@ -31,8 +31,6 @@ GRID_START = 0.9
 """Of the tolerance: a goal of the grid; no number that errors and contrasts of round scenes are."""
 WIDEST = 1e3
 """Of the tolerance: the greatest goal."""
-LEAST = 2.0**-10
-"""Of the tolerance: the least goal."""
 DARK = 0.1
 """Of the error foreseen: the picture's mean where no sampled centre is lit."""
 
@@ -64,13 +62,16 @@ def make_goal(tolerance: float, color: Array, error: Array, cut: Mask) -> Goal:
     contrast = float(np.sqrt((color * color).mean()))
     target = RESERVE * tolerance * mean
     scale = GRID_START * tolerance * mean
-    # what is left over the picture grows with the goal
-    low, high = int(np.log(LEAST) / np.log(GRID)), int(np.log(WIDEST) / np.log(GRID))
+    # what is left over the picture grows with the goal; below the target it is never too much
+    low = int(np.log(RESERVE / GRID_START) / np.log(GRID)) - 1
+    high = int(np.log(WIDEST) / np.log(GRID))
+    large = known[known > target]
+    budget = target * target * known.size - float((known[known <= target] ** 2).sum())
     while high - low > 1:
         middle = (low + high) // 2
         level = scale * GRID**middle
-        left = np.where(known > level, REACHED * level, known)
-        if float((left * left).mean()) > target * target:
+        left = np.where(large > level, REACHED * level, large)
+        if float((left * left).sum()) > budget:
             high = middle
         else:
             low = middle

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .clip import backdrop, ball_polygons, clip_quads
+from .columns import columns
 from .emitter import QUAD, SPHERE, Emitter, view_cone
 from .gather import gather_light
 from .light import CORNERS
@@ -109,7 +110,7 @@ def _closed(
 
     ids = pairs.item[kind == FLAT].reshape(n, -1).T - plan.sphere_count
     q = plan.quads.moved(ids, when) - surface.point[:, None]
-    a, b = plan.quads.edge_u[:, ids], plan.quads.edge_v[:, ids]
+    a, b = columns(plan.quads.edge_u, ids), columns(plan.quads.edge_v, ids)
     plane = backdrop(light, to)
     quads = clip_quads(plane, np.moveaxis(np.stack([q, q + a, q + a + b, q + b]), 2, 0))
     cut = balls(CUT)
@@ -135,7 +136,7 @@ def _together(few: Array, many: Array) -> Array:
 def _place(plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, time: Array | float) -> Ints:
     """How each occluder is counted: DROP, BALL, FLAT, CUT or RAYS (m,)."""
     kind = np.full(pairs.item.size, FLAT)
-    point, center = surface.point[:, pairs.pixel], light.moved(time)
+    point, center = columns(surface.point, pairs.pixel), light.moved(time)
     rows = np.flatnonzero(pairs.item < plan.sphere_count)
     if rows.size:
         when = _at(time, rows)
@@ -143,8 +144,8 @@ def _place(plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, time: Arr
     rows = np.flatnonzero(kind == FLAT)
     if rows.size and light.kind == SPHERE:
         ids = pairs.item[rows] - plan.sphere_count
-        gap = plan.quads.moved(ids, _at(time, rows)) - (center + np.zeros_like(point))[:, rows]
-        away = _distance(gap, plan.quads.edge_u[:, ids], plan.quads.edge_v[:, ids])
+        gap = plan.quads.moved(ids, _at(time, rows)) - columns(center + np.zeros_like(point), rows)
+        away = _distance(gap, columns(plan.quads.edge_u, ids), columns(plan.quads.edge_v, ids))
         kind[rows[away < light.radius]] = RAYS
     return kind
 
@@ -152,7 +153,7 @@ def _place(plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, time: Arr
 def _place_spheres(
     plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, time: Array | float
 ) -> Ints:
-    point = surface.point[:, pairs.pixel]
+    point = columns(surface.point, pairs.pixel)
     r = plan.spheres.radius[pairs.item]
     place, center = plan.spheres.moved(pairs.item, time), light.moved(time)
     v, gap = place - point, place - center

@@ -15,6 +15,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from .columns import columns
 from .detect import Center, Flags
 from .emitter import Emitter
 from .gather import CHUNK, gather_light, light_points, ratio, unblocked
@@ -79,7 +80,7 @@ class Resolver:
         for index, light in enumerate(plan.lights):
             factor = self._direct(index, light, hits, keep, rows)
             total += light.power[:, None] * factor
-        self.out.color[:, rows] = plan.color[:, hits.item] * total / np.pi
+        self.out.color[:, rows] = columns(plan.color, hits.item) * total / np.pi
         self.out.alpha[rows] = 1.0
         self.out.count("camera", self.tile.index.size)
         red = rows[mask[0, rows]]
@@ -163,7 +164,7 @@ class Resolver:
         flat = rays.surfaces(plan, depth, item, flat_row, flat_sample)
         hit = (item >= 0).sum(axis=1) / count
         miss = 1.0 - hit
-        total = self.out.color[:, pixels] * miss
+        total = columns(self.out.color, pixels) * miss
         self.out.alpha[pixels] = 1.0 if not plan.transparent else hit
         light_rays = -(-plan.settings.light_rays // count) if plan.penumbra else 1
         if self.lean:
@@ -187,7 +188,7 @@ class Resolver:
             return total
         at = rays.pixel[rows]
         item = self.center.item_still[at]
-        hits = surface(plan, self.center.w[:, at], self.center.depth_still[at], item)
+        hits = surface(plan, columns(self.center.w, at), self.center.depth_still[at], item)
         for index, light in enumerate(plan.lights):
             shape = plan.shadow_light(light)
             pairs, blocked = self._busy_pairs(shape, hits)
@@ -210,7 +211,7 @@ class Resolver:
             self.out.count("light", some.size * rays.count * light_rays)
             factor[some] = sums.estimate()
             total[:, rows] += light.power[:, None] * factor
-        total[:, rows] *= plan.color[:, item] / np.pi
+        total[:, rows] *= columns(plan.color, item) / np.pi
         return total
 
     def _busy_pairs(self, shape: Emitter, hits: Surface) -> tuple[Pairs, Mask]:
@@ -239,7 +240,7 @@ class Resolver:
         total = np.zeros((3, n))
         if not row.size:
             return total
-        color = plan.color[:, flat.item] / np.pi
+        color = columns(plan.color, flat.item) / np.pi
         time = rays.time[row, sample][:, None]
         for index, light in enumerate(plan.lights):
             shape = plan.shadow_light(light)
@@ -320,7 +321,7 @@ class _Rays:
         spots = points(plan.settings.seed, tile.index[pixel], 0, count, dimensions)
         time = spots[0] - 0.5 if moves else np.zeros((pixel.size, count))
         if not spreads:
-            w = np.broadcast_to(center.w[:, pixel, None], (3, pixel.size, count))
+            w = np.broadcast_to(columns(center.w, pixel[:, None]), (3, pixel.size, count))
             return cls(pixel, count, w, time)
         a, b = spots[1:3] if moves else spots
         w = plan.lens.directions(tile.x[pixel, None] + (a - 0.5), tile.y[pixel, None] + (b - 0.5))
@@ -334,7 +335,7 @@ class _Rays:
             depth[:] = center.depth_still[self.pixel][:, None]
             item[:] = center.item_still[self.pixel][:, None]
         for rows, ids in ranked(self.pixel.size, pairs):
-            t = pair_hits(plan, self.w[:, rows], ids, self.time[rows])
+            t = pair_hits(plan, columns(self.w, rows), ids, self.time[rows])
             before, which = depth[rows], item[rows]
             ids = ids[:, None]
             # of equals the first object wins, as at the centre

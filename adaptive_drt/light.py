@@ -13,6 +13,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from .columns import columns
 from .emitter import DISK, POINT, QUAD, Emitter, off_back
 from .vector import cross, dot
 
@@ -92,10 +93,10 @@ def _quad_factor(to: Array, a: Array, b: Array, normal: Array) -> Array:
         rows = np.flatnonzero(small & seen)
         if rows.size:
             rises = (x[rows] for x in (height, rise_a, rise_b))
-            total[rows] = facing[rows] * _quadrature(to[:, rows], a, b, *rises)
+            total[rows] = facing[rows] * _quadrature(columns(to, rows), a, b, *rises)
     rows = np.flatnonzero(cut)
     if rows.size:
-        total[rows] = _cut_factor(to[:, rows], a, b, normal[:, rows], small[rows])
+        total[rows] = _cut_factor(columns(to, rows), a, b, columns(normal, rows), small[rows])
     return np.where(seen, np.maximum(total, 0.0), 0.0)
 
 
@@ -148,7 +149,7 @@ def _cut_factor(to: Array, a: Array, b: Array, normal: Array, small: Mask) -> Ar
         rows = np.flatnonzero(chosen)
         if not rows.size:
             continue
-        place, n = to[:, rows], normal[:, rows]
+        place, n = columns(to, rows), columns(normal, rows)
         if small_ones:
             total[rows] = _small_clipped(place, a, b, n)
         else:
@@ -180,7 +181,7 @@ def polygon_factor(corners: list[Array], normal: Array) -> Array:
     cut = np.flatnonzero((lowest < 0.0) & (highest > 0.0))
     if cut.size:
         total[cut] = _clipped(
-            [c[:, cut] for c in corners], [h[cut] for h in heights], normal[:, cut]
+            [columns(c, cut) for c in corners], [h[cut] for h in heights], columns(normal, cut)
         )
     return np.where(highest > 0.0, 0.5 * np.abs(total), 0.0)
 

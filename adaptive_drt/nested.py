@@ -12,6 +12,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from .columns import columns
 from .plan import Plan
 from .primary import Pairs, Surface
 from .vector import dot
@@ -41,7 +42,7 @@ def nested(plan: Plan, surface: Surface, pairs: Pairs, time: Array | float) -> M
     hidden = np.zeros(pairs.item.size, dtype=np.bool_)
     number = np.bincount(pairs.pixel, minlength=surface.item.size)
     start = np.cumsum(number) - number
-    v = plan.spheres.moved(pairs.item, time) - surface.point[:, pairs.pixel]
+    v = plan.spheres.moved(pairs.item, time) - columns(surface.point, pairs.pixel)
     r, length = plan.spheres.radius[pairs.item], np.sqrt(dot(v, v))
     axis, sine = v / length, r / length
     cosine = np.sqrt(np.maximum((length - r) * (length + r), 0.0)) / length
@@ -50,7 +51,7 @@ def nested(plan: Plan, surface: Surface, pairs: Pairs, time: Array | float) -> M
         step = max(1, CHUNK // (k * k))
         for first in range(0, points.size, step):
             index = start[points[first : first + step]] + np.arange(k)[:, None]
-            hidden[index] = _within(axis[:, index], sine[index], cosine[index])
+            hidden[index] = _within(columns(axis, index), sine[index], cosine[index])
     return hidden
 
 

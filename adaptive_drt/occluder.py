@@ -16,6 +16,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from .columns import columns
 from .embree import ProxyScene
 from .emitter import QUAD, Cone, Emitter, view_cone
 from .plan import Plan
@@ -108,7 +109,7 @@ class Occluders:
         center, outer = self.center[:, : proxies.outer.size], proxies.outer
 
         def near(middle: Array, span: Array, item: Ints) -> Mask:
-            gap = center[:, item] - middle
+            gap = columns(center, item) - middle
             wide = outer[item] + span
             close: Mask = dot(gap, gap) <= wide * wide
             return close
@@ -136,7 +137,7 @@ class Occluders:
 
         def seen(middle: Array, span: Array, item: Ints) -> Mask:
             cone = view_cone(ball, ball.center, middle)
-            v, wide = center[:, item] - middle, radius[item] + span
+            v, wide = columns(center, item) - middle, radius[item] + span
             touch, _, _ = cone_touch(cone.axis, cone.cosine, cone.sine, v, wide)
             vv = dot(v, v)
             before: Mask = (vv <= wide * wide) | (touch & (np.sqrt(vv) - wide < cone.far))
@@ -149,15 +150,15 @@ class Occluders:
         """Whether objects may hide light that counts from points `at`: one object, or one each."""
         surface, cone = sight.surface, sight.cone
         chosen = np.atleast_1d(item)
-        center, radius = self.center[:, chosen], self.radius[chosen] + sight.reach[at]
-        point = surface.point[:, at]
+        center, radius = columns(self.center, chosen), self.radius[chosen] + sight.reach[at]
+        point = columns(surface.point, at)
         if isinstance(item, int) and item >= self._flats.first:
             apart = self._flats.part(sight, at, np.atleast_1d(item))
             if not apart.any():
                 return apart
         v = center - point
         vv = dot(v, v)
-        touch, _, _ = cone_touch(cone.axis[:, at], cone.cosine[at], cone.sine[at], v, radius)
+        touch, _, _ = cone_touch(columns(cone.axis, at), cone.cosine[at], cone.sine[at], v, radius)
         # beyond the light; an object around the point is in front in any case
         limit = cone.far[at] + radius
         keep: Mask = ((vv < limit * limit) & touch) | (vv <= radius * radius)
@@ -166,7 +167,7 @@ class Occluders:
         lowest = -radius
         if sight.spread:
             lowest = lowest - sight.bend[at] * sight.reach[at] * np.sqrt(vv)
-        keep &= dot(surface.normal[:, at], v) > lowest
+        keep &= dot(columns(surface.normal, at), v) > lowest
         keep &= sight.front(center, radius)
         if not isinstance(item, int) or item >= self._flats.first:
             keep &= self._flats.part(sight, at, chosen)
@@ -205,10 +206,10 @@ class _Flats:
 
     def part(self, sight: _Sight, at: Ints | slice, item: Ints) -> Mask:
         """Whether a quad's plane may come between points and some of the light."""
-        normal, offset, slack = self.normal[:, item], self.offset[item], self.slack[item]
+        normal, offset, slack = columns(self.normal, item), self.offset[item], self.slack[item]
         ball = sight.ball
         light = dot(normal, ball.center) - offset
-        point = sight.surface.point[:, at]
+        point = columns(sight.surface.point, at)
         place = dot(normal, point) - offset
         # points as near to the plane as rounding leaves open may lie on either side
         reach = slack + sight.reach[at] + graze_of(point, np.abs(offset))
@@ -261,7 +262,7 @@ def _by_blocks(sight: _Sight, objects: int, test: Test) -> Pairs:
     test : from middles (3, k) and radii (k,) of balls around blocks and objects (k,) to (k,) bool.
     """
     order = _along_curve(sight.surface.point)
-    point, reach = sight.surface.point[:, order], sight.reach[order]
+    point, reach = columns(sight.surface.point, order), sight.reach[order]
     count = order.size
     larger = -(-count // BLOCKS[0])
     block, item = np.repeat(np.arange(larger), objects), np.tile(np.arange(objects), larger)
@@ -275,7 +276,7 @@ def _by_blocks(sight: _Sight, objects: int, test: Test) -> Pairs:
 
 
 def _of_balls(test: Test, middle: Array, span: Array, block: Ints, item: Ints) -> Mask:
-    return test(middle[:, block], span[block], item)
+    return test(columns(middle, block), span[block], item)
 
 
 def _where(test: Callable[[Ints, Ints], Mask], number: Ints, item: Ints) -> Ints:

@@ -13,6 +13,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from .columns import columns
 from .emitter import POINT, QUAD, Emitter
 from .patch import Patch
 from .primary import Surface
@@ -100,12 +101,12 @@ def _add_rim(
     """Add what spheres' ever faster turn at their rims brings about, at some points, in place."""
     if not rows.size:
         return
-    to, view, slant = to[:, rows], surface.point[:, rows], patch.slant[rows]
+    to, view, slant = columns(to, rows), columns(surface.point, rows), patch.slant[rows]
     # there the normal turns to the viewer, or from him
     toward = np.abs(dot(to, view)) / np.maximum(np.sqrt(dot(to, to) * dot(view, view)), TINY)
     slope = np.sqrt(np.maximum(1.0 - slant**2, 0.0)) * patch.bend[rows] / slant**2
-    near = np.minimum(patch.cross[:, rows] * slope, 1.0)
-    size = most[rows] * toward * ROUND * np.minimum(bent[:, rows] * near, 1.0)
+    near = np.minimum(columns(patch.cross, rows) * slope, 1.0)
+    size = most[rows] * toward * ROUND * np.minimum(columns(bent, rows) * near, 1.0)
     sharp = near >= RIM
     result[BENDS][:, rows] += np.where(sharp, 0.0, size)
     result[KINKS][:, rows] += np.where(sharp, size, 0.0)
@@ -123,7 +124,7 @@ def _add_setting(result: Array, sine: Array, half: Array, most: Array, turns: Ar
     rows = np.flatnonzero((np.abs(sine) < turn + np.sin(half)) & (most > 0.0))
     if not rows.size:
         return
-    size = SET * most[rows] / np.maximum(turn[rows] + half[rows], TINY) * turns[:, rows] ** 2
+    size = SET * most[rows] / np.maximum(turn[rows] + half[rows], TINY) * columns(turns, rows) ** 2
     sharp = turn[rows] > half[rows]
     result[BENDS][:, rows] += np.where(sharp, 0.0, size)
     result[KINKS][:, rows] += np.where(sharp, size, 0.0)

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .bounds import interval_range
+from .columns import columns
 from .edge import half_pixel
 from .jet import Jet
 from .plan import Plan
@@ -60,7 +61,7 @@ def outlines_pass(
         if not rows.size:
             continue
         chosen = pairs.take(rows)
-        seen, always, near, far, shifts = part(plan, chosen, w[:, rows])
+        seen, always, near, far, shifts = part(plan, chosen, columns(w, rows))
         seen &= near <= depth[chosen.pixel]
         parts.append((chosen, seen, always, near, far, shifts))
         np.minimum.at(front, chosen.pixel[always], far[always])
@@ -83,7 +84,7 @@ def _sphere_passes(plan: Plan, pairs: Pairs, w: Array) -> tuple[Mask, Mask, Arra
     """Seen at some time; at all times and everywhere; bounds on its ray parameter; it shifts."""
     spheres = plan.spheres
     assert spheres.displacement is not None
-    v, d = spheres.center[:, pairs.item], spheres.displacement[:, pairs.item]
+    v, d = columns(spheres.center, pairs.item), columns(spheres.displacement, pairs.item)
     r = spheres.radius[pairs.item]
     ww = dot(w, w)
     v0, v1 = v - 0.5 * d, v + 0.5 * d
@@ -122,10 +123,14 @@ def _quad_passes(plan: Plan, pairs: Pairs, w: Array) -> tuple[Mask, Mask, Array,
     quads = plan.quads
     assert quads.displacement is not None
     ids = pairs.item - plan.sphere_count
-    u, v, d = quads.edge_u[:, ids], quads.edge_v[:, ids], quads.displacement[:, ids]
-    ends = [edge_planes(quads.corner[:, ids] + t * d, u, v) for t in ENDS]
+    u, v, d = (
+        columns(quads.edge_u, ids),
+        columns(quads.edge_v, ids),
+        columns(quads.displacement, ids),
+    )
+    ends = [edge_planes(columns(quads.corner, ids) + t * d, u, v) for t in ENDS]
     normal = cross(u, v)
-    sides = [dot(quads.corner[:, ids] + t * d, normal) for t in ENDS]
+    sides = [dot(columns(quads.corner, ids) + t * d, normal) for t in ENDS]
     crosses = sides[0] * sides[1] <= 0.0
     first, last = np.full(ids.size, -0.5), np.full(ids.size, 0.5)
     always = ~crosses

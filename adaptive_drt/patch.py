@@ -9,6 +9,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from .columns import columns
 from .plan import Plan
 from .primary import Surface
 from .vector import dot
@@ -59,9 +60,9 @@ class Patch:
     def take(self, rows: Ints) -> Patch:
         """The patches at an index."""
         return Patch(
-            self.steps[..., rows],
-            self.slides[:, rows],
-            self.cross[:, rows],
+            columns(self.steps, rows, -1),
+            columns(self.slides, rows),
+            columns(self.cross, rows),
             self.time[rows],
             self.bend[rows],
             self.slant[rows],

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .camera import Lens
+from .columns import columns
 from .plan import Plan
 from .quad import Planes, edge_planes, hit_quad
 from .quadric import hit_sphere
@@ -113,7 +114,10 @@ class Surface:
     def take(self, keep: NDArray[np.bool_] | Ints) -> Surface:
         """The hits at a mask or an index."""
         return Surface(
-            self.point[:, keep], self.normal[:, keep], self.item[keep], self.inside[keep]
+            columns(self.point, keep),
+            columns(self.normal, keep),
+            self.item[keep],
+            self.inside[keep],
         )
 
 
@@ -188,12 +192,15 @@ def _quad_span(plan: Plan, lens: Lens) -> tuple[tuple[Array, Array], tuple[Array
     depth = np.stack([dot(lens.forward[:, None], c) for c in corners])
     behind = (depth <= 0.0).all(axis=0)
     whole = (depth <= 0.0).any(axis=0) & ~behind
-    rows = np.linalg.inv(np.stack([lens.base, lens.right, lens.up], axis=1))
+    # rows of the inverse of (base, right, up): LAPACK's would wake threads that spin for 20 ms
+    base, right, up = (v[:, None] for v in (lens.base, lens.right, lens.up))
+    rows = cross(up, base), cross(base, right)
+    volume = dot(base, cross(right, up))
     spans = []
-    for k in (1, 2):
+    for row in rows:
         safe = np.where(depth > 0.0, depth, 1.0)
         with np.errstate(over="ignore"):  # a corner at the camera's plane: its image is at infinity
-            at = np.stack([dot(rows[k][:, None], c) for c in corners]) / safe
+            at = np.stack([dot(row / volume, c) for c in corners]) / safe
         first = np.where(whole, -np.inf, np.where(behind, np.inf, at.min(axis=0, initial=np.inf)))
         last = np.where(whole, np.inf, np.where(behind, -np.inf, at.max(axis=0, initial=-np.inf)))
         spans.append((first, last))
@@ -247,10 +254,10 @@ def pair_hits(plan: Plan, w: Array, item: Ints, time: Array | float = 0.0) -> Ar
         part = ids[:, None] if w.ndim == 3 else ids
         if ids[0] < plan.sphere_count:
             v, r = plan.spheres.moved(part, when), plan.spheres.radius[part]
-            t[rows] = hit_sphere(w[:, rows], v, r)
+            t[rows] = hit_sphere(columns(w, rows), v, r)
         else:
             planes = _quad_planes(plan, part - plan.sphere_count, when)
-            t[rows] = hit_quad(w[:, rows], *planes)
+            t[rows] = hit_quad(columns(w, rows), *planes)
     return t
 
 
@@ -275,12 +282,12 @@ def _quad_planes(plan: Plan, ids: Ints, time: Array | float) -> tuple[Planes, Ar
     quads = plan.quads
     if isinstance(time, np.ndarray) and quads.displacement is not None:
         q = quads.moved(ids, time)
-        return edge_planes(q, quads.edge_u[:, ids], quads.edge_v[:, ids])
+        return edge_planes(q, columns(quads.edge_u, ids), columns(quads.edge_v, ids))
     every = np.arange(quads.corner.shape[1])
     when = 0.0 if isinstance(time, np.ndarray) else time
     planes, normal, height = edge_planes(quads.moved(every, when), quads.edge_u, quads.edge_v)
-    a, b, c, d = (plane[:, ids] for plane in planes)
-    return (a, b, c, d), normal[:, ids], height[ids]
+    a, b, c, d = (columns(plane, ids) for plane in planes)
+    return (a, b, c, d), columns(normal, ids), height[ids]
 
 
 def nearest(count: int, pairs: Pairs, t: Array) -> tuple[Array, Ints]:
@@ -311,7 +318,7 @@ def surface(plan: Plan, w: Array, t: Array, item: Ints, time: Array | float = 0.
     if ball.size:
         ids = item[ball]
         center = plan.spheres.moved(ids, _at(time, ball))
-        out = point[:, ball] - center
+        out = columns(point, ball) - center
         out /= np.sqrt(dot(out, out))
         # back onto the sphere: the point is then off by roundoffs of its size, whatever t was
         within = dot(center, center) < plan.spheres.radius[ids] ** 2
@@ -324,8 +331,8 @@ def surface(plan: Plan, w: Array, t: Array, item: Ints, time: Array | float = 0.
         ids = item[flat] - plan.sphere_count
         unit = cross(plan.quads.edge_u, plan.quads.edge_v)
         unit /= np.sqrt(dot(unit, unit))
-        across = unit[:, ids]
-        away = dot(across, w[:, flat]) > 0.0
+        across = columns(unit, ids)
+        away = dot(across, columns(w, flat)) > 0.0
         normal[:, flat] = np.where(away, -across, across)
     return Surface(point, normal, item, inside)
 

@@ -14,6 +14,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from .columns import columns
 from .vector import cross, dot
 
 __all__ = [
@@ -51,10 +52,10 @@ class QuadSet:
 
     def moved(self, index: NDArray[np.int64], time: Array | float) -> Array:
         """Corners (3, ...) of quads `index` at shutter times that broadcast against it."""
-        place: Array = self.corner[:, index]
+        place: Array = columns(self.corner, index)
         if self.displacement is None:
             return place
-        return place + time * self.displacement[:, index]
+        return place + time * columns(self.displacement, index)
 
     @property
     def bounds(self) -> tuple[Array, Array]:

@@ -19,6 +19,7 @@ from typing import TypeAlias, overload
 import numpy as np
 from numpy.typing import NDArray
 
+from .columns import columns
 from .jet import Jet
 from .vector import cross, dot, squared_norm
 
@@ -62,10 +63,10 @@ class SphereSet:
 
     def moved(self, index: NDArray[np.int64], time: Array | float) -> Array:
         """Centres (3, ...) of spheres `index` at shutter times that broadcast against it."""
-        place: Array = self.center[:, index]
+        place: Array = columns(self.center, index)
         if self.displacement is None:
             return place
-        return place + time * self.displacement[:, index]
+        return place + time * columns(self.displacement, index)
 
 
 @overload

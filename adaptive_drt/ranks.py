@@ -14,6 +14,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from .columns import columns
 from .forms import Boxes, Cover
 from .plan import Plan
 from .primary import Pairs
@@ -114,7 +115,7 @@ def _balls(plan: Plan, a: Ints, b: Ints, times: tuple[Array, Array]) -> Ints:
 def _side(plan: Plan, a: Ints, b: Ints, times: tuple[Array, Array]) -> Ints:
     """`_compare` of objects with quads b, by the quads' planes."""
     quads, ids = plan.quads, b - plan.sphere_count
-    normal = cross(quads.edge_u[:, ids], quads.edge_v[:, ids])
+    normal = cross(columns(quads.edge_u, ids), columns(quads.edge_v, ids))
     size = np.sqrt(dot(normal, normal))
     least, most = np.full(a.size, np.inf), np.full(a.size, -np.inf)
     heights = []
@@ -144,14 +145,16 @@ def _extent(plan: Plan, item: Ints, time: Array, normal: Array) -> tuple[Array, 
     """Least and greatest product of objects' points with vectors (3, m)."""
     low, high = np.empty(item.size), np.empty(item.size)
     rows = np.flatnonzero(item < plan.sphere_count)
-    middle = dot(plan.spheres.moved(item[rows], time[rows]), normal[:, rows])
-    reach = plan.spheres.radius[item[rows]] * np.sqrt(dot(normal[:, rows], normal[:, rows]))
+    middle = dot(plan.spheres.moved(item[rows], time[rows]), columns(normal, rows))
+    reach = plan.spheres.radius[item[rows]] * np.sqrt(
+        dot(columns(normal, rows), columns(normal, rows))
+    )
     low[rows], high[rows] = middle - reach, middle + reach
     rows = np.flatnonzero(item >= plan.sphere_count)
     ids = item[rows] - plan.sphere_count
-    corner = dot(plan.quads.moved(ids, time[rows]), normal[:, rows])
-    u = dot(plan.quads.edge_u[:, ids], normal[:, rows])
-    v = dot(plan.quads.edge_v[:, ids], normal[:, rows])
+    corner = dot(plan.quads.moved(ids, time[rows]), columns(normal, rows))
+    u = dot(columns(plan.quads.edge_u, ids), columns(normal, rows))
+    v = dot(columns(plan.quads.edge_v, ids), columns(normal, rows))
     low[rows] = corner + np.minimum(u, 0.0) + np.minimum(v, 0.0)
     high[rows] = corner + np.maximum(u, 0.0) + np.maximum(v, 0.0)
     return low, high

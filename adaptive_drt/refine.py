@@ -16,21 +16,19 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from .ahead import hits_or_near
-from .cells import Cells, merge, split
+from .cells import Cells, merge, split, sums
+from .columns import columns
 from .goal import Goal
-from .lines import TIME
 from .occluder import Occluders
-from .patch import make_patch
 from .plan import Plan
-from .primary import Pairs, places, surface
-from .regions import Boxes, Regions, find_regions
-from .shade import Shaded, shade
-from .stray import kept_parts
+from .primary import Pairs, places
+from .regions import Boxes, Regions, find_regions, no_regions
+from .shade import Shaded
+from .stars import Parts, join, sample
 from .variation import BENDS, KINKS, STEPS
 from .vector import dot
 
-__all__ = ["Refined", "Task", "refine"]
+__all__ = ["Begun", "Refined", "Task", "begin", "refine"]
 
 Array: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
@@ -49,18 +47,6 @@ FAR = 7.3
 """Times its goal: a pixel so far off has its cells cut into four, not two."""
 AXIS = 0.4
 """Of the worst axis' error in a cell: axes from there on are cut with it."""
-STAR = np.array([0.04, 0.15, 0.5])
-"""Of the deviation of a centroid's sample: that of a star's mean, by kind: about
-twice what was measured, 0.02, 0.07 and 0.3."""
-CORNERS = np.array([[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]])
-"""Of a cube: the star in three dimensions, (samples, axes). Exact for quadratics as six arms along
-the axes are, in four samples, and not as far out."""
-INSIDE = 1.0 - 2.0**-10
-"""Of a star's arms: of a box or a triangle they would end on a side. Whether a point on an outline
-is hit, or one on a seam is inside another object, is for rounding to say; this keeps the points
-off, and the quadrature's second moments to a five hundredth."""
-ASIDE = 2.0**-30
-"""Of the shutter: regions whose centroids are nearer to its middle lie in it but for rounding."""
 STRAY = 0.5
 """Of the contrast: how far a region may be off whose sample sees another object's place."""
 LINES = 16
@@ -75,7 +61,8 @@ class Task:
 
     Attributes
     ----------
-    cells : one root a pixel. Those that are not `cut` are shaded already.
+    cells : one root a pixel.
+    blank : (n,) whether that is yet to be shaded.
     item : (n,) the object that fills a pixel that is not cut.
     cut : (n,) whether outlines or seams may pass through the pixel's domain.
     rivals : of cut pixels, the objects that may be seen; sorted by pixel.
@@ -83,6 +70,7 @@ class Task:
     """
 
     cells: Cells
+    blank: Mask
     item: Ints
     cut: Mask
     rivals: Pairs
@@ -99,16 +87,34 @@ class Refined:
     error: Array
 
 
-def refine(plan: Plan, occluders: Occluders, task: Task) -> Refined:
-    """Resolve pixels to their goal."""
+@dataclass(frozen=True)
+class Begun:
+    """Pixels' roots, shaded: `cells`, one a pixel; `samples` (n,) points; `error` (n,)."""
+
+    cells: Cells
+    samples: Ints
+    error: Array
+
+
+def begin(plan: Plan, occluders: Occluders, task: Task) -> Begun:
+    """Shade the roots that are blank, and no more."""
+    plan.go_on()
     count = task.cut.size
     samples = np.ones(count, dtype=np.int64)
     cells = task.cells
-    raw = np.flatnonzero(task.cut[cells.pixel])
-    if raw.size:
-        done, points = _shaded(plan, occluders, task, cells.take(raw))
-        cells = merge([cells.take(~task.cut[cells.pixel]), done])
+    blank = np.flatnonzero(task.blank)
+    if blank.size:
+        done, points = _shaded(plan, occluders, task, cells.take(blank))
+        cells = merge([cells.take(~task.blank), done])
         samples += points
+    return Begun(cells, samples, _error(cells, count))
+
+
+def refine(plan: Plan, occluders: Occluders, task: Task) -> Refined:
+    """Resolve pixels to their goal."""
+    count = task.cut.size
+    begun = begin(plan, occluders, task)
+    cells, samples = begun.cells, begun.samples
     color, alpha, error = np.zeros((3, count)), np.zeros(count), np.zeros(count)
     crowds = [(cells, 0)]
     while crowds:
@@ -128,8 +134,8 @@ def refine(plan: Plan, occluders: Occluders, task: Task) -> Refined:
                 # pixels know nothing of each other: one half after the other
                 crowds.append((cells.take(later), turn + 1))
                 cells = cells.take(~later)
-        color += np.stack([_sum(cells.pixel, cells.share * c, count) for c in cells.color])
-        alpha += _sum(cells.pixel, cells.share * cells.alpha, count)
+        color += np.stack([sums(cells.pixel, cells.share * c, count) for c in cells.color])
+        alpha += sums(cells.pixel, cells.share * cells.alpha, count)
         error += _error(cells, count)
     return Refined(color, alpha, samples, error)
 
@@ -137,9 +143,9 @@ def refine(plan: Plan, occluders: Occluders, task: Task) -> Refined:
 def _error(cells: Cells, count: int) -> Array:
     """Estimated error of pixels (count,): bends add up, the signs of kinks and steps are random."""
     by_kind = cells.deviation.sum(axis=1)
-    bends = _sum(cells.pixel, cells.share * by_kind[BENDS], count)
+    bends = sums(cells.pixel, cells.share * by_kind[BENDS], count)
     rest = cells.share * (by_kind[KINKS] + by_kind[STEPS] + cells.edge)
-    error: Array = bends + np.sqrt(_sum(cells.pixel, rest * rest, count))
+    error: Array = bends + np.sqrt(sums(cells.pixel, rest * rest, count))
     return error
 
 
@@ -167,7 +173,7 @@ def _choose(task: Task, cells: Cells, count: int) -> tuple[Ints, Ints]:
     cut &= part.star | (part.edge > part.deviation.sum(axis=(0, 1)))
     parts = np.where(cut, np.where(far, 4, 2), 1)
     some = cut.any(axis=0) | ~part.star
-    return chosen[some], parts[:, some]
+    return chosen[some], columns(parts, some)
 
 
 def _finer(cells: Cells, parts: Ints) -> Cells:
@@ -176,143 +182,77 @@ def _finer(cells: Cells, parts: Ints) -> Cells:
 
 
 def _shaded(plan: Plan, occluders: Occluders, task: Task, cells: Cells) -> tuple[Cells, Ints]:
-    """The cells with their colours and errors, and the points (n,) shaded in each pixel."""
-    count = task.cut.size
+    """The cells with their colours and errors, and the points (n,) shaded in each pixel.
+
+    Those that one object fills and the regions of the others are shaded together.
+    """
     cut = task.cut[cells.pixel]
-    parts, points = [], np.zeros(count, dtype=np.int64)
-    for rows, shaded in ((np.flatnonzero(~cut), _plain), (np.flatnonzero(cut), _by_regions)):
-        if rows.size:
-            done, where = shaded(plan, occluders, task, cells.take(rows))
-            parts.append(done)
-            points += np.bincount(where, minlength=count)
-    return merge(parts), points
+    crossed, filled = cells.take(np.flatnonzero(cut)), cells.take(np.flatnonzero(~cut))
+    found = _find_regions(plan, task, crossed) if crossed.pixel.size else no_regions()
+    hit = np.flatnonzero(found.item >= 0)
+    parts = join(_region_parts(crossed, found, hit), _whole_parts(task, filled))
+    light, points, lost = sample(plan, occluders, parts, found, hit)
+    own, rest = slice(hit.size), slice(hit.size, None)
+    done = []
+    if filled.pixel.size:
+        ones = np.ones(filled.pixel.size)
+        color, deviation = light.color[:, rest], light.deviation[..., rest]
+        done.append(replace(filled, color=color, alpha=ones, deviation=deviation))
+    if crossed.pixel.size:
+        light = Shaded(light.color[:, own], light.deviation[..., own])
+        light.deviation[STEPS] += (
+            STRAY * task.goal.contrast * lost[own] * (parts.half[:, own] > 0.0)
+        )
+        done.append(_assembled(plan, task, crossed, found, hit, light))
+    pixel = np.concatenate([crossed.pixel[found.box[hit]], filled.pixel])
+    shaded = np.bincount(np.repeat(pixel, points), minlength=task.cut.size)
+    return (merge(done) if len(done) > 1 else done[0]), shaded
 
 
-def _plain(plan: Plan, occluders: Occluders, task: Task, cells: Cells) -> tuple[Cells, Ints]:
+def _find_regions(plan: Plan, task: Task, cells: Cells) -> Regions:
+    """The regions of cells with outlines in them."""
+    accuracy = EDGE_SHARE * task.goal.error / (task.goal.contrast * np.sqrt(cells.share))
+    rivals = _of_cells(task.rivals, cells.pixel, task.cut.size)
+    return find_regions(plan, Boxes(cells.low, cells.high), rivals, accuracy, LINES)
+
+
+def _whole_parts(task: Task, cells: Cells) -> Parts:
     """Cells that one object fills."""
     middle, half = 0.5 * (cells.low + cells.high), 0.5 * (cells.high - cells.low)
     spread = np.zeros((6, cells.pixel.size))
     spread[[0, 2, 5]] = half / np.sqrt(3.0)
-    light, points, _ = _sample(
-        plan, occluders, middle, spread, half, task.item[cells.pixel], cells.star
-    )
-    done = replace(
-        cells,
-        color=light.color,
-        alpha=np.ones(cells.pixel.size),
-        deviation=light.deviation,
-    )
-    return done, np.repeat(cells.pixel, points)
+    return Parts(middle, spread, half, task.item[cells.pixel], cells.star)
 
 
-def _sample(
-    plan: Plan,
-    occluders: Occluders,
-    place: Array,
-    spread: Array,
-    half: Array,
-    item: Ints,
-    star: Mask,
-    found: tuple[Regions, Ints] | None = None,
-) -> tuple[Shaded, Ints, Array]:
-    """Mean light of regions (m,), by their centroids or by stars, and the points that took.
-
-    Parameters
-    ----------
-    place : (3, m) centroids.  spread : (6, m) lower triangular roots of their second moments:
-        xx, yx, yy, tx, ty, tt.  half : (3, m) half the extents of their boxes.
-    found : where there are others beside them: all regions, and which of them (m,) these are.
-
-    Returns with it the part (m,) of their points that none saw where it should be.
-    """
-    region, offset, lot = _arms(place[2], spread, half > 0.0, star)
-    count = np.bincount(region, minlength=item.size)
-    at = place[:, region]
-    short, lost = np.zeros(region.size), np.zeros(region.size)
-    if found is not None:
-        kept, stray = kept_parts(plan, found[0], found[1][region], at, offset, half[:, region], lot)
-        offset *= kept
-        short, lost = 1.0 - kept * kept, stray.astype(np.float64)
-    light = _look(plan, occluders, at + offset, half[:, region], item[region], count)
-    part = 1.0 / count[region]
-
-    def mean(values: Array) -> Array:
-        return np.stack([_sum(region, part * row, item.size) for row in values])
-
-    gain = np.where(count[region] > 1, STAR[:, None] + (1.0 - STAR[:, None]) * short, 1.0)
-    deviation = np.stack([mean(kind * g) for kind, g in zip(light.deviation, gain, strict=True)])
-    return Shaded(mean(light.color), deviation), count, _sum(region, part * lost, item.size)
+def _region_parts(cells: Cells, found: Regions, hit: Ints) -> Parts:
+    """The regions of cells that show an object."""
+    box, spread = found.box[hit], columns(found.spread, hit)
+    half = np.minimum(0.5 * columns(cells.high - cells.low, box), _extent(spread))
+    return Parts(columns(found.place, hit), spread, half, found.item[hit], cells.star[box])
 
 
-def _arms(time: Array, spread: Array, wide: Mask, star: Mask) -> tuple[Ints, Array, Ints]:
-    """Samples of regions (m,) at times; wide : (3, m) axes that they extend along.
-
-    A tetrahedron has a sense of direction. It follows the side of the shutter that a region lies
-    on, so that a reversed shutter gives the same picture; one that lies on both gets a star.
-
-    Returns
-    -------
-    region : (k,) which one each stands for.  offset : (3, k) from its centroid.
-    lot : (k,) numbers of those samples that balance each other.
-    """
-    axes = wide.sum(axis=0)
-    side = np.where(np.abs(time) > ASIDE, np.sign(time), 0.0)
-    cube = star & (axes == 3) & (side != 0.0)
-    count = np.where(star & (axes > 0), np.where(cube, len(CORNERS), 2 * axes), 1)
-    region = np.repeat(np.arange(count.size), count)
-    number = places(count)
-    inner = cube[region]
-    many, sign = count[region] > 1, np.where(number % 2 == 0, 1.0, -1.0)
-    # which axis an arm is along: the k-th of those that are wide
-    order = np.cumsum(wide, axis=0) - 1
-    offset = np.zeros((3, region.size))
-    for axis, columns in ((0, (0, 1, 3)), (1, (-1, 2, 4)), (2, (-1, -1, 5))):
-        own = many & wide[axis, region] & (inner | (order[axis, region] == number // 2))
-        rows = np.flatnonzero(own)
-        which = region[rows]
-        corner = CORNERS[number[rows] % len(CORNERS), axis]
-        if axis == TIME:
-            corner = corner * side[which]
-        length = np.where(inner[rows], corner, sign[rows] * np.sqrt(axes[which]))
-        for along, column in enumerate(columns):
-            if column >= 0:
-                offset[along, rows] += length * spread[column, which] * INSIDE
-    first = np.where(inner, number == 0, number % 2 == 0)
-    return region, offset, np.cumsum(first) - 1
-
-
-def _by_regions(plan: Plan, occluders: Occluders, task: Task, cells: Cells) -> tuple[Cells, Ints]:
-    """Cells with outlines in them."""
-    accuracy = EDGE_SHARE * task.goal.error / (task.goal.contrast * np.sqrt(cells.share))
-    rivals = _of_cells(task.rivals, cells.pixel, task.cut.size)
-    found = find_regions(plan, Boxes(cells.low, cells.high), rivals, accuracy, LINES)
+def _assembled(
+    plan: Plan, task: Task, cells: Cells, found: Regions, hit: Ints, light: Shaded
+) -> Cells:
+    """Cells made of their regions, those that `hit` something with their light."""
     count = cells.pixel.size
-    hit = np.flatnonzero(found.item >= 0)
-    box = found.box[hit]
-    half = np.minimum(0.5 * (cells.high - cells.low)[:, box], _extent(found.spread[:, hit]))
-    light, points, lost = _sample(
-        plan, occluders, found.place[:, hit], found.spread[:, hit], half, found.item[hit],
-        cells.star[box], (found, hit),
-    )  # fmt: skip
-    light.deviation[STEPS] += STRAY * task.goal.contrast * lost * (half > 0.0)
     backdrop = np.zeros(3) if plan.transparent else plan.background
     color = np.empty((3, found.box.size))
     color[:] = backdrop[:, None]
     color[:, hit] = light.color
-    mean = np.stack([_sum(found.box, found.weight * c, count) for c in color])
-    weight = found.weight[hit]
+    mean = np.stack([sums(found.box, found.weight * c, count) for c in color])
+    box, weight = found.box[hit], found.weight[hit]
     deviation = np.stack(
-        [[_sum(box, weight * row, count) for row in kind] for kind in light.deviation]
+        [[sums(box, weight * row, count) for row in kind] for kind in light.deviation]
     )
-    away = color - mean[:, found.box]
-    edge = _sum(found.box, found.error * np.sqrt(dot(away, away) / 3.0), count)
+    away = color - columns(mean, found.box)
+    edge = sums(found.box, found.error * np.sqrt(dot(away, away) / 3.0), count)
     edge += task.goal.contrast * found.missed
     deviation[STEPS, 2] += task.goal.contrast * found.late
     alpha = np.ones(count)
     if plan.transparent:
-        alpha = _sum(box, weight, count)
-    done = replace(cells, color=mean, alpha=alpha, deviation=deviation, edge=edge)
-    return done, np.repeat(cells.pixel[box], points)
+        alpha = sums(box, weight, count)
+    return replace(cells, color=mean, alpha=alpha, deviation=deviation, edge=edge)
 
 
 def _extent(spread: Array) -> Array:
@@ -322,30 +262,9 @@ def _extent(spread: Array) -> Array:
     return extent
 
 
-def _look(
-    plan: Plan, occluders: Occluders, place: Array, half: Array, item: Ints, sizes: Ints
-) -> Shaded:
-    """Light from objects at places (3, m) in x, y and t that stand for boxes of half extents.
-
-    `sizes` are numbers of places that belong together.
-    """
-    w = plan.lens.directions(place[0], place[1])
-    time: Array | float = place[2] if plan.motion else 0.0
-    t = hits_or_near(plan, w, item, time)
-    hits = surface(plan, w, t, item, time)
-    with np.errstate(over="ignore", invalid="ignore"):  # sizes that only estimates hang on
-        patch = make_patch(plan, w, t, hits, half)
-    return shade(plan, occluders, hits, time, patch, sizes=sizes)
-
-
 def _of_cells(rivals: Pairs, pixel: Ints, count: int) -> Pairs:
     """The rivals of each cell's pixel: pairs (cell, object)."""
     start = np.searchsorted(rivals.pixel, np.arange(count + 1))
     size = (start[1:] - start[:-1])[pixel]
     cell = np.repeat(np.arange(pixel.size), size)
     return Pairs(cell, rivals.item[np.repeat(start[pixel], size) + places(size)])
-
-
-def _sum(row: Ints, values: Array, count: int) -> Array:
-    """Sums (count,) of the values of each row, in their order."""
-    return np.bincount(row, weights=values, minlength=count).astype(np.float64, copy=False)

@@ -17,6 +17,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from .columns import columns
 from .forms import Boxes, Cover, Forms, make_forms
 from .lines import TIME, Lattice, depth, depth_along
 from .painting import fold, paint
@@ -24,7 +25,7 @@ from .plan import Plan
 from .primary import Pairs
 from .ranks import find_ranks
 
-__all__ = ["Boxes", "Regions", "find_regions"]
+__all__ = ["Boxes", "Regions", "find_regions", "no_regions"]
 
 Array: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
@@ -85,6 +86,12 @@ class Regions:
     error: Array
     missed: Array
     late: Array
+
+
+def no_regions() -> Regions:
+    """The regions of no box."""
+    none, number = np.zeros(0), np.zeros(0, dtype=np.int64)
+    return Regions(number, number, none, np.zeros((3, 0)), np.zeros((6, 0)), none, none, none)
 
 
 @dataclass(frozen=True)
@@ -334,16 +341,16 @@ def _regions(boxes: Boxes, found: _Candidates, sums: _Sums, late: Array) -> Regi
     kept = np.flatnonzero(sums.weight > DUST)
     kept = kept[np.lexsort((item[kept], box[kept]))]
     box, item, weight = box[kept], item[kept], sums.weight[kept]
-    place = np.clip(sums.moment[:, kept] / weight, -0.5, 0.5)
-    spread = _root(sums.second[:, kept] / weight, place)
+    place = np.clip(columns(sums.moment, kept) / weight, -0.5, 0.5)
+    spread = _root(columns(sums.second, kept) / weight, place)
     for k, axis in enumerate((0, 1, 1, 2, 2, 2)):
         spread[k] *= boxes.size[axis, box]
-    place = boxes.middle[:, box] + boxes.size[:, box] * place
+    place = columns(boxes.middle, box) + columns(boxes.size, box) * place
     total = np.bincount(box, weight, minlength=count)
     missed = np.zeros(count)
     unseen = np.flatnonzero(sums.weight[: pairs.item.size] <= DUST)
     # what comes and goes sooner than it moves across the box is for shorter times to tell
-    x, y, t = found.cover.across[:, unseen]
+    x, y, t = columns(found.cover.across, unseen)
     soon = (t > np.maximum(x, y)) & found.wide[TIME, pairs.pixel[unseen]]
     for error, some in ((missed, unseen[~soon]), (late, unseen[soon])):
         np.maximum.at(error, pairs.pixel[some], sums.error[some])

@@ -15,14 +15,15 @@ from numpy.typing import NDArray
 
 from .blocks import SIDES, Blocks
 from .clear import Survey, survey
+from .columns import columns
 from .crew import Call, Share, crew
-from .exact import Frame, alike, widened
 from .film import Film
+from .frame import Frame, alike, widened
 from .goal import Goal, make_goal
 from .occluder import Occluders
 from .plan import Plan
 from .primary import Pairs, Tile, screen_bounds
-from .refine import Refined, Task, refine
+from .refine import Begun, Refined, Task, begin, refine
 from .sights import find_sights
 from .squares import SIDES as SQUARES
 from .squares import Squares, coarse
@@ -63,6 +64,8 @@ Nothing but the progress bar goes by this, so that it moves as the time does."""
 MEASURED = 480 * 320
 BLOCKS_SHARE = 0.5
 """Of that rest, what blocks take in a moving scene (0.4 to 0.6)."""
+OUTLINES_SHARE = 0.4
+"""In a still one, what outlines' regions take."""
 ASKED_SHARES = (0.15, 0.1, 0.15, 0.1, 0.5, 0.0)
 """Of what blocks take, their nodes and checks, the coarsest first."""
 LOOK = 1.0
@@ -125,8 +128,8 @@ class Exact:
                 yield surveyed * done
         clock = Clock()
         frame.correct()
-        for _ in self._set_goal(frame):
-            yield surveyed
+        for done in self._set_goal(frame, film):
+            yield surveyed + (settled - surveyed) * done
         clock("means of smooth pixels")
         if self.plan.motion:
             for done in self._interpolate(frame):
@@ -149,14 +152,15 @@ class Exact:
         self.error_estimate = frame.estimate()
 
     def _course(self) -> tuple[float, float]:
-        """What part of the work the survey is, and what part it is together with the blocks."""
-        moving = bool(self.plan.motion)
-        rest = MOVING_REST if moving else STILL_REST
+        """What part of the work the survey is, and what part with outlines or blocks besides."""
+        rest, first = STILL_REST, OUTLINES_SHARE
+        if self.plan.motion:
+            rest, first = MOVING_REST, BLOCKS_SHARE
         left, bottom, right, top = self.plan.region
         size = (right - left) * (top - bottom)
         rest *= (0.001 / self.plan.settings.tolerance * MEASURED / size) ** 0.5
         surveyed = 1.0 / (1.0 + rest)
-        return surveyed, surveyed + moving * BLOCKS_SHARE * (1.0 - surveyed)
+        return surveyed, surveyed + first * (1.0 - surveyed)
 
     def _survey(
         self, frame: Frame, wide: Plan, first: int, step: int
@@ -198,10 +202,14 @@ class Exact:
                     done += 1
                 yield done / count, bands
 
-    def _set_goal(self, frame: Frame) -> Generator[None, None, None]:
-        """Set the goal of the whole picture, whatever part of it this frame is."""
+    def _set_goal(self, frame: Frame, film: Film) -> Generator[float, None, None]:
+        """Set the goal of the whole picture, whatever part of it this frame is.
+
+        In still pictures outlines' regions are shaded first: what that leaves to do is known then,
+        and it is less than one must reckon with (contact shadows, 1 %: ...).
+        """
         width, height = self.plan.picture
-        whole = (0, 0, width, height)
+        whole, own = (0, 0, width, height), frame
         side = SQUARES[0]
         step = max(1, height // (side * GOAL_ROWS))
         first = step // 2
@@ -218,19 +226,45 @@ class Exact:
             rows = self._survey(frame, wide, (first + below) % step, step)
             with closing(rows) as steps:
                 for _ in steps:
-                    yield
+                    yield 0.0
             frame.correct()
         inside = np.zeros(frame.height, dtype=np.bool_)
         inside[frame.own[0]] = chosen
         self.goal = frame.goal(inside)
-        yield from self._look(frame, inside)
+        if not frame.color[:, frame.some(inside)].any():
+            for _ in self._look(frame, inside):
+                yield 0.0
+        elif not self.plan.motion:
+            yield from self._begin(own, own.outlines(), film)
+            if frame is not own:
+                for _ in self._begin(frame, frame.outlines(inside)):
+                    yield 1.0
+            self.goal = frame.goal(inside)
+
+    def _begin(
+        self, frame: Frame, rows: Ints, film: Film | None = None
+    ) -> Generator[float, None, None]:
+        """Shade the regions of pixels with outlines; yields the part that is done."""
+        tasks = frame.in_parts(rows, self.goal, self._part(rows.size), True)
+        todo = [Call(_begin, self._share, (task,)) for _, task in tasks]
+        done = 0
+        with closing(in_order(self.plan, todo)) as outcomes:
+            for outcome in outcomes:
+                if outcome is not None:
+                    begun, seconds = outcome
+                    own, _ = tasks.pop(0)
+                    frame.begin(own, begun)
+                    if film is not None:
+                        frame.show_pixels(film, own)
+                    self._add({"outlines": seconds})
+                    self.shaded += int(begun.samples.sum()) - own.size
+                    done += own.size
+                yield done / rows.size
 
     def _look(self, frame: Frame, inside: Mask) -> Generator[None, None, None]:
         """Where no centre is lit, look for light before a tolerance is asked of darkness."""
         some = frame.some(inside)
-        color, error, cut = frame.color[:, some], frame.error[some], frame.outline[some]
-        if color.any():
-            return
+        color, error, cut = columns(frame.color, some), frame.error[some], frame.outline[some]
         goal = make_goal(LOOK, color, error, cut)
         some = some[cut | (error > goal.error)]
         if not some.size:
@@ -331,6 +365,12 @@ def _first(
 def _see(plan: Plan, _occluders: Occluders, place: Array, half: float, rivals: Pairs) -> Ints:
     plan.go_on()
     return find_sights(plan, place, half, rivals)
+
+
+def _begin(plan: Plan, occluders: Occluders, task: Task) -> tuple[Begun, float]:
+    began = time.perf_counter()
+    begun = begin(plan, occluders, task)
+    return begun, time.perf_counter() - began
 
 
 def _refine(plan: Plan, occluders: Occluders, task: Task) -> tuple[Refined, float]:

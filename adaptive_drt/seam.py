@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .bounds import rectangle_range
+from .columns import columns
 from .jet import Jet
 from .plan import Plan
 from .vector import cross, dot, squared_norm
@@ -54,16 +55,16 @@ def detect_seams(plan: Plan, w: Array, first: Ints, second: Ints, half: float) -
     ):
         if rows.size:
             normal, k = _evened(plan, a[rows], *plane(plan, a[rows], b[rows]))
-            seam[rows] = _on_sphere(plan, w[:, rows], a[rows], normal, k, half)
+            seam[rows] = _on_sphere(plan, columns(w, rows), a[rows], normal, k, half)
     rows = np.flatnonzero(~ball)
     if rows.size:
-        seam[rows] = _on_plane(plan, w[:, rows], a[rows], b[rows])
+        seam[rows] = _on_plane(plan, columns(w, rows), a[rows], b[rows])
     return seam
 
 
 def _radical_plane(plan: Plan, a: Ints, b: Ints) -> tuple[Array, Array]:
     """The plane in which two spheres cut each other: normal (3, m) and k (m,)."""
-    c0, c1 = plan.spheres.center[:, a], plan.spheres.center[:, b]
+    c0, c1 = columns(plan.spheres.center, a), columns(plan.spheres.center, b)
     r0, r1 = plan.spheres.radius[a], plan.spheres.radius[b]
     normal = c1 - c0
     # (|c1|^2 - |c0|^2) / 2 without cancellation
@@ -79,13 +80,13 @@ def _plane_of_second(plan: Plan, a: Ints, b: Ints) -> tuple[Array, Array]:
 def _plane(plan: Plan, item: Ints) -> tuple[Array, Array]:
     """Normals (3, m) and k (m,) of the planes of quads."""
     ids = item - plan.sphere_count
-    normal = cross(plan.quads.edge_u[:, ids], plan.quads.edge_v[:, ids])
-    return normal, dot(normal, plan.quads.corner[:, ids])
+    normal = cross(columns(plan.quads.edge_u, ids), columns(plan.quads.edge_v, ids))
+    return normal, dot(normal, columns(plan.quads.corner, ids))
 
 
 def _evened(plan: Plan, ball: Ints, normal: Array, k: Array) -> tuple[Array, Array]:
     """The same plane in a unit in which Q is at most a few (w.w), whatever the scene's size."""
-    v, r = plan.spheres.center[:, ball], plan.spheres.radius[ball]
+    v, r = columns(plan.spheres.center, ball), plan.spheres.radius[ball]
     reach = np.sqrt(dot(normal, normal)) * (np.sqrt(dot(v, v)) + r)
     unit = np.maximum(np.abs(k) + reach, TINY)
     return normal / unit, k / unit
@@ -94,7 +95,7 @@ def _evened(plan: Plan, ball: Ints, normal: Array, k: Array) -> tuple[Array, Arr
 def _on_sphere(plan: Plan, w: Array, ball: Ints, normal: Array, k: Array, half: float) -> Mask:
     """Whether Q may change its sign in the pixel."""
     lens = plan.lens
-    v, r = plan.spheres.center[:, ball], plan.spheres.radius[ball]
+    v, r = columns(plan.spheres.center, ball), plan.spheres.radius[ball]
     gap = dot(v, v) - r * r
     ray = Jet.linear(w, (lens.right[:, None], lens.up[:, None]), plan.settings.order)
     f = dot(ray, normal)

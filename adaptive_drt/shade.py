@@ -15,6 +15,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from .columns import columns
 from .emitter import POINT, Emitter
 from .gather import unblocked
 from .hidden import hide
@@ -27,7 +28,7 @@ from .shadow import Shadow, detect_shadows
 from .variation import BENDS, KINKS, no_variation, shadow_variation
 from .vector import dot
 
-__all__ = ["Shaded", "shade"]
+__all__ = ["Shaded", "shade", "unshadowed"]
 
 Array: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
@@ -72,7 +73,7 @@ def shade(
         are sought together.
     """
     total = np.zeros((3, surface.item.size))
-    albedo = plan.color[:, surface.item] / np.pi
+    albedo = columns(plan.color, surface.item) / np.pi
     spread = no_variation(surface.item.size)
     for index, light in enumerate(plan.lights):
         if known is None:
@@ -87,6 +88,19 @@ def shade(
     # a size that leaves float64's range says no more than that it is large
     spread = np.minimum(np.nan_to_num(spread, copy=False, nan=0.0), LARGEST)
     return Shaded(total * albedo, spread)
+
+
+def unshadowed(plan: Plan, surface: Surface, time: Array | float, hidden: Sequence[Mask]) -> Array:
+    """Radiance (3, n) of n points that nothing shadows, but for lights that are hidden: (n,) each.
+
+    time : shutter times, a number or (n,).
+    """
+    total = np.zeros((3, surface.item.size))
+    for light, away in zip(plan.lights, hidden, strict=True):
+        factor = unblocked(light, plan.shadow_light(light), light.moved(time), surface)
+        total += light.power[:, None] * np.where(away, 0.0, factor)
+    radiance: Array = total * (columns(plan.color, surface.item) / np.pi)
+    return radiance
 
 
 def _see(
@@ -113,7 +127,7 @@ def _find_together(
     """Candidates of lots of points, found for the first of each and a ball around it."""
     starts = np.cumsum(sizes) - sizes
     lot = np.repeat(np.arange(sizes.size), sizes)
-    away = surface.point - surface.point[:, starts[lot]]
+    away = surface.point - columns(surface.point, starts[lot])
     wide = np.sqrt(dot(away, away)) + reach
     found = occluders.find(shape, surface.take(starts), np.maximum.reduceat(wide, starts))
     number = np.bincount(found.pixel, minlength=sizes.size)
@@ -146,7 +160,7 @@ def _light(
     varies[..., hidden] = 0.0
     # a shadow that is only beside the point: no difference between points shows it
     aside = np.flatnonzero(~shadow.partial)
-    shadows[KINKS][:, aside] += shadows[BENDS][:, aside]
+    shadows[KINKS][:, aside] += columns(shadows[BENDS], aside)
     shadows[BENDS][:, aside] = 0.0
     varies += factor * shadows
     factor = np.where(shadow.blocked, 0.0, factor)

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .bounds import rectangle_range
+from .columns import columns
 from .emitter import POINT, QUAD, Cone, Emitter, off_back, view_cone
 from .jet import Jet
 from .light import CORNERS
@@ -30,10 +31,11 @@ from .quadric import (
     graze_of,
     starts_within,
 )
-from .vector import cross, dot, squared_norm
+from .vector import cross, dot, norm, squared_norm
 
 __all__ = [
     "Shadow",
+    "ball_hides",
     "classify_pairs",
     "contributes",
     "curvature",
@@ -201,36 +203,65 @@ def classify_pairs(
 def _by_sphere(
     plan: Plan, surface: Surface, light: Emitter, center: Array, pairs: Pairs, time: Array | float
 ) -> tuple[Mask, Mask]:
-    point = surface.point[:, pairs.pixel]
+    point = columns(surface.point, pairs.pixel)
     r = plan.spheres.radius[pairs.item]
     place = plan.spheres.moved(pairs.item, time)
     v = place - point
-    own = pairs.item == surface.item[pairs.pixel]
     graze = graze_of(point, r)
     if light.kind == POINT:
         block = blocks_segment(center - point, v, r, graze)
         return ~block, block
-    vv = dot(v, v)
-    enclosed = own | starts_within(vv, r, graze)
+    enclosed = pairs.item == surface.item[pairs.pixel]
+    enclosed |= starts_within(dot(v, v), r, graze)
+    none, full = ball_hides(plan, light, center, point, place, r, enclosed)
+    away = norm(center - place)
+    none = np.where(enclosed, away + light.radius <= r, none)
+    full = np.where(enclosed, away - light.radius >= r, full)
+    return none & ~full, full
+
+
+def ball_hides(
+    plan: Plan,
+    light: Emitter,
+    center: Array,
+    point: Array,
+    place: Array,
+    r: Array,
+    enclosed: Mask,
+) -> tuple[Mask, Mask]:
+    """Whether balls hide nothing of a light with a size for sure, or all of it for sure.
+
+    Parameters
+    ----------
+    center : (3, m) or (3, 1) of the light, metres.  point, place : (3, m) metres, where it is seen
+        from, and the middles of the balls, whose radii are r (m,).
+    enclosed : (m,) points in their balls: of them both answers mean nothing.
+
+    Returns
+    -------
+    none, full : (m,).
+    """
+    v = place - point
     cone = view_cone(light, center, point)
     touch, cover, tangent = cone_touch(cone.axis, cone.cosine, cone.sine, v, r)
-    none = ~touch | (np.sqrt(vv) - r >= cone.far)
-    full = cover & (tangent <= cone.near)
-    gap = center - place
-    away = np.sqrt(dot(gap, gap))
-    holds, excludes = away + light.radius <= r, away - light.radius >= r
-    full |= holds
+    none: Mask = ~touch | (norm(v) - r >= cone.far)
+    full: Mask = cover & (tangent <= cone.near)
+    # the light is in the ball
+    full |= norm(center - place) + light.radius <= r
     if light.kind == QUAD:
         none |= dot(light.normal, place - center) <= -r
         unsure = np.flatnonzero(~none & ~full & ~enclosed)
         if unsure.size:
             some = _over_quad(
-                plan, light, (center - point)[:, unsure], v[:, unsure], r[unsure], tangent[unsure]
+                plan,
+                light,
+                columns(center - point, unsure),
+                columns(v, unsure),
+                r[unsure],
+                tangent[unsure],
             )
             none[unsure], full[unsure] = some
-    none = np.where(enclosed, holds, none)
-    full = np.where(enclosed, excludes, full)
-    return none & ~full, full
+    return none, full
 
 
 def _over_quad(
@@ -256,8 +287,8 @@ def _over_quad(
     plane = np.abs(dot(light.normal, to))
     unsure = np.flatnonzero(full & (tangent > plane))
     if unsure.size:
-        near = Jet.linear(to[:, unsure], (light.half_u, light.half_v), order)
-        foot = dot(near, v[:, unsure]) - squared_norm(near)
+        near = Jet.linear(columns(to, unsure), (light.half_u, light.half_v), order)
+        foot = dot(near, columns(v, unsure)) - squared_norm(near)
         full[unsure] = rectangle_range(foot, 1.0, 1.0, square)[1] < 0.0
     return none, full
 
@@ -265,9 +296,9 @@ def _over_quad(
 def _by_quad(
     plan: Plan, surface: Surface, light: Emitter, center: Array, pairs: Pairs, time: Array | float
 ) -> tuple[Mask, Mask]:
-    point = surface.point[:, pairs.pixel]
+    point = columns(surface.point, pairs.pixel)
     ids = pairs.item - plan.sphere_count
-    u, v = plan.quads.edge_u[:, ids], plan.quads.edge_v[:, ids]
+    u, v = columns(plan.quads.edge_u, ids), columns(plan.quads.edge_v, ids)
     q = plan.quads.moved(ids, time) - point
     planes, normal, height = edge_planes(q, u, v)
     height = off_plane(height, normal, graze_of(point, np.sqrt(dot(q, q))))

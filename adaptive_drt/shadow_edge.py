@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .bounds import rectangle_range
+from .columns import columns
 from .edge import half_pixel
 from .emitter import POINT, QUAD, Emitter, view_cone
 from .footprint import Footprint, make_footprint
@@ -56,7 +57,7 @@ def patch_reach(plan: Plan, surface: Surface, w: Array) -> Array:
     ball = np.flatnonzero(surface.item < plan.sphere_count)
     if ball.size:
         r = plan.spheres.radius[surface.item[ball]]
-        v = plan.spheres.center[:, surface.item[ball]]
+        v = columns(plan.spheres.center, surface.item[ball])
         # cos^2 = 1 - (distance of the line from the centre / r)^2
         shift = np.sqrt(dot(v, v)) * turn[ball] / r
         sine = np.sqrt(np.maximum(1.0 - cosine[ball] ** 2, 0.0)) + shift
@@ -101,7 +102,7 @@ def detect_steep_light(
         return steep
     # a sphere's light falls off from its centre
     length = np.sqrt(dot(away, away))[rows]
-    axis = away[:, rows] / np.maximum(length, TINY)
+    axis = columns(away, rows) / np.maximum(length, TINY)
     patch = make_footprint(plan, surface.take(rows), reach[rows])
     change = patch.change(axis, np.arange(rows.size))
     # the distance bends away from its slope by no more than this, without bound at the light
@@ -151,8 +152,8 @@ def _hidden(plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, patch: F
     any two places of the patch it is on the same side of them and of the light: where it is
     between at the centre, it always is.
     """
-    point = surface.point[:, pairs.pixel]
-    center, r = plan.spheres.center[:, pairs.item], plan.spheres.radius[pairs.item]
+    point = columns(surface.point, pairs.pixel)
+    center, r = columns(plan.spheres.center, pairs.item), plan.spheres.radius[pairs.item]
     v, to, gap = center - point, light.center - point, center - light.center
     low, _, rounding = _line_range(to, v, r, patch, pairs.pixel)
     along = dot(to, v)
@@ -184,7 +185,7 @@ def _most_crosses(
     Where one place of a patch sees all of a light and another none of it, it is so for every point
     of the light: all their shadow lines cross it. So no such patch is left out.
     """
-    point = surface.point[:, pairs.pixel]
+    point = columns(surface.point, pairs.pixel)
     to = light.center - point
     if light.kind == QUAD:
         sides = (light.half_u, light.half_v)
@@ -194,7 +195,7 @@ def _most_crosses(
         odd = _odd_disk(plan, light, to, pairs, point, reach)
 
     def crosses(place: Array, rows: NDArray[np.int64]) -> Mask:
-        spot = replace(light.pinpoint(), center=np.broadcast_to(place, point.shape)[:, rows])
+        spot = replace(light.pinpoint(), center=columns(np.broadcast_to(place, point.shape), rows))
         return part(plan, surface, spot, pairs.take(rows), reach[rows], patch)
 
     rows = np.arange(pairs.item.size)
@@ -214,7 +215,7 @@ def _across(
     far = np.maximum(np.sqrt(dot(to, to)), TINY)
     axis = to / far
     middle = np.concatenate([plan.spheres.center, plan.quads.bounds[0]], axis=1)
-    aside = middle[:, pairs.item] - point
+    aside = columns(middle, pairs.item) - point
     aside = aside - dot(aside, axis) * axis
     size = np.sqrt(dot(aside, aside))
     # seen in one direction, any will do
@@ -243,12 +244,12 @@ def _odd_disk(
     odd: Mask = light.radius * reach > near * near
     ball = pairs.item < plan.sphere_count
     rows = np.flatnonzero(ball)
-    gap = light.center - plan.spheres.center[:, pairs.item[rows]]
+    gap = light.center - columns(plan.spheres.center, pairs.item[rows])
     odd[rows] |= np.sqrt(dot(gap, gap)) <= plan.spheres.radius[pairs.item[rows]] + light.radius
     rows = np.flatnonzero(~ball)
     ids = pairs.item[rows] - plan.sphere_count
-    normal = cross(plan.quads.edge_u[:, ids], plan.quads.edge_v[:, ids])
-    height = dot(light.center - plan.quads.corner[:, ids], normal)
+    normal = cross(columns(plan.quads.edge_u, ids), columns(plan.quads.edge_v, ids))
+    height = dot(light.center - columns(plan.quads.corner, ids), normal)
     odd[rows] |= np.abs(height) <= light.radius * np.sqrt(dot(normal, normal))
     return odd
 
@@ -265,8 +266,8 @@ def _by_sphere(
 
     Of a point light the shadow's line on the patch is a conic, and decided exactly.
     """
-    point = surface.point[:, pairs.pixel]
-    v = plan.spheres.center[:, pairs.item] - point
+    point = columns(surface.point, pairs.pixel)
+    v = columns(plan.spheres.center, pairs.item) - point
     r = plan.spheres.radius[pairs.item]
     small, large = np.maximum(r - reach, 0.0), r + reach
     vv = dot(v, v)
@@ -282,21 +283,21 @@ def _by_sphere(
             break
     sharp &= np.sqrt(vv) - large < cone.far
     # the inner side of a sphere that holds point and light casts no shadow between them
-    gap = light.center - plan.spheres.center[:, pairs.item]
+    gap = light.center - columns(plan.spheres.center, pairs.item)
     sharp &= ~((vv < small * small) & (np.sqrt(dot(gap, gap)) + light.radius <= r))
     sharp &= pairs.item != surface.item[pairs.pixel]
     if patch is not None and light.kind == POINT:
         rows = np.flatnonzero(sharp & np.isfinite(patch.off[pairs.pixel]))
-        rows = rows[patch.clear_of(v[:, rows], r[rows], pairs.pixel[rows])]
+        rows = rows[patch.clear_of(columns(v, rows), r[rows], pairs.pixel[rows])]
         if rows.size:
-            to = np.broadcast_to(light.center, point.shape)[:, rows] - point[:, rows]
-            sharp[rows] = _line_crosses(to, v[:, rows], r[rows], patch, pairs.pixel[rows])
+            to = columns(np.broadcast_to(light.center, point.shape), rows) - columns(point, rows)
+            sharp[rows] = _line_crosses(to, columns(v, rows), r[rows], patch, pairs.pixel[rows])
     if light.kind == QUAD and plan.settings.order == 2:
         rows = np.flatnonzero(sharp & (vv > large * large))
         if rows.size:
-            to = light.center - point[:, rows]
-            high = _range(light, to, v[:, rows], small[rows])[1]
-            low = _range(light, to, v[:, rows], large[rows])[0]
+            to = light.center - columns(point, rows)
+            high = _range(light, to, columns(v, rows), small[rows])[1]
+            low = _range(light, to, columns(v, rows), large[rows])[0]
             sharp[rows] = ((high <= 0.0) | (small[rows] == 0.0)) & (low >= 0.0)
     return sharp
 
@@ -315,7 +316,7 @@ def _line_range(
 
     `to` and v (3, m) lead from the patches' centres to L and C.
     """
-    steps = tuple(-step[:, at] for step in patch.steps)
+    steps = tuple(-columns(step, at) for step in patch.steps)
     wide = sum(np.sqrt(dot(step, step)) for step in steps) + patch.off[at]
     far, away = np.sqrt(dot(to, to)) + wide, np.sqrt(dot(v, v)) + wide
     rounding = discriminant_rounding(far * far, away * away, r, far * away)
@@ -345,9 +346,9 @@ def _by_quad(
 ) -> Mask:
     """By the edge functions: each is linear in the light and, for a fixed light, in the point."""
     ids = pairs.item - plan.sphere_count
-    u, v = plan.quads.edge_u[:, ids], plan.quads.edge_v[:, ids]
-    point = surface.point[:, pairs.pixel]
-    q = plan.quads.corner[:, ids] - point
+    u, v = columns(plan.quads.edge_u, ids), columns(plan.quads.edge_v, ids)
+    point = columns(surface.point, pairs.pixel)
+    q = columns(plan.quads.corner, ids) - point
     planes, normal, height = edge_planes(q, u, v)
     to = light.center - point
     may_miss = np.zeros(ids.size, dtype=np.bool_)

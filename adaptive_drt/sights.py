@@ -17,6 +17,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from .columns import columns
 from .forms import Boxes, make_forms
 from .lines import TIME, Lattice, intervals
 from .plan import Plan
@@ -54,7 +55,7 @@ def find_sights(plan: Plan, place: Array, half: float, pairs: Pairs) -> Ints:
     hides = np.flatnonzero(cover.full)
     np.minimum.at(front, pairs.pixel[hides], cover.far[hides])
     kept = np.flatnonzero(cover.some & (cover.near <= front[pairs.pixel]))
-    pairs, full, reach = pairs.take(kept), cover.full[kept], cover.reach[:, kept]
+    pairs, full, reach = pairs.take(kept), cover.full[kept], columns(cover.reach, kept)
     moves = plan.moves[pairs.item]
     refused = np.zeros(count, dtype=np.bool_)
     refused[pairs.pixel[~moves & ~full]] = True
@@ -70,7 +71,7 @@ def find_sights(plan: Plan, place: Array, half: float, pairs: Pairs) -> Ints:
             other, there = _phases(plan, place + corner[:, None], movers)
             refused[movers.pixel[(there != seen) | (seen & (other != phase))]] = True
         # what is that small may pass between all the middles
-        refused[pairs.pixel[mover[~seen & (reach[:, mover].min(axis=0) < SMALL)]]] = True
+        refused[pairs.pixel[mover[~seen & (columns(reach, mover).min(axis=0) < SMALL)]]] = True
     total = np.zeros(count, dtype=np.uint64)
     np.add.at(total, pairs.pixel, _mixed(code.astype(np.uint64)))
     sight = (total >> np.uint64(1)).astype(np.int64)

@@ -23,7 +23,7 @@ __all__ = ["SIDES", "Squares", "coarse", "means", "nodes", "roughness", "series"
 Array: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
 
-SIDES = (16, 8)
+SIDES = (16, 8, 4)
 """Pixels: sides of squares, the larger first."""
 LINE: Array = np.cos(np.pi * (7.0 - 2.0 * np.arange(4)) / 8.0)
 """Chebyshev nodes of a line from -1 to 1."""

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .ahead import hits_or_near
+from .columns import columns
 from .patch import make_patch
 from .plan import Plan
 from .primary import pair_hits, places, surface
@@ -57,9 +58,11 @@ def kept_parts(
         if not open_.size:
             break
         part[open_] = length
-        at = middle[:, open_] + length * arm[:, open_]
+        at = columns(middle, open_) + length * columns(arm, open_)
         lost = np.zeros(int(lot[-1]) + 1, dtype=np.bool_)
-        lost[lot[open_[_behind(plan, found, number, region[open_], at, half[:, open_])]]] = True
+        lost[lot[open_[_behind(plan, found, number, region[open_], at, columns(half, open_))]]] = (
+            True
+        )
         open_ = open_[lost[lot[open_]]]
     stray = np.zeros(region.size, dtype=np.bool_)
     stray[open_] = True
@@ -84,11 +87,11 @@ def _behind(
     sample, rival = sample[other], rival[other]
     when = place[2, sample][:, None] if plan.motion else 0.0
     front = np.full(region.size, np.inf)
-    np.minimum.at(front, sample, pair_hits(plan, w[:, sample, None], rival, when)[:, 0])
+    np.minimum.at(front, sample, pair_hits(plan, columns(w, sample[:, None]), rival, when)[:, 0])
     rows: Ints = np.flatnonzero(front < own)
-    w, t = w[:, rows], own[rows]
+    w, t = columns(w, rows), own[rows]
     hits = surface(plan, w, t, item[rows], time[rows] if isinstance(time, np.ndarray) else time)
     with np.errstate(over="ignore", invalid="ignore"):  # sizes that only estimates hang on
-        reach = make_patch(plan, w, t, hits, half[:, rows]).reach
+        reach = make_patch(plan, w, t, hits, columns(half, rows)).reach
         near: Mask = (t - front[rows]) * np.sqrt(dot(w, w)) < TOUCHING * reach
     return rows[near]

@@ -12,6 +12,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from .columns import columns
 from .emitter import QUAD, Emitter, view_cone
 from .passing import ENDS, clip_positive
 from .plan import Plan
@@ -105,7 +106,7 @@ def _sphere_hides(
     plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, time: float, reach: Array
 ) -> Mask:
     """Whether spheres hide a light from all points within reach: (m,)."""
-    point = surface.point[:, pairs.pixel]
+    point = columns(surface.point, pairs.pixel)
     r = plan.spheres.radius[pairs.item] - reach
     v = plan.spheres.moved(pairs.item, time) - point
     cone = view_cone(light, light.moved(time), point)
@@ -119,8 +120,8 @@ def _quad_hides(
 ) -> Mask:
     """The same of quads, by the edge functions: each is linear in the point for a fixed light."""
     ids = pairs.item - plan.sphere_count
-    u, v = plan.quads.edge_u[:, ids], plan.quads.edge_v[:, ids]
-    point = surface.point[:, pairs.pixel]
+    u, v = columns(plan.quads.edge_u, ids), columns(plan.quads.edge_v, ids)
+    point = columns(surface.point, pairs.pixel)
     q = plan.quads.moved(ids, time) - point
     planes, normal, height = edge_planes(q, u, v)
     to = light.moved(time) - point
@@ -173,10 +174,10 @@ def _sphere_touches(
     """
     spheres = plan.spheres
     assert spheres.displacement is not None
-    d = spheres.displacement[:, pairs.item]
-    v = spheres.center[:, pairs.item] - surface.point[:, pairs.pixel]
+    d = columns(spheres.displacement, pairs.item)
+    v = columns(spheres.center, pairs.item) - columns(surface.point, pairs.pixel)
     r = spheres.radius[pairs.item]
-    w = light.center - surface.point[:, pairs.pixel]
+    w = light.center - columns(surface.point, pairs.pixel)
     ww = np.maximum(dot(w, w), TINY)
     at = [dot(v + t * d, w) for t in ENDS]
     latest = np.clip((np.maximum(at[0], at[1]) + r * np.sqrt(ww)) / ww, 0.0, 1.0)
@@ -228,9 +229,13 @@ def _quad_touches(plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, re
     quads = plan.quads
     assert quads.displacement is not None
     ids = pairs.item - plan.sphere_count
-    u, v, d = quads.edge_u[:, ids], quads.edge_v[:, ids], quads.displacement[:, ids]
-    point = surface.point[:, pairs.pixel]
-    q = quads.corner[:, ids] - point
+    u, v, d = (
+        columns(quads.edge_u, ids),
+        columns(quads.edge_v, ids),
+        columns(quads.displacement, ids),
+    )
+    point = columns(surface.point, pairs.pixel)
+    q = columns(quads.corner, ids) - point
     to = light.center - point
     normal = cross(u, v)
     size = _length(normal)

@@ -15,6 +15,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from .columns import columns
 from .emitter import DISK, POINT, QUAD, Emitter
 from .patch import Patch
 from .plan import Plan
@@ -144,7 +145,7 @@ def _joined(parts: list[_Shadows]) -> _Shadows:
 def _collect(total: Array, pixel: Ints, shadow: _Shadows) -> None:
     """Add the deviations of shadows to their points'."""
     live = np.flatnonzero(shadow.depth > 0.0)
-    pixel, depth, shifts = pixel[live], shadow.depth[live], shadow.shifts[:, live]
+    pixel, depth, shifts = pixel[live], shadow.depth[live], columns(shadow.shifts, live)
     width = np.maximum(shadow.width[live], shifts.max(axis=0) / SHARPEST)
     square = (shifts / np.maximum(width, TINY)) ** 2
     across = square.sum(axis=0)
@@ -186,7 +187,7 @@ def _rates(
     Returns with it the steps along x, y and t as if the point alone moved: (3, m) each.
     """
     rate = np.abs(1.0 / np.maximum(near, TINY) - 1.0 / far)
-    steps = [patch.steps[axis][:, pairs.pixel] for axis in range(3)]
+    steps = [columns(patch.steps[axis], pairs.pixel) for axis in range(3)]
     if not plan.motion:
         return rate, steps
     half = patch.time[pairs.pixel]
@@ -195,7 +196,7 @@ def _rates(
         d = part.displacement
         ids = pairs.item - first
         if d is not None and ids.size and 0 <= ids[0] < d.shape[1]:
-            moved = d[:, ids]
+            moved = columns(d, ids)
     carried = 0.0 if light.displacement is None else light.displacement
     # (occluder - point) / near - (light - point) / far, as a step of the point times the rate
     turn = (moved * half - steps[2]) / np.maximum(near, TINY) - (carried * half - steps[2]) / far
@@ -207,7 +208,7 @@ def _past_spheres(
     plan: Plan, surface: Surface, patch: Patch, light: Emitter, pairs: Pairs, time: Array | float
 ) -> _Shadows:
     """Of spheres."""
-    point = surface.point[:, pairs.pixel]
+    point = columns(surface.point, pairs.pixel)
     r = plan.spheres.radius[pairs.item]
     v = plan.spheres.moved(pairs.item, time) - point
     to = light.moved(time) - point
@@ -240,7 +241,9 @@ def _past_spheres(
     ends |= np.abs(inner) < whole
     covers = (opening - farthest >= whole) & ~enclosed & (tangent < far - light.radius)
     some = np.flatnonzero(enclosed)
-    covers[some] = _holds(plan, surface, patch, light, pairs.take(some), v[:, some], to[:, some])
+    covers[some] = _holds(
+        plan, surface, patch, light, pairs.take(some), columns(v, some), columns(to, some)
+    )
     return _Shadows(depth, shifts, 2.0 * np.minimum(half, opening), ends, covers)
 
 
@@ -251,10 +254,10 @@ def _holds(
 
     v, to : (3, m) from the points to the centres of the spheres and of the light.
     """
-    r, gap, eye = plan.spheres.radius[pairs.item], v - to, v + surface.point[:, pairs.pixel]
+    r, gap, eye = plan.spheres.radius[pairs.item], v - to, v + columns(surface.point, pairs.pixel)
     drift, carried = np.zeros(r.size), np.zeros(r.size)
     if plan.spheres.displacement is not None:
-        d = plan.spheres.displacement[:, pairs.item]
+        d = columns(plan.spheres.displacement, pairs.item)
         drift = np.sqrt(dot(d, d)) * patch.time[pairs.pixel]
     if light.displacement is not None:
         carried = np.sqrt(dot(light.displacement, light.displacement)) * patch.time[pairs.pixel]
@@ -299,9 +302,9 @@ def _past_quads(
     plan: Plan, surface: Surface, patch: Patch, light: Emitter, pairs: Pairs, time: Array | float
 ) -> _Shadows:
     """Of quads: the sharpest edge across the light, before its centre or beyond, counts."""
-    point, ids = surface.point[:, pairs.pixel], pairs.item - plan.sphere_count
+    point, ids = columns(surface.point, pairs.pixel), pairs.item - plan.sphere_count
     q = plan.quads.moved(ids, time) - point
-    u, v = plan.quads.edge_u[:, ids], plan.quads.edge_v[:, ids]
+    u, v = columns(plan.quads.edge_u, ids), columns(plan.quads.edge_v, ids)
     planes, normal, height = edge_planes(q, u, v)
     to = light.moved(time) - point
     far = np.maximum(np.sqrt(dot(to, to)), TINY)
@@ -328,9 +331,8 @@ def _past_quads(
         shifts = np.where(better, each, shifts)
         depth = np.where(crosses, 1.0, depth)
         ends |= crosses & (np.abs(np.abs(height_of) - half) < whole)
-    depth[misses] = 0.0
     own = pairs.item == surface.item[pairs.pixel]
-    depth[own] = 0.0
+    depth[misses | own] = 0.0
     # a quad that the light lies on this side of hides nothing of it
     size = np.sqrt(dot(normal, normal))
     beyond = dot(to, normal) - height
@@ -339,11 +341,12 @@ def _past_quads(
     before = (beyond - light.radius * size > light_slack) & (height > point_slack)
     covers &= before & ~misses & ~own
     cut = np.flatnonzero((height <= point_slack) & ~own)
-    cut = cut[distance_to(*(x[:, cut] for x in (q, u, v))) <= _reach(plan, patch, pairs.take(cut))]
+    reach = _reach(plan, patch, pairs.take(cut))
+    cut = cut[distance_to(*(columns(x, cut) for x in (q, u, v))) <= reach]
     if cut.size:
         # it stands in the patch: lit on one side, dark on the other
         depth[cut], width[cut] = 1.0, 0.0
-        shifts[:, cut] = _through(plan, patch, pairs.take(cut), normal[:, cut] / size[cut])
+        shifts[:, cut] = _through(plan, patch, pairs.take(cut), columns(normal, cut) / size[cut])
     return _Shadows(depth, shifts, width, ends, covers)
 
 
@@ -352,7 +355,7 @@ def _drift(plan: Plan, patch: Patch, pairs: Pairs) -> Array:
     d = plan.quads.displacement
     if d is None:
         return np.zeros((3, pairs.item.size))
-    drift: Array = d[:, pairs.item - plan.sphere_count] * patch.time[pairs.pixel]
+    drift: Array = columns(d, pairs.item - plan.sphere_count) * patch.time[pairs.pixel]
     return drift
 
 
@@ -365,7 +368,7 @@ def _reach(plan: Plan, patch: Patch, pairs: Pairs) -> Array:
 
 def _through(plan: Plan, patch: Patch, pairs: Pairs, normal: Array) -> Array:
     """How far (3, m) patches reach through the planes of quads, by axis."""
-    steps = [patch.steps[axis][:, pairs.pixel] for axis in range(3)]
+    steps = [columns(patch.steps[axis], pairs.pixel) for axis in range(3)]
     steps[2] = steps[2] - _drift(plan, patch, pairs)
     through: Array = np.abs(np.stack([dot(step, normal) for step in steps]))
     return through
@@ -377,11 +380,11 @@ def _plane_slack(
     """How far points and light move against the planes of quads, times |normal|: (m,) each."""
     point = np.zeros(pairs.item.size)
     for step in patch.steps:
-        point += np.abs(dot(step[:, pairs.pixel], normal))
+        point += np.abs(dot(columns(step, pairs.pixel), normal))
     moved = np.zeros(pairs.item.size)
     half, d = patch.time[pairs.pixel], plan.quads.displacement
     if d is not None:
-        moved += half * np.abs(dot(d[:, pairs.item - plan.sphere_count], normal))
+        moved += half * np.abs(dot(columns(d, pairs.item - plan.sphere_count), normal))
     point += moved
     if light.displacement is not None:
         moved = moved + half * np.abs(dot(light.displacement, normal))

@@ -8,6 +8,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from .columns import columns
 from .plan import Plan
 from .primary import Pairs
 from .quad import edge_planes, off_plane, quad_blocks_segment
@@ -68,13 +69,13 @@ def blocked_segments(
                 center = plan.spheres.moved(ids, when)
                 radius = plan.spheres.radius[ids]
                 graze = graze_of(start, radius)
-                hit = blocks_segment(to[:, at], center - start, radius, graze)
+                hit = blocks_segment(columns(to, at), center - start, radius, graze)
             else:
                 ids = ids - plan.sphere_count
                 q = plan.quads.moved(ids, when) - start
-                u, v = plan.quads.edge_u[:, ids], plan.quads.edge_v[:, ids]
+                u, v = columns(plan.quads.edge_u, ids), columns(plan.quads.edge_v, ids)
                 planes, normal, height = edge_planes(q, u, v)
                 height = off_plane(height, normal, graze_of(start, np.sqrt(dot(q, q))))
-                hit = quad_blocks_segment(to[:, at], planes, normal, height)
+                hit = quad_blocks_segment(columns(to, at), planes, normal, height)
             blocked[at] |= hit
     return blocked

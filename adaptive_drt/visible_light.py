@@ -30,6 +30,7 @@ from .arcs import (
     spans_in_circles,
     within_circles,
 )
+from .columns import columns
 from .outline import Outline, Polygons, RoundOutline, make_polygons, quad_outline, round_outline
 from .vector import dot
 
@@ -89,15 +90,15 @@ def visible_factor(
     for first in range(0, count, BLOCK):
         rows = slice(first, min(first + BLOCK, count))
         part = _take(light, rows)
-        v, radius = spheres[0][..., rows], spheres[1][..., rows]
-        total[rows] = _block(part, normal[:, rows], v, radius, quads[..., rows])
+        v, radius = columns(spheres[0], rows, -1), columns(spheres[1], rows, -1)
+        total[rows] = _block(part, columns(normal, rows), v, radius, columns(quads, rows, -1))
     return total
 
 
 def _take(light: Array | RoundOutline, rows: slice | Ints) -> Array | RoundOutline:
     if isinstance(light, RoundOutline):
-        return RoundOutline(light.axis[:, rows], light.cosine[rows], light.sine[rows])
-    return light[..., rows]
+        return RoundOutline(columns(light.axis, rows), light.cosine[rows], light.sine[rows])
+    return columns(light, rows, -1)
 
 
 def _block(
@@ -113,10 +114,17 @@ def _block(
         low, high = np.minimum.reduce(heights), np.maximum.reduce(heights)
     for cut, chosen in ((False, low >= 0.0), (True, (low < 0.0) & (high > 0.0))):
         rows: slice | Ints = slice(None) if chosen.all() else np.flatnonzero(chosen)
-        n = normal[:, rows]
+        n = columns(normal, rows)
         if n.shape[1]:
             outline = _take(light, rows)
-            view = _view(outline, n, v[..., rows], radius[..., rows], quads[..., rows], cut)
+            view = _view(
+                outline,
+                n,
+                columns(v, rows, -1),
+                columns(radius, rows, -1),
+                columns(quads, rows, -1),
+                cut,
+            )
             total[rows] = _integrate(view)
     return total
 
@@ -204,7 +212,7 @@ def _ball_circles(view: _View) -> Spans:
         mine = np.tile(np.arange(k), (k - 1, 1))
         other = (mine + np.arange(1, k)[:, None]) % k
         wins = np.where(other < mine, 1.0, -1.0)[..., None]
-        center, half, _ = within_circles(_pick(balls, mine), _pick(balls, other), wins)
+        center, half, _ = within_circles(_columns(balls, mine), _columns(balls, other), wins)
         centers.append(center)
         halves.append(half)
     spans = _quads_on_circles(view, balls)
@@ -217,7 +225,7 @@ def _light_circle(view: _View, cone: Circles) -> Spans:
     center, half = outside_planes(cone, view.light.edges.planes)
     if balls.sine.shape[0]:
         k = balls.sine.shape[0]
-        repeated = _pick(cone, np.zeros(k, dtype=np.int64))
+        repeated = _columns(cone, np.zeros(k, dtype=np.int64))
         inside, width, _ = within_circles(repeated, balls, np.ones((k, 1)))
         center = np.concatenate([center, inside[:, None]])
         half = np.concatenate([half, width[:, None]])
@@ -255,7 +263,7 @@ def _quad_edges(view: _View, quads: Polygons) -> Spans:
     return _unhidden(view, segments, (low, np.where(flat, low, high)))
 
 
-def _pick(circles: Circles, index: Ints) -> Circles:
+def _columns(circles: Circles, index: Ints) -> Circles:
     rows = (circles.axis, circles.u, circles.w)
     axis, u, w = (row[:, index] for row in rows)
     return Circles(axis, u, w, circles.sine[index], circles.cosine[index], circles.versine[index])

@@ -15,14 +15,14 @@ ROOT = Path(__file__).resolve().parent.parent
 CORE = ROOT / "adaptive_drt"
 
 ORDER = (
-    "scene settings film "  # leaf data
+    "scene settings film columns "  # leaf data
     "partials jet elementary vector bounds "
     "radiometry recognise quadric quad embree camera sampling emitter light "
     "arcs outline visible_light "
     "plan primary squares seam forms lines crossings painting ranks regions sights "
-    "edge shadow footprint shadow_edge visibility occluder passing sweep detect "
+    "edge shadow footprint shadow_edge visibility occluder patch_shadow passing sweep detect "
     "gather patch ahead stray variation open_variation clip nested hidden shade cells goal "
-    "refine exact blocks clear wire worker crew threads resolve integrate cost render"
+    "stars refine exact frame blocks clear wire worker crew threads resolve integrate cost render"
 ).split()
 """The core's files by rank: each imports only names to its left. Put a new file in its place."""
 

@@ -10,7 +10,7 @@ import pytest
 
 from adaptive_drt import blocks
 from adaptive_drt.blocks import _means
-from adaptive_drt.exact import Frame, widened
+from adaptive_drt.frame import Frame, widened
 from adaptive_drt.plan import make_plan
 from adaptive_drt.primary import Pairs
 from adaptive_drt.render import render_image
