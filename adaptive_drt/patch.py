@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TypeAlias
 
 import numpy as np
@@ -49,7 +50,7 @@ class Patch:
     bend: Array
     slant: Array
 
-    @property
+    @cached_property
     def reach(self) -> Array:
         """How far (metres) the patch reaches from its point: (n,)."""
         total: Array = np.zeros_like(self.time)

@@ -224,7 +224,9 @@ def _past_spheres(
     opening = np.arctan2(r, tangent)
     half = _extent(light, toward, far)
     rate, steps = _rates(plan, light, patch, pairs, np.maximum(tangent, far * NEAREST), far)
-    shifts = np.stack([_shift(step, toward, axis, rate, angle) for step in steps])
+    shifts = np.zeros((3, pairs.item.size))
+    for number, step in enumerate(steps if plan.motion else steps[:2]):
+        shifts[number] = _shift(step, toward, axis, rate, angle)
     whole = shifts.sum(axis=0)
     # it neither clears the light, nor hides all of it, nor lies within it, from the whole patch
     farthest = angle + half
@@ -241,9 +243,10 @@ def _past_spheres(
     ends |= np.abs(inner) < whole
     covers = (opening - farthest >= whole) & ~enclosed & (tangent < far - light.radius)
     some = np.flatnonzero(enclosed)
-    covers[some] = _holds(
-        plan, surface, patch, light, pairs.take(some), columns(v, some), columns(to, some)
-    )
+    if some.size:
+        covers[some] = _holds(
+            plan, surface, patch, light, pairs.take(some), columns(v, some), columns(to, some)
+        )
     return _Shadows(depth, shifts, 2.0 * np.minimum(half, opening), ends, covers)
 
 
