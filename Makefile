@@ -45,8 +45,8 @@ bench: $(READY)  ## time against error beside Cycles and Mitsuba, write docs/ben
 	@bash benchmarks/bench_setup.sh $(abspath $(VENV))
 	$(BIN)/python benchmarks/bench.py $(BENCH)
 
-profile: $(READY)  ## print seconds by stage, and the cost of derivatives
-	$(BIN)/python benchmarks/stages.py
+profile: $(READY)  ## seconds by stage, the cost of derivatives, a profile: docs/profile.md
+	$(BIN)/python benchmarks/stages.py --page docs/profile.md $(PROFILE)
 
 bench-paper: $(READY)  ## run the paper's table, write docs/paper-table.md
 	$(BIN)/python benchmarks/paper.py

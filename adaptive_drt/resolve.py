@@ -128,9 +128,9 @@ class Exact:
                 yield surveyed * done
         clock = Clock()
         frame.correct()
+        clock("means of smooth pixels")
         for done in self._set_goal(frame, film):
             yield surveyed + (settled - surveyed) * done
-        clock("means of smooth pixels")
         if self.plan.motion:
             for done in self._interpolate(frame):
                 yield surveyed + (settled - surveyed) * done
@@ -206,7 +206,7 @@ class Exact:
         """Set the goal of the whole picture, whatever part of it this frame is.
 
         In still pictures outlines' regions are shaded first: what that leaves to do is known then,
-        and it is less than one must reckon with (contact shadows, 1 %: ...).
+        and it is less than one must reckon with before (a quad light, 1 %: nothing is left).
         """
         width, height = self.plan.picture
         whole, own = (0, 0, width, height), frame
@@ -230,7 +230,7 @@ class Exact:
             frame.correct()
         inside = np.zeros(frame.height, dtype=np.bool_)
         inside[frame.own[0]] = chosen
-        self.goal = frame.goal(inside)
+        self._take_goal(frame, inside)
         if not frame.color[:, frame.some(inside)].any():
             for _ in self._look(frame, inside):
                 yield 0.0
@@ -239,7 +239,13 @@ class Exact:
             if frame is not own:
                 for _ in self._begin(frame, frame.outlines(inside)):
                     yield 1.0
-            self.goal = frame.goal(inside)
+            self._take_goal(frame, inside)
+
+    def _take_goal(self, frame: Frame, inside: Mask) -> None:
+        clock = Clock()
+        self.goal = frame.goal(inside)
+        clock("goal")
+        self._add(clock.seconds)
 
     def _begin(
         self, frame: Frame, rows: Ints, film: Film | None = None
