@@ -17,7 +17,7 @@ from .cells import Cells
 from .columns import columns
 from .exact import Lawn, Sheet
 from .film import NO_DEPTH, Film
-from .goal import Goal, make_goal
+from .goal import GROWTH, Goal, make_goal
 from .plan import Plan
 from .primary import Pairs
 from .refine import Begun, Refined, Task
@@ -178,7 +178,8 @@ class Frame:
         if found is not None:
             color[:, found[0]] = found[1]
         error, cut = self.error[index], self._unknown[index]
-        return make_goal(self.plan.settings.tolerance, columns(color, index), error, cut)
+        hard = error - columns(self.deviation[:, 2], index).sum(axis=0)
+        return make_goal(self.plan.settings.tolerance, columns(color, index), error, hard, cut)
 
     def outlines(self, rows: Mask | None = None) -> Ints:
         """The pixels of the region, in some of the frame's rows, of which outlines are all that
@@ -287,7 +288,10 @@ class Frame:
             np.arange(part.size), middle - half, middle + half, np.ones(part.size),
             columns(self.color, part), self.alpha[part], deviation, self._edge[part], star,
         )  # fmt: skip
-        return Task(cells, blank, self.item[part], self.outline[part], self._rivals_of(part), goal)
+        return Task(
+            cells, blank, self.item[part], self.outline[part], self._rivals_of(part), goal,
+            GROWTH if whole else 0.0,
+        )  # fmt: skip
 
     def begin(self, rows: Ints, begun: Begun) -> None:
         """Enter the means of pixels' regions, which may be refined."""

@@ -67,6 +67,7 @@ class Task:
     cut : (n,) whether outlines or seams may pass through the pixel's domain.
     rivals : of cut pixels, the objects that may be seen; sorted by pixel.
     goal : what each pixel is refined to.
+    growth : power of the number of a pixel's cells by which its goal grows.
     """
 
     cells: Cells
@@ -75,6 +76,7 @@ class Task:
     cut: Mask
     rivals: Pairs
     goal: Goal
+    growth: float
 
 
 @dataclass(frozen=True)
@@ -153,7 +155,8 @@ def _choose(task: Task, cells: Cells, count: int) -> tuple[Ints, Ints]:
     """Cells to split, and into how many parts along each axis: (k,) and (3, k)."""
     error = _error(cells, count)
     number = np.bincount(cells.pixel, minlength=count)
-    open_ = (error > task.goal.error) & (number < MOST_CELLS)
+    limit = task.goal.error * np.maximum(number, 1) ** task.growth
+    open_ = (error > limit) & (number < MOST_CELLS)
     own = cells.error
     worst = np.zeros(count)
     np.maximum.at(worst, cells.pixel, own)
@@ -167,7 +170,7 @@ def _choose(task: Task, cells: Cells, count: int) -> tuple[Ints, Ints]:
     by_axis[2] += part.edge * (wide[2] & ~flat)
     largest = by_axis.max(axis=0, initial=0.0)
     cut = (by_axis >= AXIS * largest) & (by_axis > 0.0)
-    excess = error[part.pixel] / task.goal.error
+    excess = (error / limit)[part.pixel]
     far = (excess > FAR) & (cut.sum(axis=0) == 1)
     # a star gains more than a split does
     cut &= part.star | (part.edge > part.deviation.sum(axis=(0, 1)))

@@ -6,7 +6,7 @@ from __future__ import annotations
 import time
 from collections.abc import Generator
 from contextlib import closing
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TypeAlias
 
@@ -45,6 +45,9 @@ SURVEYED_BATCHES = 8
 GOAL_ROWS = 16
 """Rows of squares of the whole picture, at least, that the goal is taken from: so any border of a
 picture is rendered to the goal of the whole, and parts rendered apart join to the last bit."""
+RAISED = 4.0
+"""Times the goal that was set before outlines were looked into: what may come of it at most. Those
+rows may just have missed the hardest pixels."""
 GOAL_RIM = 2
 """Pixels at the sides of such a row that do not count: second differences need their neighbours."""
 LEAST_PART = 16_384
@@ -216,7 +219,7 @@ class Exact:
         y = np.arange(height)
         chosen = ((y // side) % step == first) & (y % side >= GOAL_RIM)
         chosen &= y % side < side - GOAL_RIM
-        if not chosen.any():
+        if step == 1 or not chosen.any():
             chosen[:] = True
         if self.plan.region != whole:
             wide = widened(self.plan, whole)
@@ -239,7 +242,9 @@ class Exact:
             if frame is not own:
                 for _ in self._begin(frame, frame.outlines(inside)):
                     yield 1.0
+            most = RAISED * self.goal.error
             self._take_goal(frame, inside)
+            self.goal = replace(self.goal, error=min(self.goal.error, most))
 
     def _take_goal(self, frame: Frame, inside: Mask) -> None:
         clock = Clock()
@@ -271,7 +276,7 @@ class Exact:
         """Where no centre is lit, look for light before a tolerance is asked of darkness."""
         some = frame.some(inside)
         color, error, cut = columns(frame.color, some), frame.error[some], frame.outline[some]
-        goal = make_goal(LOOK, color, error, cut)
+        goal = make_goal(LOOK, color, error, error, cut)
         some = some[cut | (error > goal.error)]
         if not some.size:
             return

@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The goal of a picture: the greatest for which the whole keeps its tolerance."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from adaptive_drt import resolve
+from adaptive_drt.frame import Frame
+from adaptive_drt.goal import FIRST, GRID, GROWTH, REACHED, RESERVE, make_goal
+from adaptive_drt.render import render_image
+from adaptive_drt.settings import Settings
+from random_scenes import random_scene
+
+
+def picture(seed, spread):
+    """Colours (3, n), errors (n,) and cut pixels (n,) of no picture in particular."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(200, 3_000))
+    color = rng.uniform(0.0, 2.0, (3, n))
+    error = 1e-4 * np.exp(spread * rng.normal(size=n))
+    return color, error, np.zeros(n, dtype=np.bool_)
+
+
+def left(error, goal):
+    """What pixels are off by in the end, if n cells leave FIRST c / n of an error of c."""
+    power = GROWTH / (1.0 + GROWTH)
+    refined = REACHED * goal * np.maximum(FIRST * error / goal, 1.0) ** power
+    return np.where(error > goal, refined, error)
+
+
+@pytest.mark.parametrize("spread", [0.5, 2.0, 4.0])
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-3, 1e-4])
+def test_the_whole_keeps_its_tolerance_and_the_next_goal_would_not(spread, tolerance):
+    for seed in range(20):
+        color, error, cut = picture(seed, spread)
+        target = RESERVE * tolerance * color.mean()
+        goal = make_goal(tolerance, color, error, error, cut).error
+        over = [np.sqrt((left(error, g) ** 2).mean()) / target for g in (goal, GRID * goal)]
+        assert over[0] <= 1.0 + 1e-12 or goal < 0.02 * tolerance * color.mean(), f"seed {seed}"
+        assert over[1] > 1.0 or goal > 500.0 * tolerance * color.mean(), f"seed {seed}"
+
+
+def test_pixels_that_outlines_cut_ask_for_a_goal_of_their_own():
+    color, error, cut = picture(1, 0.5)
+    easy = make_goal(1e-2, color, error, error, cut).error
+    cut[::3] = True
+    assert make_goal(1e-2, color, error, error, cut).error < 0.1 * easy
+
+
+def test_darkness_asks_for_nothing_and_no_pixels_either():
+    nothing = np.zeros(5)
+    assert make_goal(1e-3, np.zeros((3, 5)), nothing, nothing, nothing > 0.0).error == np.inf
+    assert make_goal(1e-3, np.zeros((3, 0)), *np.zeros((2, 0)), np.zeros(0, bool)).error == np.inf
+
+
+@pytest.mark.parametrize("seed", [220, 1007])
+def test_outlines_raise_the_goal_by_no_more_than_rows_can_tell(monkeypatch, seed):
+    """220: rows without its hard pixels asked for nothing, and the picture was 1.9 times off."""
+    goals, kept = [], Frame.tasks
+
+    def watched(frame, goal, size):
+        goals.append(goal.error)
+        return kept(frame, goal, size)
+
+    first, take = [], resolve.Exact._take_goal
+
+    def taken(exact, frame, inside):
+        take(exact, frame, inside)
+        first.append(exact.goal.error)
+
+    monkeypatch.setattr(Frame, "tasks", watched)
+    monkeypatch.setattr(resolve.Exact, "_take_goal", taken)
+    film = render_image(random_scene(seed), Settings(tolerance=1e-3, threads=1))
+    assert goals[0] <= resolve.RAISED * first[0]
+    assert film.stats["error_estimate"] < 1e-3
