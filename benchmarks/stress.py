@@ -35,23 +35,6 @@ promises is what its own run checks, configuration by configuration; it lists wh
 """
 
 TAIL = """\
-## Since these runs
-
-The run of 900 hostile scenes listed above came before the mending of what it found: of seeds 1247
-(a camera in a surface seen edge-on), 1301, 1355 and 1820 (points in a ball that shines). They are
-tests now (`tests/test_hostile.py`) and warn of nothing; the other scenes were not run again.
-
-Points on a spherical light lie in another frame since the kernels' run. That family again, a
-million configurations of the same seed: no bound broken, at worst 0.76 of it (5.4e-15; (1000, 3),
-49656).
-
-## The mask on random scenes
-
-`tests/test_mask.py` holds the mask of random scenes against brute force with all effects at once.
-Edges in moving scenes were once thought to be flagged 1.35 times as often as they are there: that
-brute force looked at so few times that outlines passed whole pixels between them. At 257 times,
-where the two differ, it is 1.09 (14 moving scenes, 2,681 pixels depend, 2,914 are flagged).
-
 ## What is not promised
 
 - Of two surfaces of different colours in one and the same place, which one is seen: the first in
