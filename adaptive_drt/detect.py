@@ -34,6 +34,10 @@ Mask: TypeAlias = NDArray[np.bool_]
 Clock: TypeAlias = Callable[[str], None]
 
 
+ENDLESS = 1e100
+"""Metres: patches that reach so far have no bounds."""
+
+
 @dataclass(frozen=True)
 class Center:
     """The centre rays of a tile of n pixels at the middle of the shutter.
@@ -325,7 +329,12 @@ def _outline_light(
     w = columns(center.w, pairs.pixel[rows])
     near, far = test.near[rows], test.far[rows]
     length = np.sqrt(dot(w, w)) + half_pixel(plan)
-    reach = 0.5 * (far - near) * length + far * half_pixel(plan)
+    with np.errstate(over="ignore", invalid="ignore"):
+        reach = 0.5 * (far - near) * length + far * half_pixel(plan)
+    # no ball holds what is seen edge-on
+    endless = ~(np.abs(reach) < ENDLESS)
+    changes[pairs.pixel[rows[endless]]] = True
+    rows, w, near, far, reach = (columns(x, ~endless, -1) for x in (rows, w, near, far, reach))
     patch = Surface(
         0.5 * (near + far) * w,
         np.zeros_like(w),

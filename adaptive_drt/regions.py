@@ -219,9 +219,10 @@ def _axis(forms: Forms, cover: Cover, box: Ints, overlap: Ints, wide: Mask) -> t
         for k in range(3):
             lattice = Lattice(k, 1, 1)
             tables = depth_along(one, lattice), depth_along(other, lattice)
-            gaps = [depth(tables[0], s) - depth(tables[1], s) for s in SEAM_PROBE]
-            slopes[k] = np.abs(gaps[1] - gaps[0])[0, 0] / (SEAM_PROBE[1] - SEAM_PROBE[0])
-            middle = np.abs(gaps[0] + gaps[1])[0, 0] / 2.0
+            with np.errstate(invalid="ignore", over="ignore"):  # depths at infinity: see `near`
+                gaps = [depth(tables[0], s) - depth(tables[1], s) for s in SEAM_PROBE]
+                slopes[k] = np.abs(gaps[1] - gaps[0])[0, 0] / (SEAM_PROBE[1] - SEAM_PROBE[0])
+                middle = np.abs(gaps[0] + gaps[1])[0, 0] / 2.0
         total = slopes[0] + slopes[1] + slopes[2]
         near = (middle <= 0.5 * total) & (total > 0.0) & np.isfinite(total)
         for k in range(3):
@@ -324,7 +325,7 @@ def _sum(seen: tuple[Array, Array, Array], lattice: Lattice, place: Ints, sums: 
 def _add_unseen(cover: Cover, index: Ints, wide: Mask, axis: int, lines: int, sums: _Sums) -> None:
     """Widen the errors of candidates (k, n) that may hide between the lines."""
     x, y = cover.reach[0, index], cover.reach[1, index]
-    small = ((x * lines < 1.0) & wide[0]) | ((y * lines < 1.0) & wide[1])
+    small = ((x < 1.0 / lines) & wide[0]) | ((y < 1.0 / lines) & wide[1])
     area = np.pi * np.minimum(x, 1.0) * np.minimum(y, 1.0)
     unseen = np.where(small & ~cover.full[index], UNSEEN * np.minimum(area, 1.0), 0.0)
     along = 1.0 / np.maximum(cover.across[axis, index], 1.0 / lines)

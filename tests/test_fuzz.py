@@ -22,6 +22,7 @@ from adaptive_drt.scene import (
     SceneError,
     Sphere,
     SphereLight,
+    validate,
 )
 from adaptive_drt.settings import METHODS, Settings
 from hostile_scenes import brightest
@@ -95,6 +96,8 @@ def finite(scene, way):
         return None
     for name in ("color", "alpha", "depth", "normal"):
         assert np.isfinite(getattr(film, name)).all(), name
+    # what is left out does not count
+    scene = validate(scene)
     # a background and an albedo may be of any sign; light is not
     if min(scene.background) >= 0.0 and min((min(_power(x)) for x in scene.lights), default=0) >= 0:
         assert (film.color >= 0.0).all()
