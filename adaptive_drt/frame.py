@@ -98,7 +98,9 @@ class Frame:
         self._edge = np.zeros(n)
         self._traced: list[Ints] = []
         self._corrected, self._change = np.zeros(0, dtype=np.int64), np.zeros((3, 0))
-        self._rivals: list[Pairs] = []
+        # a picture that is all clear squares has no pixel with rivals
+        nothing = np.zeros(0, dtype=np.int64)
+        self._rivals: list[Pairs] = [Pairs(nothing, nothing)]
 
     def add(self, x: Ints, y: Ints, sheet: Sheet) -> None:
         """Enter pixels that have been traced."""

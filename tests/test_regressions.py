@@ -8,7 +8,16 @@ import numpy as np
 import pytest
 
 from adaptive_drt.render import render, render_image
-from adaptive_drt.scene import Motion, PointLight, Quad, QuadLight, Scene, Sphere
+from adaptive_drt.scene import (
+    Material,
+    Motion,
+    PointLight,
+    Quad,
+    QuadLight,
+    Scene,
+    Sphere,
+    SphereLight,
+)
 from adaptive_drt.settings import Settings
 from oracle.truth import masks
 from random_scenes import look_at
@@ -114,3 +123,12 @@ def test_embree_finds_what_arrays_find_in_a_crowd(half):
         for name in ("ARRAYS", "EMBREE")
     ]
     np.testing.assert_array_equal(*pictures)
+
+
+def test_a_dark_picture_that_is_all_clear_squares():
+    """Light is looked for in pixels, none of which was traced by itself: a ValueError."""
+    camera = look_at((0.0, -1.0, 0.0), (0.0, 0.0, 0.0), resolution=(6, 5), focal_length=145.0)
+    ball = Sphere((0.0, 0.0, 0.0), 1000.0, Material((0.0, 1.0, 0.0)))
+    light = SphereLight((0.0, 0.0, 0.0), 1.0, (0.0, -1.0, 0.0), casts_shadow=False)
+    film = render_image(Scene(camera, (ball,), (light,)), Settings(tolerance=1e-2, threads=1))
+    assert np.isfinite(film.color).all()
