@@ -170,7 +170,8 @@ def _choose(task: Task, cells: Cells, count: int) -> tuple[Ints, Ints]:
     by_axis[2] += part.edge * (wide[2] & ~flat)
     largest = by_axis.max(axis=0, initial=0.0)
     cut = (by_axis >= AXIS * largest) & (by_axis > 0.0)
-    excess = (error / limit)[part.pixel]
+    with np.errstate(over="ignore"):  # lights of 1e30 beside a picture of 1e-214
+        excess = (error / limit)[part.pixel]
     far = (excess > FAR) & (cut.sum(axis=0) == 1)
     # a star gains more than a split does
     cut &= part.star | (part.edge > part.deviation.sum(axis=(0, 1)))

@@ -6,7 +6,16 @@ from __future__ import annotations
 import pytest
 
 from adaptive_drt.render import render_image
-from adaptive_drt.scene import DiskLight, Motion, Quad, Scene, Sphere
+from adaptive_drt.scene import (
+    DiskLight,
+    Material,
+    Motion,
+    PointLight,
+    Quad,
+    Scene,
+    Sphere,
+    SphereLight,
+)
 from adaptive_drt.settings import Settings
 from random_scenes import look_at
 
@@ -51,6 +60,19 @@ ENDLESS = {
                 (8.870248441853327e-266, -1.0, 0.0),
                 1.0,
                 motion=Motion((-3.0, -4.369068206516771e21, -1.0)),
+            ),
+        ),
+        camera=CAMERA,
+    ),
+    "an error 1e240 times its goal": Scene(
+        shapes=(Sphere((0.0, 0.0, 0.0), 0.625, Material((0.0, 1.0, 0.0))),),
+        lights=(
+            SphereLight((0.0, 0.0, 2.0), 1e-13, (0.0, 4e-214, 0.0), casts_shadow=False),
+            PointLight(
+                (0.0, 0.0, 1.0),
+                (0.0, 1e30, 0.0),
+                Motion((0.0, 0.0, 1e21)),
+                casts_shadow=False,
             ),
         ),
         camera=CAMERA,
