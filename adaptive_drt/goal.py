@@ -84,11 +84,11 @@ def make_goal(tolerance: float, color: Array, error: Array, hard: Array, cut: Ma
     budget = target * target * known.size - float((known[small] ** 2).sum())
     # it ends where c / n, what n cells leave, is level n^GROWTH
     power = GROWTH / (1.0 + GROWTH)
-    first = FIRST * np.where(cut, known, hard)[~small]
+    first = np.maximum(FIRST * np.where(cut, known, hard)[~small], 0.0) ** power
     while high - low > 1:
         middle = (low + high) // 2
         level = scale * GRID**middle
-        grown = np.maximum(first / level, 1.0) ** power
+        grown = np.maximum(first * level**-power, 1.0)
         left = np.where(large > level, REACHED * level * grown, large)
         if float((left * left).sum()) > budget:
             high = middle
