@@ -116,8 +116,8 @@ class Frame:
         y, x = lawn.y - self.bottom // side, lawn.x - self.left // side
 
         def put(values: NDArray[Any], squares: NDArray[Any]) -> None:
-            rows, columns = self.height // side, self.width // side
-            table = values.reshape(*values.shape[:-1], rows, side, columns, side)
+            high, wide = self.height // side, self.width // side
+            table = values.reshape(*values.shape[:-1], high, side, wide, side)
             table[..., y, :, x, :] = np.moveaxis(squares, -1, 0)
 
         ones = np.ones((side, side, 1))
@@ -186,10 +186,9 @@ class Frame:
     def outlines(self, rows: Mask | None = None) -> Ints:
         """The pixels of the region, in some of the frame's rows, of which outlines are all that
         is known."""
-        own = self._unknown & self.inner()
-        if rows is not None:
-            own &= np.repeat(rows, self.width)
-        return np.flatnonzero(own & ~self.settled)
+        index = np.flatnonzero(self.inner()) if rows is None else self.some(rows)
+        rest: Ints = index[(self._unknown & ~self.settled)[index]]
+        return rest
 
     def some(self, rows: Mask) -> Ints:
         """The pixels of the region itself in some of the frame's rows."""
@@ -302,7 +301,7 @@ class Frame:
         self.deviation[..., rows], self._edge[rows] = cells.deviation, cells.edge
         self._star[rows], self.begun[rows] = cells.star, True
         self.error[rows] = begun.error
-        self.samples[rows] += begun.samples - 1
+        self.count(rows, begun)
 
     def enter(self, rows: Ints, refined: Refined) -> None:
         """Enter what was refined."""
@@ -310,9 +309,9 @@ class Frame:
         self.error[rows] = refined.error
         self.count(rows, refined)
 
-    def count(self, rows: Ints, refined: Refined) -> None:
+    def count(self, rows: Ints, shaded: Begun | Refined) -> None:
         """Add the points that were shaded beyond the first pass' own."""
-        self.samples[rows] += refined.samples - 1
+        self.samples[rows] += shaded.samples - 1
 
     def show(self, film: Film) -> None:
         """Write all to a film."""

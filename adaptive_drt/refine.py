@@ -100,6 +100,12 @@ class Begun:
 
 def begin(plan: Plan, occluders: Occluders, task: Task) -> Begun:
     """Shade the roots that are blank, and no more."""
+    cells, samples = _roots(plan, occluders, task)
+    return Begun(cells, samples, _error(cells, task.cut.size))
+
+
+def _roots(plan: Plan, occluders: Occluders, task: Task) -> tuple[Cells, Ints]:
+    """The roots, all shaded, and the points (n,) that took."""
     plan.go_on()
     count = task.cut.size
     samples = np.ones(count, dtype=np.int64)
@@ -109,14 +115,13 @@ def begin(plan: Plan, occluders: Occluders, task: Task) -> Begun:
         done, points = _shaded(plan, occluders, task, cells.take(blank))
         cells = merge([cells.take(~task.blank), done])
         samples += points
-    return Begun(cells, samples, _error(cells, count))
+    return cells, samples
 
 
 def refine(plan: Plan, occluders: Occluders, task: Task) -> Refined:
     """Resolve pixels to their goal."""
     count = task.cut.size
-    begun = begin(plan, occluders, task)
-    cells, samples = begun.cells, begun.samples
+    cells, samples = _roots(plan, occluders, task)
     color, alpha, error = np.zeros((3, count)), np.zeros(count), np.zeros(count)
     crowds = [(cells, 0)]
     while crowds:

@@ -4,11 +4,11 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from contextlib import closing
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import TypeAlias
+from typing import TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +33,7 @@ __all__ = ["Clock", "Exact"]
 
 Array: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
+Done = TypeVar("Done", Begun, Refined)
 Mask: TypeAlias = NDArray[np.bool_]
 
 PART = 32_768
@@ -144,7 +145,7 @@ class Exact:
         self._add(clock.seconds)
         rest, done = sum(rows.size for rows, _ in tasks), 0
         yield settled if rest else 1.0
-        with closing(self._refined(tasks)) as outcomes:
+        with closing(self._worked(refine, tasks)) as outcomes:
             for outcome in outcomes:
                 if outcome is not None:
                     rows, refined = outcome
@@ -257,18 +258,14 @@ class Exact:
     ) -> Generator[float, None, None]:
         """Shade the regions of pixels with outlines; yields the part that is done."""
         tasks = frame.in_parts(rows, self.goal, self._part(rows.size), True)
-        todo = [Call(_begin, self._share, (task,)) for _, task in tasks]
         done = 0
-        with closing(in_order(self.plan, todo)) as outcomes:
+        with closing(self._worked(begin, tasks, "outlines")) as outcomes:
             for outcome in outcomes:
                 if outcome is not None:
-                    begun, seconds = outcome
-                    own, _ = tasks.pop(0)
+                    own, begun = outcome
                     frame.begin(own, begun)
                     if film is not None:
                         frame.show_pixels(film, own)
-                    self._add({"outlines": seconds})
-                    self.shaded += int(begun.samples.sum()) - own.size
                     done += own.size
                 yield done / rows.size
 
@@ -282,7 +279,7 @@ class Exact:
             return
         tasks = frame.in_parts(some, goal, self._part(some.size), True)
         found: list[tuple[Ints, Array]] = []
-        with closing(self._refined(tasks)) as outcomes:
+        with closing(self._worked(refine, tasks)) as outcomes:
             for outcome in outcomes:
                 if outcome is not None:
                     rows, refined = outcome
@@ -330,29 +327,29 @@ class Exact:
         """Integrate over the shutter at the middles of pixels; yields the part that is done."""
         done = 0
         tasks = frame.point_tasks(wanted, self.goal, self._part(wanted.size))
-        with closing(self._refined(tasks, "nodes of blocks")) as outcomes:
+        with closing(self._worked(refine, tasks, "nodes of blocks")) as outcomes:
             for outcome in outcomes:
                 if outcome is not None:
                     blocks.enter(*outcome)
                     done += outcome[0].size
                 yield done / wanted.size
 
-    def _refined(
-        self, tasks: list[tuple[Ints, Task]], stage: str = "refining"
-    ) -> Generator[tuple[Ints, Refined] | None, None, None]:
-        """What comes of tasks, in order, with their pixels; None at heartbeats between."""
-        todo = [Call(_refine, self._share, (task,)) for _, task in tasks]
+    def _worked(
+        self, work: Callable[..., Done], tasks: list[tuple[Ints, Task]], stage: str = "refining"
+    ) -> Generator[tuple[Ints, Done] | None, None, None]:
+        """What comes of work on tasks, in order, with their pixels; None at heartbeats between."""
+        todo = [Call(_timed, self._share, (work, task)) for _, task in tasks]
         waiting = iter(tasks)
         with closing(in_order(self.plan, todo)) as outcomes:
             for outcome in outcomes:
                 if outcome is None:
                     yield None
                     continue
-                refined, seconds = outcome
+                done, seconds = outcome
                 rows, _ = next(waiting)
                 self._add({stage: seconds})
-                self.shaded += int(refined.samples.sum()) - rows.size
-                yield rows, refined
+                self.shaded += int(done.samples.sum()) - rows.size
+                yield rows, done
 
     def _part(self, count: int) -> int:
         """Pixels of a part, when so many are to be refined."""
@@ -378,13 +375,10 @@ def _see(plan: Plan, _occluders: Occluders, place: Array, half: float, rivals: P
     return find_sights(plan, place, half, rivals)
 
 
-def _begin(plan: Plan, occluders: Occluders, task: Task) -> tuple[Begun, float]:
+def _timed(
+    plan: Plan, occluders: Occluders, work: Callable[..., Done], task: Task
+) -> tuple[Done, float]:
+    """What comes of a task, and the seconds that took."""
     began = time.perf_counter()
-    begun = begin(plan, occluders, task)
-    return begun, time.perf_counter() - began
-
-
-def _refine(plan: Plan, occluders: Occluders, task: Task) -> tuple[Refined, float]:
-    began = time.perf_counter()
-    refined = refine(plan, occluders, task)
-    return refined, time.perf_counter() - began
+    done = work(plan, occluders, task)
+    return done, time.perf_counter() - began

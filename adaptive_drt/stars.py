@@ -65,11 +65,11 @@ class Parts:
 
 def join(one: Parts, other: Parts) -> Parts:
     """The parts of both, those of one first."""
-    columns = [
+    fields = [
         np.concatenate([getattr(one, name), getattr(other, name)], axis=-1)
         for name in Parts.__dataclass_fields__
     ]
-    return Parts(*columns)
+    return Parts(*fields)
 
 
 def sample(
