@@ -29,7 +29,8 @@ Mask: TypeAlias = NDArray[np.bool_]
 
 DEGREES = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
 """Of the monomials in (x, y), in the order of a form."""
-
+TURNED = ((1, 2), (3, 5))
+"""What changes places with x and y: x, xx and y, yy, of forms of three and of six coefficients."""
 IN_TIME = np.array([[0.0], [0.0], [1.0]])
 """Across an event that all rays have at once: the camera enters a sphere or crosses a plane."""
 
@@ -148,6 +149,20 @@ class Forms:
             self.balls.take(place[ball], ball),
             self.flats.take(place[flat], flat),
         )
+
+    def turn(self, some: Mask) -> None:
+        """Let x and y change places for candidates (m,), in place."""
+        balls, flats = self.balls, self.flats
+        for row, forms in (
+            (balls.row, (balls.discriminant, balls.along, balls.square)),
+            (flats.row, (*flats.edges, flats.facing)),
+        ):
+            index = np.flatnonzero(some[row])
+            if not index.size:
+                continue
+            for form in forms:
+                for x, y in TURNED[: form.shape[1] // 3]:
+                    form[:, x, index], form[:, y, index] = form[:, y, index], form[:, x, index]
 
 
 def make_forms(plan: Plan, boxes: Boxes, pairs: Pairs) -> tuple[Forms, Cover]:

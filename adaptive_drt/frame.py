@@ -18,6 +18,7 @@ from .columns import columns
 from .exact import Lawn, Sheet
 from .film import NO_DEPTH, Film
 from .goal import GROWTH, Goal, make_goal
+from .lines import TIME
 from .plan import Plan
 from .primary import Pairs
 from .refine import Begun, Refined, Task
@@ -96,7 +97,7 @@ class Frame:
         # of pixels with outlines: whether their regions are shaded, by stars; the edges' errors
         self.begun, self._star = np.zeros((2, n), dtype=np.bool_)
         self._edge = np.zeros(n)
-        self._traced: list[Ints] = []
+        self._traced = np.zeros(n, dtype=np.bool_)
         self._corrected, self._change = np.zeros(0, dtype=np.int64), np.zeros((3, 0))
         # a picture that is all clear squares has no pixel with rivals
         nothing = np.zeros(0, dtype=np.int64)
@@ -107,7 +108,7 @@ class Frame:
         index = self.numbers(x, y)
         for name in ("color", "alpha", "deviation", "mask", "outline", "item", "depth", "normal"):
             getattr(self, name)[..., index] = getattr(sheet, name)
-        self._traced.append(index)
+        self._traced[index] = True
         self._rivals.append(Pairs(index[sheet.rivals.pixel], sheet.rivals.item))
 
     def lay(self, lawn: Lawn) -> None:
@@ -140,7 +141,7 @@ class Frame:
         # the outermost have no neighbours to one side
         inside = np.zeros((self.height, self.width), dtype=np.bool_)
         inside[1:-1, 1:-1] = True
-        traced: Ints = np.sort(np.concatenate([np.zeros(0, dtype=np.int64), *self._traced]))
+        traced = np.flatnonzero(self._traced)
         bends = self.deviation[BENDS, 0, traced] + self.deviation[BENDS, 1, traced]
         color = np.sqrt((columns(self.color, traced) ** 2).sum(axis=0) / 3.0)
         bent = bends > FLAT * self.plan.settings.tolerance * color
@@ -174,14 +175,19 @@ class Frame:
 
     def goal(self, rows: Mask, found: tuple[Ints, Array] | None = None) -> Goal:
         """The goal, from `rows` (height,) of pixels; `found` : colours (3, m) of some, if known."""
-        index = self.some(rows)
-        color = self.color.copy()
-        color[:, self._corrected] += self._change
+        index, color = self.some(rows), self.color
         if found is not None:
+            color = color.copy()
             color[:, found[0]] = found[1]
-        error, cut = self.error[index], self._unknown[index]
-        hard = error - columns(self.deviation[:, 2], index).sum(axis=0)
-        return make_goal(self.plan.settings.tolerance, columns(color, index), error, hard, cut)
+        color = self._part(color)[:, rows[self.own[0]]]
+        settled = self.settled[index]
+        done, index = self.error[index[settled]], index[~settled]
+        error = hard = self.error[index]
+        if self.plan.motion:
+            hard = error - columns(self.deviation[:, TIME], index).sum(axis=0)
+        rest = float((done * done).sum()), done.size
+        tolerance = self.plan.settings.tolerance
+        return make_goal(tolerance, color, error, hard, self._unknown[index], rest)
 
     def outlines(self, rows: Mask | None = None) -> Ints:
         """The pixels of the region, in some of the frame's rows, of which outlines are all that

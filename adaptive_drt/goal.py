@@ -57,15 +57,24 @@ class Goal:
     contrast: float
 
 
-def make_goal(tolerance: float, color: Array, error: Array, hard: Array, cut: Mask) -> Goal:
+def make_goal(
+    tolerance: float,
+    color: Array,
+    error: Array,
+    hard: Array,
+    cut: Mask,
+    rest: tuple[float, int] = (0.0, 0),
+) -> Goal:
     """The goal of a picture.
 
     Parameters
     ----------
     tolerance : RMS error of the picture relative to its mean.
-    color : (3, n) radiance of a sample of its pixels.  error : (n,) estimated errors.
+    color : (3, ...) radiance of a sample of its pixels.
+    error : (n,) estimated errors of those that may be refined.
     hard : (n,) what part of that only cells across the picture can lessen.
     cut : (n,) pixels whose errors are not known but by refining them.
+    rest : of those that stay as they are, the sum of their errors' squares, and how many.
     """
     mean = float(np.abs(color).mean()) if color.size else 0.0
     if not mean > 0.0:
@@ -81,7 +90,8 @@ def make_goal(tolerance: float, color: Array, error: Array, hard: Array, cut: Ma
     low, high = int(np.log(LEAST) / np.log(GRID)), int(np.log(WIDEST) / np.log(GRID))
     small = known <= scale * GRID**low
     large = known[~small]
-    budget = target * target * known.size - float((known[small] ** 2).sum())
+    budget = target * target * (known.size + rest[1]) - rest[0]
+    budget -= float((known[small] ** 2).sum())
     # it ends where c / n, what n cells leave, is level n^GROWTH
     power = GROWTH / (1.0 + GROWTH)
     first = np.maximum(FIRST * np.where(cut, known, hard)[~small], 0.0) ** power

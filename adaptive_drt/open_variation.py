@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from .columns import columns
 from .emitter import POINT, QUAD, Emitter
+from .lines import TIME
 from .patch import Patch
 from .primary import Surface
 from .variation import BENDS, KINKS, half_angle, no_variation
@@ -61,9 +62,9 @@ def open_variation(
     result = no_variation(factor.size)
     clear = np.maximum(distance - light.radius, 0.25 * distance)
     moves, turns = np.zeros((3, factor.size)), np.zeros((3, factor.size))
-    for axis in range(3):
+    for axis in patch.axes:
         step = patch.steps[axis]
-        if axis == 2 and light.displacement is not None:
+        if axis == TIME and light.displacement is not None:
             step = step - light.displacement * patch.time
         moves[axis] = np.sqrt(dot(step, step)) / clear
         turns[axis] = patch.slides[axis] * patch.bend

@@ -24,6 +24,8 @@ Mask: TypeAlias = NDArray[np.bool_]
 
 TWELFTH = 1.0 / 12.0
 """The second moment of a length of one about its middle."""
+WHOLE = np.array([1.0, 0.0, TWELFTH])[:, None, None, None]
+"""Length and moments of a whole line."""
 SLIVER = 2.0**-40
 """Of a box: spans too short to count, whichever object is nearest."""
 
@@ -40,9 +42,7 @@ def fold(values: Array) -> Array:
     return total
 
 
-def paint(
-    forms: Forms, full: Mask, lattice: Lattice, k: int, settled: bool
-) -> tuple[Array, Array, Array]:
+def paint(forms: Forms, full: Mask, lattice: Lattice, k: int, settled: bool) -> Array:
     """Lengths of what is seen along lines, and their first two moments about the box's middle.
 
     Parameters
@@ -52,23 +52,21 @@ def paint(
 
     Returns
     -------
-    Three (k + 1, rows, columns, n): the candidates, then the background.
+    (3, k + 1, rows, columns, n): length and moments of the candidates, then of the background.
     """
     low, high = (
         np.moveaxis(end.reshape(lattice.rows, lattice.columns, k, -1), 2, 0)
         for end in intervals(forms, full, lattice)
     )
-    length = np.zeros((k + 1, *low.shape[1:]))
-    moment, second = np.zeros_like(length), np.zeros_like(length)
-    sums = length, moment, second
+    sums = np.zeros((3, k + 1, *low.shape[1:]))
     if k == 1 or (k == 2 and settled):
-        _add(sums, 0, low[0], high[0])
+        sums[:, 0] = _moments(low[0], high[0])
+        rest = WHOLE - sums[:, 0]
         if k == 2:
-            _add(sums, 1, low[1], np.maximum(np.minimum(high[1], low[0]), low[1]))
-            _add(sums, 1, np.minimum(np.maximum(low[1], high[0]), high[1]), high[1])
-        length[k] = 1.0 - fold(length[:k])
-        moment[k] = -fold(moment[:k])
-        second[k] = TWELFTH - fold(second[:k])
+            sums[:, 1] = _moments(low[1], np.maximum(np.minimum(high[1], low[0]), low[1]))
+            sums[:, 1] += _moments(np.minimum(np.maximum(low[1], high[0]), high[1]), high[1])
+            rest -= sums[:, 1]
+        sums[:, k] = rest
         return sums
     table = events = None
     if not settled:
@@ -77,21 +75,19 @@ def paint(
         events = find_crossings(table, forms.is_ball.reshape(k, -1), lattice)
     start, end = _spans(low, high, events)
     nearest = _nearest(low, high, start, end, table)
-    size, middle = end - start, 0.5 * (start + end)
-    parts = size, size * middle, size * (middle * middle + TWELFTH * size * size)
+    parts = np.moveaxis(_moments(start, end), 0, 1)
     for j in range(k + 1):
-        mine = nearest == j
-        for total, part in zip(sums, parts, strict=True):
-            total[j] += fold(np.where(mine, part, 0.0))
+        sums[:, j] = fold(np.where((nearest == j)[:, None], parts, 0.0))
     return sums
 
 
-def _add(sums: tuple[Array, Array, Array], j: int, low: Array, high: Array) -> None:
-    size, middle = high - low, 0.5 * (low + high)
-    for total, part in zip(
-        sums, (size, size * middle, size * (middle * middle + TWELFTH * size * size)), strict=True
-    ):
-        total[j] += part
+def _moments(low: Array, high: Array) -> Array:
+    """Lengths of intervals (...) and their first two moments: (3, ...)."""
+    moments = np.empty((3, *low.shape))
+    size, middle = np.subtract(high, low, out=moments[0]), 0.5 * (low + high)
+    np.multiply(size, middle, out=moments[1])
+    np.multiply(size, middle * middle + TWELFTH * size * size, out=moments[2])
+    return moments
 
 
 def _spans(low: Array, high: Array, events: Array | None) -> tuple[Array, Array]:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .columns import columns
+from .lines import TIME
 from .plan import Plan
 from .primary import Surface
 from .vector import dot
@@ -41,6 +42,7 @@ class Patch:
     time : (n,) half the box's extent in shutter times.
     bend : (n,) curvature of the surface, 1 / m; 0 for planes.
     slant : (n,) cosine between the surface's normal and the ray, at least `FLAT` or `RIM`.
+    axes : those that any of the boxes extends along; along others all steps are 0.
     """
 
     steps: Array
@@ -49,12 +51,14 @@ class Patch:
     time: Array
     bend: Array
     slant: Array
+    axes: tuple[int, ...]
 
     @cached_property
     def reach(self) -> Array:
         """How far (metres) the patch reaches from its point: (n,)."""
         total: Array = np.zeros_like(self.time)
-        for step in self.steps:
+        for axis in self.axes:
+            step = self.steps[axis]
             total += np.sqrt(dot(step, step))
         return total
 
@@ -67,6 +71,7 @@ class Patch:
             self.time[rows],
             self.bend[rows],
             self.slant[rows],
+            self.axes,
         )
 
 
@@ -87,14 +92,17 @@ def make_patch(plan: Plan, w: Array, t: Array, surface: Surface, half: Array) ->
     slant = np.maximum(np.abs(along) / length, least)
     safe = np.where(along <= least * length, -slant, slant) * length
     steps, slides, cross = np.zeros((3, 3, t.size)), np.zeros((3, t.size)), np.zeros((3, t.size))
+    axes = tuple(np.flatnonzero((half > 0.0).any(axis=1)).tolist())
     for axis, step in ((0, lens.right), (1, lens.up)):
+        if axis not in axes:
+            continue
         against = (t * half[axis]) * step[:, None]
         cross[axis] = np.sqrt(dot(against, against))
         # the tangent plane at the hit
         moved = against - w * (dot(normal, against) / safe)
         slides[axis], part = _on_chord(moved, cross[axis], bend)
         steps[axis] = moved * part
-    if plan.motion:
+    if TIME in axes:
         drift = _drift(plan, surface.item) * half[2]
         along = w * (dot(normal, drift) / safe)
         across = drift - w * (dot(w, drift) / (length * length))
@@ -104,7 +112,7 @@ def make_patch(plan: Plan, w: Array, t: Array, surface: Surface, half: Array) ->
         deep = np.sqrt(dot(along, along))
         most = np.sqrt(dot(drift, drift)) + slides[2]
         steps[2] = along * np.minimum(1.0, most / np.maximum(deep, TINY))
-    return Patch(steps, slides, cross, half[2], bend, slant)
+    return Patch(steps, slides, cross, half[2], bend, slant, axes)
 
 
 def _on_chord(moved: Array, cross: Array, bend: Array) -> tuple[Array, Array]:

@@ -130,12 +130,12 @@ def screen_bounds(plan: Plan) -> Ints:
     lens = plan.lens
     left, bottom, right, top = plan.region
     spans = []
-    for step, fixed, low, high in (
-        (lens.right, lens.up, left, right),
-        (lens.up, lens.right, bottom, top),
+    across, up = _quad_span(plan, lens)
+    for step, fixed, low, high, (c, d) in (
+        (lens.right, lens.up, left, right, across),
+        (lens.up, lens.right, bottom, top, up),
     ):
         a, b = _sphere_span(plan, lens, step, fixed)
-        c, d = _quad_span(plan, lens)[0 if step is lens.right else 1]
         first = np.concatenate([a, c])
         last = np.concatenate([b, d])
         with np.errstate(invalid="ignore"):  # an empty span is (inf, -inf)

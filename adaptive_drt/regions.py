@@ -99,13 +99,16 @@ class _Candidates:
     """What may be seen in n boxes: m candidates, sorted by box and then in order of depth,
     or where that is not settled by item.
 
+    Boxes are turned: their x and y change places where lines run along y.
+
     Attributes
     ----------
     number, start : (n,) how many candidates a box has, and its first.
     settled : (n,) whether their order in depth is the same for all rays.
     closed : (n,) whether one covers the box, so that the background is not seen.
     wide : (3, n) sides of the box that matter: with a length; t only where a candidate moves.
-    axis : (n,) along which lines run.
+    turned : (n,) whether x and y changed places.
+    timed : (n,) whether lines run along t, not along the first axis.
     steep : (n,) how steep outlines may be against the lines, from 1 to `STEEPEST`.
     fast : (n,) where lines along t are not allowed: how steep outlines are by their motion alone.
     """
@@ -118,7 +121,8 @@ class _Candidates:
     settled: Mask
     closed: Mask
     wide: Mask
-    axis: Ints
+    turned: Mask
+    timed: Mask
     steep: Array
     fast: Array
 
@@ -205,7 +209,17 @@ def _candidates(plan: Plan, boxes: Boxes, pairs: Pairs) -> _Candidates:
     held = np.flatnonzero((wide[TIME] & ~allowed[TIME])[box])
     slope = cover.across[TIME, held] / np.maximum(cover.across[axis[box[held]], held], DUST)
     np.maximum.at(fast, box[held], slope)
-    return _Candidates(pairs, forms, cover, number, start, settled, closed, wide, axis, steep, fast)
+    # lines along x and along y go together: half as many groups of boxes
+    turned, timed = axis == 1, axis == TIME
+    own = np.flatnonzero(turned[box])
+    if own.size:
+        forms.turn(turned[box])
+        for pair in (cover.across, cover.reach):
+            pair[0, own], pair[1, own] = pair[1, own], pair[0, own]
+        wide[0, turned], wide[1, turned] = wide[1, turned], wide[0, turned]
+    return _Candidates(
+        pairs, forms, cover, number, start, settled, closed, wide, turned, timed, steep, fast
+    )
 
 
 def _axis(forms: Forms, cover: Cover, box: Ints, overlap: Ints, wide: Mask) -> tuple[Ints, Array]:
@@ -241,7 +255,7 @@ def _refine(
 ) -> None:
     """Lay lines through the boxes `todo`, more until the goal is met."""
     m, box = found.pairs.item.size, found.pairs.pixel
-    key = (found.number * 3 + found.axis) * 2 + found.settled
+    key = (found.number * 2 + found.timed) * 2 + found.settled
     key = ((key * 2 + found.wide[0]) * 2 + found.wide[1]) * 2 + found.wide[2]
     lines = LEAST_LINES
     while todo.size:
@@ -269,7 +283,8 @@ def _groups(key: Ints, some: Ints) -> Iterator[Ints]:
 def _measure(found: _Candidates, group: Ints, lines: int, sums: _Sums) -> None:
     """Lay lines through boxes that are alike in number, axis, order and sides."""
     first = int(group[0])
-    k, axis, settled = int(found.number[first]), int(found.axis[first]), bool(found.settled[first])
+    k, settled = int(found.number[first]), bool(found.settled[first])
+    axis = TIME if found.timed[first] else 0
     wide, m = found.wide[:, first], found.pairs.item.size
     rows, columns = (lines if wide[other] else 1 for other in range(3) if other != axis)
     lattice = Lattice(axis, rows, columns)
@@ -288,38 +303,43 @@ def _measure(found: _Candidates, group: Ints, lines: int, sums: _Sums) -> None:
         sums.weight[none] = sums.error[none] = 0.0
 
 
-def _sum(seen: tuple[Array, Array, Array], lattice: Lattice, place: Ints, sums: _Sums) -> None:
-    """Sum lengths and moments (k, rows, columns, n) over the lattice into `place` (k, n)."""
-    # the lattice first: (rows, columns, k, n)
-    length, moment, second = (np.moveaxis(part, 0, 2) for part in seen)
+def _sum(seen: Array, lattice: Lattice, place: Ints, sums: _Sums) -> None:
+    """Sum lengths and moments (3, k, rows, columns, n) over the lattice into `place` (k, n)."""
     share = 1.0 / (lattice.rows * lattice.columns)
-    by_row = fold(np.moveaxis(length, 1, 0))
-    by_column = fold(length)
-    sums.weight[place] = fold(by_row) * share
     a, (b, c) = lattice.axis, (other for other in range(3) if other != lattice.axis)
-    u, v = lattice.u, lattice.v.reshape(-1, 1, 1)
-    turn_by_row, turn_by_column = fold(np.moveaxis(moment, 1, 0)), fold(moment)
-    sums.moment[a, place] = fold(turn_by_row) * share
-    sums.moment[b, place] = fold(by_row * u) * share
-    sums.moment[c, place] = fold(by_column * v) * share
-    # within a cell of the lattice what is seen counts as spread evenly
-    in_row, in_column = (1.0 / 12.0 / n**2 for n in (lattice.rows, lattice.columns))
-    sums.second[SQUARES[a], place] = fold(fold(second)) * share
-    sums.second[SQUARES[b], place] = fold(by_row * (u * u + in_row)) * share
-    sums.second[SQUARES[c], place] = fold(by_column * (v * v + in_column)) * share
-    sums.second[PRODUCTS[a, b], place] = fold(turn_by_row * u) * share
-    sums.second[PRODUCTS[a, c], place] = fold(turn_by_column * v) * share
-    by_both = fold(fold(length * u[:, None] * lattice.v.reshape(1, -1, 1, 1)))
-    sums.second[PRODUCTS[b, c], place] = by_both * share
+    by_row = fold(np.moveaxis(seen, 3, 0))
+    total = fold(np.moveaxis(by_row, 2, 0)) * share
+    sums.weight[place], sums.moment[a, place] = total[0], total[1]
+    sums.second[SQUARES[a], place] = total[2]
+    u, v = lattice.u[..., 0], lattice.v.reshape(-1, 1)
+    for other, count, at, lines in ((b, lattice.rows, u, by_row), (c, lattice.columns, v, None)):
+        # within a cell of the lattice what is seen counts as spread evenly
+        inner = 1.0 / 12.0 / count**2
+        if count == 1:
+            sums.second[SQUARES[other], place] = total[0] * inner
+            continue
+        if lines is None:
+            lines = fold(np.moveaxis(seen[:2], 2, 0))
+        length, turn = lines[0], lines[1]
+        parts = np.stack([length * at, length * (at * at + inner), turn * at])
+        moment, square, product = fold(np.moveaxis(parts, 2, 0)) * share
+        sums.moment[other, place], sums.second[SQUARES[other], place] = moment, square
+        sums.second[PRODUCTS[a, other], place] = product
+    length = seen[0]
+    if min(lattice.rows, lattice.columns) > 1:
+        both = fold(np.moveaxis(length * v, 2, 0))
+        sums.second[PRODUCTS[b, c], place] = fold(np.moveaxis(both * u, 1, 0)) * share
     # kinks lie at random places and add up as such; what bends adds up, to a third of that
     kinks, bends = np.zeros(place.shape), np.zeros(place.shape)
-    for part in (length, np.moveaxis(length, 1, 0)):
-        if part.shape[0] > 2:
+    for axis in (1, 2):
+        if length.shape[axis] > 2:
+            part = np.moveaxis(length, axis, 0)
             change = part[2:] - 2.0 * part[1:-1] + part[:-2]
-            kinks = kinks + fold(fold(change * change))
-            bends = bends + np.abs(fold(fold(change)))
-    bend = np.sqrt(kinks) + bends / 3.0
-    sums.error[place] = (KINK * share) * bend
+            square, bend = fold(
+                np.moveaxis(fold(np.stack([change * change, change], axis=1)), 2, 0)
+            )
+            kinks, bends = kinks + square, bends + np.abs(bend)
+    sums.error[place] = (KINK * share) * (np.sqrt(kinks) + bends / 3.0)
 
 
 def _add_unseen(cover: Cover, index: Ints, wide: Mask, axis: int, lines: int, sums: _Sums) -> None:
@@ -342,8 +362,12 @@ def _regions(boxes: Boxes, found: _Candidates, sums: _Sums, late: Array) -> Regi
     kept = np.flatnonzero(sums.weight > DUST)
     kept = kept[np.lexsort((item[kept], box[kept]))]
     box, item, weight = box[kept], item[kept], sums.weight[kept]
-    place = np.clip(columns(sums.moment, kept) / weight, -0.5, 0.5)
-    spread = _root(columns(sums.second, kept) / weight, place)
+    moment, second = columns(sums.moment, kept), columns(sums.second, kept)
+    turned = np.flatnonzero(found.turned[box])
+    for values, one, other in ((moment, 0, 1), (second, 0, 2), (second, 3, 4)):
+        values[one, turned], values[other, turned] = values[other, turned], values[one, turned]
+    place = np.clip(moment / weight, -0.5, 0.5)
+    spread = _root(second / weight, place)
     for k, axis in enumerate((0, 1, 1, 2, 2, 2)):
         spread[k] *= boxes.size[axis, box]
     place = columns(boxes.middle, box) + columns(boxes.size, box) * place

@@ -81,27 +81,26 @@ def render(scene: Scene, settings: Settings | None = None) -> Generator[Progress
     film = Film(right - left, top - bottom)
     if film.width * film.height >= CREWS_PIXELS:
         crew.muster(plan.threads - 1)
-    bounds = screen_bounds(plan)
     occluders = Occluders(plan)
     totals = _Totals()
     totals.seconds["prepare"] = time.perf_counter() - began
     render_pixels = _exact if settings.method == "EXACT" else _by_rays
-    with closing(render_pixels(plan, occluders, bounds, film, totals)) as steps:
+    with closing(render_pixels(plan, occluders, film, totals)) as steps:
         for done in steps:
             yield Progress(done, film.width * film.height, "Rendering", film)
     film.stats = totals.statistics(plan, film, scene.issues + _advice(plan))
     if settings.method == "RAYS":
-        _cost_model(film, totals, _sample_seconds(plan, occluders, bounds))
+        _cost_model(film, totals, _sample_seconds(plan, occluders))
     totals.finish(film, began)
     return film
 
 
 def _by_rays(
-    plan: Plan, occluders: Occluders, bounds: NDArray[np.int64], film: Film, totals: _Totals
+    plan: Plan, occluders: Occluders, film: Film, totals: _Totals
 ) -> Generator[int, None, None]:
     """Method RAYS: pixels done, tile by tile."""
     done, tiles = 0, _tile_count(plan)
-    share = Share((plan, occluders, bounds))
+    share = Share((plan, occluders, screen_bounds(plan)))
     jobs = [Call(_render_tile, share, (first, tiles)) for first in range(tiles)]
     with closing(in_order(plan, jobs)) as results:
         for result in results:
@@ -112,10 +111,9 @@ def _by_rays(
 
 
 def _exact(
-    plan: Plan, occluders: Occluders, bounds: NDArray[np.int64], film: Film, totals: _Totals
+    plan: Plan, occluders: Occluders, film: Film, totals: _Totals
 ) -> Generator[int, None, None]:
     """Method EXACT: work done, as if it were pixels."""
-    del bounds
     exact = Exact(plan, occluders)
     with closing(exact.run(film)) as steps:
         for done in steps:
@@ -228,9 +226,7 @@ def _advice(plan: Plan) -> tuple[Issue, ...]:
     return tuple(advice)
 
 
-def _sample_seconds(
-    plan: Plan, occluders: Occluders, bounds: NDArray[np.int64]
-) -> tuple[float, float]:
+def _sample_seconds(plan: Plan, occluders: Occluders) -> tuple[float, float]:
     """What a pixel takes without derivatives, and its shading alone, on a sample of the rows.
 
     Returns
@@ -243,6 +239,7 @@ def _sample_seconds(
     left, bottom, right, top = plan.region
     rows = max(1, min(top - bottom, SAMPLE_ROWS // (right - left)))
     tile = Tile.make(plain, 0, max(1, (top - bottom) // rows))
+    bounds = screen_bounds(plan)
     clock = Clock()
     center = trace_center(plain, tile.x, tile.y, find_pairs(plain, bounds, tile))
     flags = everywhere(plain, center)

@@ -26,7 +26,7 @@ from .primary import Pairs, Tile, screen_bounds
 from .refine import Begun, Refined, Task, begin, refine
 from .sights import find_sights
 from .squares import SIDES as SQUARES
-from .squares import Squares, coarse
+from .squares import Squares, coarse, coarse_bounds
 from .threads import in_order
 
 __all__ = ["Clock", "Exact"]
@@ -175,7 +175,8 @@ class Exact:
         """
         side = SQUARES[0]
         rough = coarse(wide, side)
-        bounds, fine = screen_bounds(rough), screen_bounds(wide)
+        fine = screen_bounds(wide)
+        bounds = coarse_bounds(fine, side)
         left, bottom, right, top = rough.region
         rows = -(-(top - bottom - first) // step)
         most = min(SURVEYED, SURVEYED_BATCHES * wide.settings.batch)

@@ -195,16 +195,17 @@ def _most_crosses(
         odd = _odd_disk(plan, light, to, pairs, point, reach)
 
     def crosses(place: Array, rows: NDArray[np.int64]) -> Mask:
-        spot = replace(light.pinpoint(), center=columns(np.broadcast_to(place, point.shape), rows))
+        spot = replace(light.pinpoint(), center=place)
         return part(plan, surface, spot, pairs.take(rows), reach[rows], patch)
 
     rows = np.arange(pairs.item.size)
-    result = crosses(light.center, rows)
+    result = crosses(np.broadcast_to(light.center, point.shape), rows)
     rows = np.flatnonzero(result & ~odd)
-    number = np.zeros(rows.size, dtype=np.int64)
-    for u, v in PROBES:
-        number += crosses(light.center + u * sides[0] + v * sides[1], rows)
-    result[rows] = number >= FEWEST
+    # all probes at once: what crosses a line is few, and many calls
+    u, v = (columns(np.broadcast_to(side, point.shape), rows) for side in sides)
+    probes = [light.center + a * u + b * v for a, b in PROBES]
+    found = crosses(np.concatenate(probes, axis=1), np.tile(rows, len(PROBES)))
+    result[rows] = found.reshape(len(PROBES), -1).sum(axis=0) >= FEWEST
     return result | odd
 
 

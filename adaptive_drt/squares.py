@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from .plan import Plan
 from .primary import Pairs, Tile, find_pairs, places
 
-__all__ = ["SIDES", "Squares", "coarse", "means", "nodes", "roughness", "series"]
+__all__ = ["SIDES", "Squares", "coarse", "coarse_bounds", "means", "nodes", "roughness", "series"]
 
 Array: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
@@ -99,6 +99,13 @@ def coarse(plan: Plan, side: int) -> Plan:
     left, bottom, right, top = plan.region
     region = (left // side, bottom // side, -(-right // side), -(-top // side))
     return replace(plan, lens=lens, region=region)
+
+
+def coarse_bounds(bounds: Ints, side: int) -> Ints:
+    """The squares (4, objects) of a side that pixels within bounds, as `screen_bounds`, are in."""
+    first = bounds[:2] // side
+    last = np.where(bounds[2:] > bounds[:2], -(-bounds[2:] // side), first)
+    return np.concatenate([first, last])
 
 
 def nodes(x: Array, y: Array, side: int) -> tuple[Array, Array]:

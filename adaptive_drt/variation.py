@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from .columns import columns
 from .emitter import DISK, POINT, QUAD, Emitter
+from .lines import TIME
 from .patch import Patch
 from .plan import Plan
 from .primary import Pairs, Surface, in_cache
@@ -163,32 +164,36 @@ def _collect(total: Array, pixel: Ints, shadow: _Shadows) -> None:
                 )
 
 
-def _shift(step: Array, toward: Array, axis: Array, rate: Array, angle: Array) -> Array:
-    """Angle (m,) by which an outline moves over a light as the point takes a step.
+def _shifts(
+    steps: dict[int, Array], toward: Array, axis: Array, rate: Array, angle: Array | float
+) -> Array:
+    """Angles (3, m) by which an outline moves over a light as the point takes steps, by axis.
 
     Parameters
     ----------
-    step : (3, m) metres.  toward : (3, m) unit vector across the outline.
+    steps : (3, m) metres each.  toward : (3, m) unit vector across the outline.
     axis : (3, m) to the light.  rate : (m,) radians a metre.
     angle : (m,) from the light's centre to the occluder's: sideways steps count by their square.
     """
-    aside = step - dot(step, axis) * axis
-    size = np.sqrt(dot(aside, aside)) * rate
-    sideways = 0.5 * size * size / np.maximum(np.maximum(angle, size), TINY)
-    shift: Array = np.abs(dot(aside, toward)) * rate + sideways
-    return shift
+    shifts = np.zeros((3, rate.size))
+    for number, step in steps.items():
+        aside = step - dot(step, axis) * axis
+        size = np.sqrt(dot(aside, aside)) * rate
+        sideways = 0.5 * size * size / np.maximum(np.maximum(angle, size), TINY)
+        shifts[number] = np.abs(dot(aside, toward)) * rate + sideways
+    return shifts
 
 
 def _rates(
     plan: Plan, light: Emitter, patch: Patch, pairs: Pairs, near: Array, far: Array
-) -> tuple[Array, list[Array]]:
+) -> tuple[Array, dict[int, Array]]:
     """Radians a metre at which an outline at a distance `near` moves over a light at `far`.
 
-    Returns with it the steps along x, y and t as if the point alone moved: (3, m) each.
+    Returns with it the steps by axis as if the point alone moved: (3, m) each.
     """
     rate = np.abs(1.0 / np.maximum(near, TINY) - 1.0 / far)
-    steps = [columns(patch.steps[axis], pairs.pixel) for axis in range(3)]
-    if not plan.motion:
+    steps = {axis: columns(patch.steps[axis], pairs.pixel) for axis in patch.axes}
+    if TIME not in steps:
         return rate, steps
     half = patch.time[pairs.pixel]
     moved = np.zeros((3, pairs.item.size))
@@ -199,8 +204,9 @@ def _rates(
             moved = columns(d, ids)
     carried = 0.0 if light.displacement is None else light.displacement
     # (occluder - point) / near - (light - point) / far, as a step of the point times the rate
-    turn = (moved * half - steps[2]) / np.maximum(near, TINY) - (carried * half - steps[2]) / far
-    steps[2] = turn / np.maximum(rate, TINY)
+    own = steps[TIME]
+    turn = (moved * half - own) / np.maximum(near, TINY) - (carried * half - own) / far
+    steps[TIME] = turn / np.maximum(rate, TINY)
     return rate, steps
 
 
@@ -224,9 +230,7 @@ def _past_spheres(
     opening = np.arctan2(r, tangent)
     half = _extent(light, toward, far)
     rate, steps = _rates(plan, light, patch, pairs, np.maximum(tangent, far * NEAREST), far)
-    shifts = np.zeros((3, pairs.item.size))
-    for number, step in enumerate(steps if plan.motion else steps[:2]):
-        shifts[number] = _shift(step, toward, axis, rate, angle)
+    shifts = _shifts(steps, toward, axis, rate, angle)
     whole = shifts.sum(axis=0)
     # it neither clears the light, nor hides all of it, nor lies within it, from the whole patch
     farthest = angle + half
@@ -322,7 +326,7 @@ def _past_quads(
         toward = plane / np.maximum(np.sqrt(dot(plane, plane)), TINY)
         height_of = np.arcsin(np.clip(dot(axis, toward), -1.0, 1.0))
         half = _extent(light, toward, far)
-        each = np.stack([_shift(step, toward, axis, rate, np.ones_like(far)) for step in steps])
+        each = _shifts(steps, toward, axis, rate, 1.0)
         whole = each.sum(axis=0)
         misses |= height_of < -half - whole
         covers &= height_of > half + whole
@@ -382,8 +386,8 @@ def _plane_slack(
 ) -> tuple[Array, Array]:
     """How far points and light move against the planes of quads, times |normal|: (m,) each."""
     point = np.zeros(pairs.item.size)
-    for step in patch.steps:
-        point += np.abs(dot(columns(step, pairs.pixel), normal))
+    for axis in patch.axes:
+        point += np.abs(dot(columns(patch.steps[axis], pairs.pixel), normal))
     moved = np.zeros(pairs.item.size)
     half, d = patch.time[pairs.pixel], plan.quads.displacement
     if d is not None:
