@@ -67,7 +67,6 @@ class Blocks:
         self.error = np.zeros(self.known.size)
         self._open: _Level | None = None
         self._above: tuple[_Level, Array] | None = None
-        self._off = np.zeros(0)
         self.unseen = np.zeros(0, dtype=np.int64)
         if self.wanted.any():
             self._sight, self.unseen = frame.sights()
@@ -79,15 +78,18 @@ class Blocks:
         """Enter what pixels see."""
         self._sight[rows] = sight
 
-    def nodes(self, side: int) -> Ints:
+    def ask(self, side: int) -> Ints:
         """Pixels whose values blocks of this side need and that are not known: ascending."""
         if not self.wanted.any():
             return np.zeros(0, dtype=np.int64)
-        self._open = self._candidates(side)
-        rows: Ints = np.unique(self._open.nodes)
+        level = self._open = self._candidates(side)
         if side == SIDES[-1]:
-            asked, _, before, _ = self._before(self._open)
-            rows = np.union1d(rows, before[asked])
+            asked, _, before, _ = self._before(level)
+            more = before[asked]
+        else:
+            # at once with the nodes: of blocks that are cut they are the quarters' middles
+            more = level.checks.ravel()
+        rows: Ints = np.union1d(level.nodes, more)
         unknown: Ints = rows[~self.known[rows]]
         return unknown
 
@@ -99,45 +101,16 @@ class Blocks:
         # what the first pass shaded is one of the points
         self.frame.count(rows, refined)
 
-    def checks(self) -> Ints:
-        """Pixels whose values tell how far blocks that look smooth are off, and are not known."""
-        level, above, self._above = self._open, self._above, None
-        nothing = np.zeros(0, dtype=np.int64)
-        if level is None or not level.origin.size:
-            return nothing
-        values = columns(self.value, level.nodes)
-        self._off = np.maximum(
-            OFF * self._bends(values), INHERITED * self._surprise(level, above, values)
-        )
-        if level.side == SIDES[-1]:
-            asked, own, before, after = self._before(level)
-            bend = self._size(
-                columns(self.value, before)
-                - 2.0 * columns(self.value, own)
-                + columns(self.value, after)
-            )
-            self._off = np.maximum(self._off, OFF * np.where(asked, bend, 0.0).max(axis=0))
-            return nothing
-        rows: Ints = np.unique(level.checks[:, self._off <= ALLOWED * self.goal.error])
-        unknown: Ints = rows[~self.known[rows]]
-        return unknown
-
     def settle(self) -> None:
         """Interpolate the blocks that are smooth enough."""
-        level = self._open
+        level, above, self._above = self._open, self._above, None
         if level is None or not level.origin.size:
             return
-        values, off, allowed = (
-            columns(self.value, level.nodes),
-            self._off,
-            ALLOWED * self.goal.error,
+        values, allowed = columns(self.value, level.nodes), ALLOWED * self.goal.error
+        off = np.maximum(
+            OFF * self._bends(values), INHERITED * self._surprise(level, above, values)
         )
-        if level.side > SIDES[-1]:
-            rows = np.flatnonzero(off <= allowed)
-            weights = _weights(CHECKED)
-            guess = _through(columns(values, rows, -1), weights, weights)
-            found = self._size(guess - self.value[:, columns(level.checks, rows)])
-            off[rows] = np.maximum(off[rows], found.max(axis=0, initial=0.0))
+        off = np.maximum(off, self._checked(level, values))
         smooth = np.flatnonzero(off <= allowed)
         rough = np.flatnonzero(off > allowed)
         self._above = level.take(rough), values[:, :, rough]
@@ -157,6 +130,22 @@ class Blocks:
             np.broadcast_to(error, rows.shape)[mine],
         )
         self.wanted[chosen] = False
+
+    def _checked(self, level: _Level, values: Array) -> Array:
+        """How far blocks are off where they have been asked besides their nodes: (b,)."""
+        if level.side > SIDES[-1]:
+            weights = _weights(CHECKED)
+            guess = _through(values, weights, weights)
+            found: Array = self._size(guess - self.value[:, level.checks]).max(axis=0)
+            return found
+        asked, own, before, after = self._before(level)
+        bend = self._size(
+            columns(self.value, before)
+            - 2.0 * columns(self.value, own)
+            + columns(self.value, after)
+        )
+        beyond: Array = OFF * np.where(asked, bend, 0.0).max(axis=0)
+        return beyond
 
     def _before(self, level: _Level) -> tuple[Mask, Ints, Ints, Ints]:
         """Of the smallest blocks: pixels at their first sides, which reach out half a pixel before

@@ -7,7 +7,6 @@ import time
 from collections.abc import Callable, Generator
 from contextlib import closing
 from dataclasses import dataclass, field, replace
-from functools import partial
 from typing import TypeAlias, TypeVar
 
 import numpy as np
@@ -70,8 +69,8 @@ BLOCKS_SHARE = 0.5
 """Of that rest, what blocks take in a moving scene (0.4 to 0.6)."""
 OUTLINES_SHARE = 0.4
 """In a still one, what outlines' regions take."""
-ASKED_SHARES = (0.15, 0.1, 0.15, 0.1, 0.5, 0.0)
-"""Of what blocks take, their nodes and checks, the coarsest first."""
+ASKED_SHARES = (0.25, 0.25, 0.5)
+"""Of what blocks take, the coarsest first."""
 LOOK = 1.0
 """Tolerance where no centre is lit, until light is found: some 7 % of the errors foreseen. To ask
 a tolerance of darkness itself would split all of it to the end."""
@@ -301,15 +300,14 @@ class Exact:
         blocks = Blocks(frame, self.goal)
         for _ in self._tell_sights(frame, blocks):
             yield 0.0
-        shares, before = iter(ASKED_SHARES), 0.0
-        for side in SIDES:
-            for ask in (partial(blocks.nodes, side), blocks.checks):
-                wanted, share = ask(), next(shares)
-                clock("blocks")
-                for done in self._points(frame, blocks, wanted):
-                    yield before + share * done
-                before += share
-                clock.restart()
+        before = 0.0
+        for side, share in zip(SIDES, ASKED_SHARES, strict=True):
+            wanted = blocks.ask(side)
+            clock("blocks")
+            for done in self._points(frame, blocks, wanted):
+                yield before + share * done
+            before += share
+            clock.restart()
             blocks.settle()
             clock("blocks")
         self._add(clock.seconds)
