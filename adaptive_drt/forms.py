@@ -21,7 +21,7 @@ from .plan import Plan
 from .primary import Pairs
 from .vector import cross, dot
 
-__all__ = ["Balls", "Boxes", "Cover", "Flats", "Forms", "make_forms"]
+__all__ = ["Balls", "Boxes", "Cover", "Flats", "Forms", "form_range", "make_forms"]
 
 Array: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
@@ -107,6 +107,7 @@ class Cover:
     across : (3, m) how much x, y and t go across what may be seen of the outline: components of
         a unit vector, ones where no outline is seen.
     reach : (2, m) half the size of the object as seen, in sizes of the box.
+    turn : (m,) radians, about, by which the outline turns within half the box, at most 1.
     """
 
     some: Mask
@@ -115,6 +116,7 @@ class Cover:
     far: Array
     across: Array
     reach: Array
+    turn: Array
 
     def take(self, rows: Ints) -> Cover:
         """The candidates at an index."""
@@ -125,6 +127,7 @@ class Cover:
             self.far[rows],
             columns(self.across, rows),
             columns(self.reach, rows),
+            self.turn[rows],
         )
 
 
@@ -175,6 +178,7 @@ def make_forms(plan: Plan, boxes: Boxes, pairs: Pairs) -> tuple[Forms, Cover]:
         np.full(m, np.inf),
         np.ones((3, m)),
         np.full((2, m), np.inf),
+        np.zeros(m),
     )
     is_ball = pairs.item < plan.sphere_count
     ball, flat = np.flatnonzero(is_ball), np.flatnonzero(~is_ball)
@@ -192,6 +196,8 @@ def make_forms(plan: Plan, boxes: Boxes, pairs: Pairs) -> tuple[Forms, Cover]:
     flats = _flats(plan, boxes, pairs.take(flat), flat, (w, x, y))
     _cover_flats(flats, cover)
     _set_reach(plan, pairs, middle, size, cover)
+    wide = np.maximum(columns(cover.reach, ball).min(axis=0), 0.5)
+    cover.turn[ball] = np.where(cover.full[ball], 0.0, 0.5 / wide)
     return Forms(is_ball, place, balls, flats), cover
 
 
@@ -326,12 +332,13 @@ def _cover_flats(flats: Flats, cover: Cover) -> None:
     sure = (height_low > 0.0) | (height_high < 0.0)
     side = np.where(height_low > 0.0, 1.0, -1.0)
     some, full = np.ones(row.size, dtype=np.bool_), sure.copy()
-    across = np.ones((3, row.size))
+    across, crossing = np.ones((3, row.size)), np.zeros(row.size, dtype=np.int64)
     for edge in flats.edges:
         low, high = form_range(side * edge)
         some &= ~sure | (high >= 0.0)
         full &= low >= 0.0
         crosses = (low < 0.0) & (high >= 0.0)
+        crossing += crosses
         across = np.where(crosses, np.minimum(across, _unit(_slopes(edge))), across)
     some &= (height_low != 0.0) | (height_high != 0.0)
     facing_low, facing_high = form_range(side * flats.facing)
@@ -344,6 +351,8 @@ def _cover_flats(flats: Flats, cover: Cover) -> None:
     with np.errstate(over="ignore"):  # seen edge-on: as far as can be
         cover.far[row] = np.where(ahead, last, np.inf) / np.where(ahead, facing_low, 1.0)
     cover.across[:, row] = np.where(sure, across, IN_TIME)
+    # edges are straight, corners are not
+    cover.turn[row] = np.where(sure & (crossing < 2), 0.0, 1.0)
 
 
 def _set_reach(plan: Plan, pairs: Pairs, middle: Array, size: Array, cover: Cover) -> None:

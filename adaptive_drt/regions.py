@@ -20,10 +20,12 @@ from numpy.typing import NDArray
 from .columns import columns
 from .forms import Boxes, Cover, Forms, make_forms
 from .lines import TIME, Lattice, depth, depth_along
-from .painting import fold, paint
+from .painting import paint
 from .plan import Plan
 from .primary import Pairs
 from .ranks import find_ranks
+from .smooth import find_smooth
+from .tally import DUST, KINK, SQUARES, Sums
 
 __all__ = ["Boxes", "Regions", "find_regions", "no_regions"]
 
@@ -34,29 +36,18 @@ Mask: TypeAlias = NDArray[np.bool_]
 BACKGROUND = -1
 LEAST_LINES = 4
 """An axis: fewer show no second differences."""
-KINK = 0.125
-"""Of slope times a cell's width squared: the most that a kink within a cell can hide from its
-middle. A smooth length's own error is a third of it; that of a jump at most half the jump, which
-differs twice, so that three estimates cover it too."""
 STEEPEST = 4.0
 """Steeper outlines count as that steep: they are left to what the lines find of them."""
+FLATTEST = 0.05
+"""The same of outlines that lie straight across the lines, as far as can be told."""
+TINY = float(np.finfo(np.float64).tiny)
 ALIKE = 1.0 - 2.0**-20
 """Of the best axis' component: axes from there on are equally good, and the first of them is taken,
 not the one that rounding chooses."""
-UNSEEN = 0.5
-"""Of the area of an object that falls between the lines: its weight is off by about that."""
-MISSED = 0.25
-"""Of a cell between lines: what may be seen there of an object that none of them meets. An outline
-that runs along the lines may do so in many cells."""
 JUMP = 0.3
 """Of a cell between lines: the deviation of a step at a random place, 1 / sqrt(12)."""
-SQUARES = (0, 2, 5)
-PRODUCTS = {(0, 1): 1, (1, 0): 1, (0, 2): 3, (2, 0): 3, (1, 2): 4, (2, 1): 4}
-"""Where second moments stand in a lower triangle: xx, yx, yy, tx, ty, tt."""
 LONGEST = 0.5
 """Of a box: the deviation of points in it is at most half its size."""
-DUST = 2.0**-40
-"""Of a box. What the rounding of sums leaves of regions that are not there."""
 SEAM_PROBE = (np.full((1, 1, 1), -0.25), np.full((1, 1, 1), 0.25))
 """Where along the axes of a box two depths are compared, to see which way they change."""
 CHUNK = 1 << 18
@@ -109,7 +100,7 @@ class _Candidates:
     wide : (3, n) sides of the box that matter: with a length; t only where a candidate moves.
     turned : (n,) whether x and y changed places.
     timed : (n,) whether lines run along t, not along the first axis.
-    steep : (n,) how steep outlines may be against the lines, from 1 to `STEEPEST`.
+    steep : (n,) how steep outlines may be against the lines, from `FLATTEST` to `STEEPEST`.
     fast : (n,) where lines along t are not allowed: how steep outlines are by their motion alone.
     """
 
@@ -125,22 +116,6 @@ class _Candidates:
     timed: Mask
     steep: Array
     fast: Array
-
-
-@dataclass(frozen=True)
-class _Sums:
-    """What lines found, of m candidates and then the background of n boxes; filled in place.
-
-    Attributes
-    ----------
-    weight, error : (m + n,).  moment : (3, m + n) of the weight, in sizes of the box.
-    second : (6, m + n) of its second moments: xx, yx, yy, tx, ty, tt.
-    """
-
-    weight: Array
-    moment: Array
-    second: Array
-    error: Array
 
 
 def find_regions(
@@ -159,9 +134,7 @@ def find_regions(
     count = boxes.low.shape[1]
     found = _candidates(plan, boxes, pairs)
     m = found.pairs.item.size
-    sums = _Sums(
-        np.zeros(m + count), np.zeros((3, m + count)), np.zeros((6, m + count)), np.zeros(m + count)
-    )
+    sums = Sums.of(m + count)
     alone = np.flatnonzero(found.closed & (found.number == 1))
     empty = np.flatnonzero(found.number == 0)
     sums.weight[found.start[alone]] = 1.0
@@ -245,23 +218,37 @@ def _axis(forms: Forms, cover: Cover, box: Ints, overlap: Ints, wide: Mask) -> t
     across = np.where(wide, across, -1.0)
     best = across.max(axis=0)
     axis: Ints = np.argmax(across >= ALIKE * best, axis=0)
-    # one outline has a component of 1 / sqrt(3) at least; with several, none may suit them all
-    least = np.maximum(np.sqrt(3.0) * best, 1.0 / STEEPEST)
-    return axis, np.maximum(1.0 / least, 1.0)
+    return axis, _steepness(cover, box, best)
 
 
-def _refine(
-    plan: Plan, found: _Candidates, goal: Array, most: int, todo: Ints, sums: _Sums
-) -> None:
+def _steepness(cover: Cover, box: Ints, best: Array) -> Array:
+    """Steepness (n,) against lines along an axis of which outlines have `best` at least.
+
+    It is known at the middles of boxes; towards their sides outlines turn, and where two of them
+    cross there is a corner.
+    """
+    straight = np.sqrt(np.maximum(1.0 - best * best, 0.0)) / np.maximum(best, TINY)
+    turn = np.zeros(best.size)
+    np.maximum.at(turn, box, cover.turn)
+    turn[np.bincount(box[~cover.full], minlength=turn.size) > 1] = 1.0
+    # 1 for an outline that goes as much across all three axes; with several, none may suit them all
+    steep: Array = np.clip(straight / np.sqrt(2.0) + turn, FLATTEST, STEEPEST)
+    return steep
+
+
+def _refine(plan: Plan, found: _Candidates, goal: Array, most: int, todo: Ints, sums: Sums) -> None:
     """Lay lines through the boxes `todo`, more until the goal is met."""
     m, box = found.pairs.item.size, found.pairs.pixel
     key = (found.number * 2 + found.timed) * 2 + found.settled
     key = ((key * 2 + found.wide[0]) * 2 + found.wide[1]) * 2 + found.wide[2]
     lines = LEAST_LINES
+    # one line sees all there is; where nothing has a kink, few do
+    few = (found.wide.sum(axis=0) < 2) | _smooth(found, todo, goal)
     while todo.size:
         last = 2 * lines > most
         # with fewer lines a kink next to the box's side could stay unseen
-        ready = (goal[todo] * (lines * lines) >= KINK * found.steep[todo]) | last
+        ready = goal[todo] * (lines * lines) >= KINK * found.steep[todo]
+        ready |= few[todo] | last
         for some in _groups(key, todo[ready]):
             plan.go_on()
             _measure(found, some, lines, sums)
@@ -273,6 +260,19 @@ def _refine(
         lines *= 2
 
 
+def _smooth(found: _Candidates, todo: Ints, goal: Array) -> Mask:
+    """The boxes (n,) in which lines along t find no kinks, as far as it matters."""
+    count = found.number.size
+    asked = np.zeros(count, dtype=np.bool_)
+    asked[todo] = goal[todo] * LEAST_LINES**2 < KINK * found.steep[todo]
+    asked &= found.timed & found.settled
+    rows = np.flatnonzero(asked[found.pairs.pixel])
+    if not rows.size:
+        return asked
+    box, full = found.pairs.pixel[rows], found.cover.full[rows]
+    return asked & find_smooth(found.forms.take(rows), full, box, count)
+
+
 def _groups(key: Ints, some: Ints) -> Iterator[Ints]:
     """The boxes `some` by equal keys."""
     order = some[np.argsort(key[some], kind="stable")]
@@ -280,7 +280,7 @@ def _groups(key: Ints, some: Ints) -> Iterator[Ints]:
         yield from np.split(order, np.flatnonzero(np.diff(key[order])) + 1)
 
 
-def _measure(found: _Candidates, group: Ints, lines: int, sums: _Sums) -> None:
+def _measure(found: _Candidates, group: Ints, lines: int, sums: Sums) -> None:
     """Lay lines through boxes that are alike in number, axis, order and sides."""
     first = int(group[0])
     k, settled = int(found.number[first]), bool(found.settled[first])
@@ -297,64 +297,14 @@ def _measure(found: _Candidates, group: Ints, lines: int, sums: _Sums) -> None:
         flat = index.ravel()
         part, full = found.forms.take(flat), found.cover.full[flat]
         seen = paint(part, full, lattice, k, settled)
-        _sum(seen, lattice, np.concatenate([index, m + some[None]]), sums)
-        _add_unseen(found.cover, index, wide, axis, lines, sums)
+        sums.add(seen, lattice, np.concatenate([index, m + some[None]]))
+        if rows * columns > 1:
+            sums.add_unseen(found.cover, index, wide, axis, lines)
         none = m + some[found.closed[some]]
         sums.weight[none] = sums.error[none] = 0.0
 
 
-def _sum(seen: Array, lattice: Lattice, place: Ints, sums: _Sums) -> None:
-    """Sum lengths and moments (3, k, rows, columns, n) over the lattice into `place` (k, n)."""
-    share = 1.0 / (lattice.rows * lattice.columns)
-    a, (b, c) = lattice.axis, (other for other in range(3) if other != lattice.axis)
-    by_row = fold(np.moveaxis(seen, 3, 0))
-    total = fold(np.moveaxis(by_row, 2, 0)) * share
-    sums.weight[place], sums.moment[a, place] = total[0], total[1]
-    sums.second[SQUARES[a], place] = total[2]
-    u, v = lattice.u[..., 0], lattice.v.reshape(-1, 1)
-    for other, count, at, lines in ((b, lattice.rows, u, by_row), (c, lattice.columns, v, None)):
-        # within a cell of the lattice what is seen counts as spread evenly
-        inner = 1.0 / 12.0 / count**2
-        if count == 1:
-            sums.second[SQUARES[other], place] = total[0] * inner
-            continue
-        if lines is None:
-            lines = fold(np.moveaxis(seen[:2], 2, 0))
-        length, turn = lines[0], lines[1]
-        parts = np.stack([length * at, length * (at * at + inner), turn * at])
-        moment, square, product = fold(np.moveaxis(parts, 2, 0)) * share
-        sums.moment[other, place], sums.second[SQUARES[other], place] = moment, square
-        sums.second[PRODUCTS[a, other], place] = product
-    length = seen[0]
-    if min(lattice.rows, lattice.columns) > 1:
-        both = fold(np.moveaxis(length * v, 2, 0))
-        sums.second[PRODUCTS[b, c], place] = fold(np.moveaxis(both * u, 1, 0)) * share
-    # kinks lie at random places and add up as such; what bends adds up, to a third of that
-    kinks, bends = np.zeros(place.shape), np.zeros(place.shape)
-    for axis in (1, 2):
-        if length.shape[axis] > 2:
-            part = np.moveaxis(length, axis, 0)
-            change = part[2:] - 2.0 * part[1:-1] + part[:-2]
-            square, bend = fold(
-                np.moveaxis(fold(np.stack([change * change, change], axis=1)), 2, 0)
-            )
-            kinks, bends = kinks + square, bends + np.abs(bend)
-    sums.error[place] = (KINK * share) * (np.sqrt(kinks) + bends / 3.0)
-
-
-def _add_unseen(cover: Cover, index: Ints, wide: Mask, axis: int, lines: int, sums: _Sums) -> None:
-    """Widen the errors of candidates (k, n) that may hide between the lines."""
-    x, y = cover.reach[0, index], cover.reach[1, index]
-    small = ((x < 1.0 / lines) & wide[0]) | ((y < 1.0 / lines) & wide[1])
-    area = np.pi * np.minimum(x, 1.0) * np.minimum(y, 1.0)
-    unseen = np.where(small & ~cover.full[index], UNSEEN * np.minimum(area, 1.0), 0.0)
-    along = 1.0 / np.maximum(cover.across[axis, index], 1.0 / lines)
-    unmet = (sums.weight[index] <= DUST) & ~cover.full[index]
-    hidden = np.where(unmet, MISSED / lines**2 * along, 0.0)
-    sums.error[index] = np.maximum(sums.error[index], np.maximum(unseen, hidden))
-
-
-def _regions(boxes: Boxes, found: _Candidates, sums: _Sums, late: Array) -> Regions:
+def _regions(boxes: Boxes, found: _Candidates, sums: Sums, late: Array) -> Regions:
     """What has a weight, sorted, with weights that sum to one."""
     count, pairs = boxes.low.shape[1], found.pairs
     box = np.concatenate([pairs.pixel, np.arange(count)])

@@ -6,7 +6,7 @@ A moving outline that passes over pixels leaves their means over time smooth: by
 the object. Those means have a kink where the shutter opens or closes on the outline, and a step
 where an outline stands still. So a sight is the list of objects that are seen, and for each of
 those that move whether it enters the pixel's centre within the shutter, and whether it leaves it.
-Where these differ between the corners of a pixel, a kink or a step runs through it, and what its
+Where these differ within a pixel, a kink or a step runs through it, and what its
 middle sees says nothing of its mean.
 """
 
@@ -27,6 +27,7 @@ __all__ = ["NO_SIGHT", "find_sights"]
 
 Array: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
+Mask: TypeAlias = NDArray[np.bool_]
 
 NO_SIGHT = -1
 """An outline that stands still, or more than can be said in a number: nothing to interpolate."""
@@ -34,8 +35,8 @@ NO_SIGHT = -1
 SMALL = 2.0
 """Pixels: half the size of objects that count wherever they pass a pixel, not its middle alone."""
 
-CORNERS = np.array([[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [1.0, 1.0]])
-"""Of a pixel, in half its sides from its middle."""
+ACROSS = 3
+"""Lines an axis: of a box half as wide again as a pixel they pass its centre, corners and sides."""
 
 
 def find_sights(plan: Plan, place: Array, half: float, pairs: Pairs) -> Ints:
@@ -64,12 +65,9 @@ def find_sights(plan: Plan, place: Array, half: float, pairs: Pairs) -> Ints:
     code = 4 * (pairs.item + 1)
     mover = np.flatnonzero(moves)
     if mover.size:
-        movers = pairs.take(mover)
-        phase, seen = _phases(plan, place, movers)
+        phase, seen, differs = _phases(plan, place, half, pairs.take(mover))
         code[mover] += phase
-        for corner in half * CORNERS:
-            other, there = _phases(plan, place + corner[:, None], movers)
-            refused[movers.pixel[(there != seen) | (seen & (other != phase))]] = True
+        refused[pairs.pixel[mover[differs]]] = True
         # what is that small may pass between all the middles
         refused[pairs.pixel[mover[~seen & (columns(reach, mover).min(axis=0) < SMALL)]]] = True
     total = np.zeros(count, dtype=np.uint64)
@@ -78,15 +76,21 @@ def find_sights(plan: Plan, place: Array, half: float, pairs: Pairs) -> Ints:
     return np.where(refused, NO_SIGHT, sight)
 
 
-def _phases(plan: Plan, place: Array, pairs: Pairs) -> tuple[Ints, NDArray[np.bool_]]:
-    """Whether movers enter (2) and leave (1) the centres' rays, and whether they meet them."""
+def _phases(plan: Plan, place: Array, half: float, pairs: Pairs) -> tuple[Ints, Mask, Mask]:
+    """Whether movers enter (2) and leave (1) the centres' rays, and whether they meet them.
+
+    Returns with it whether that differs between the centre of the pixel and places on its sides.
+    """
     time = np.full((1, place.shape[1]), 0.5)
-    lines = Boxes(np.concatenate([place, -time]), np.concatenate([place, time]))
-    forms, cover = make_forms(plan, lines, pairs)
-    low, high = intervals(forms, cover.full, Lattice(TIME, 1, 1))
-    low, high = low[0, 0], high[0, 0]
-    phase = 2 * (low > -0.5).astype(np.int64) + (high < 0.5)
-    return phase, high > low
+    wide = 0.5 * ACROSS * half
+    boxes = Boxes(np.concatenate([place - wide, -time]), np.concatenate([place + wide, time]))
+    forms, cover = make_forms(plan, boxes, pairs)
+    lines = ACROSS if half else 1
+    low, high = intervals(forms, cover.full, Lattice(TIME, lines, lines))
+    phases, seen = 2 * (low > -0.5).astype(np.int64) + (high < 0.5), high > low
+    phase, met = phases[lines // 2, lines // 2], seen[lines // 2, lines // 2]
+    differs: Mask = ((seen != met) | (met & (phases != phase))).any(axis=(0, 1))
+    return phase, met, differs
 
 
 def _mixed(number: NDArray[np.uint64]) -> NDArray[np.uint64]:

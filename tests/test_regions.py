@@ -394,7 +394,7 @@ def test_a_sphere_that_rolls_on_the_floor_is_in_front_of_it():
     plan = planned(ball, below, FLOOR)
     boxes = Boxes(np.array([[9.0], [2.0], [-0.5]]), np.array([[10.0], [3.0], [0.5]]))
     pairs = Pairs(np.zeros(3, dtype=np.int64), np.array([2, 1, 0]))
-    cover = Cover(*np.ones((2, 3), dtype=bool), np.zeros(3), *np.full((3, 3), np.inf))
+    cover = Cover(*np.ones((2, 3), dtype=bool), np.zeros(3), *np.full((4, 3), np.inf))
     rank, settled, _ = find_ranks(plan, boxes, pairs, cover, np.array([3]))
     assert settled.tolist() == [True]
     assert rank.tolist() == [1, 2, 0]

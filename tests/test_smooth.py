@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Boxes in which times change smoothly: never one with a kink, against rays through the box."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from adaptive_drt.forms import Boxes, make_forms
+from adaptive_drt.plan import make_plan
+from adaptive_drt.primary import Pairs
+from adaptive_drt.scene import Camera, Motion, Quad, Scene, Sphere, SphereLight
+from adaptive_drt.settings import Settings
+from adaptive_drt.smooth import find_smooth
+
+LAMP = SphereLight((3.0, -2.0, 9.0), 0.5, (10.0, 10.0, 10.0))
+SIZE, LINES, MOMENTS = 48, 9, 4097
+
+
+def shape(rng):
+    place = np.append(rng.uniform(-2.0, 2.0, 2), rng.uniform(-7.0, -4.0))
+    way = Motion(tuple(rng.uniform(-2.0, 2.0, 3)))
+    if rng.random() < 0.5:
+        return Sphere(tuple(place), rng.uniform(0.2, 0.9), motion=way)
+    a, b = rng.normal(0.0, 1.0, (2, 3))
+    return Quad(tuple(place), tuple(a), tuple(b), motion=way)
+
+
+def inside(camera, thing, x, y, t):
+    """Whether the rays at picture coordinates x, y hit a thing at times t."""
+    step = camera.sensor_width / camera.focal_length / SIZE
+    ray = np.stack([(x - SIZE / 2) * step, (y - SIZE / 2) * step, -np.ones_like(x)])
+    move = np.array(thing.motion.displacement)[:, None] * t
+    if isinstance(thing, Sphere):
+        v = np.array(thing.center)[:, None] + move
+        gap = np.cross(ray.T, v.T)
+        near = (gap**2).sum(1) <= thing.radius**2 * (ray**2).sum(0)
+        return near & ((ray * v).sum(0) > 0.0)
+    u, v = np.array(thing.edge_u), np.array(thing.edge_v)
+    q = np.array(thing.corner)[:, None] + move
+    normal = np.cross(u, v)
+    far = (normal @ q) / (normal @ ray)
+    rest = far * ray - q
+    a = np.cross(v, normal) @ rest / (normal @ normal)
+    b = np.cross(normal, u) @ rest / (normal @ normal)
+    return (a >= 0) & (a <= 1) & (b >= 0) & (b <= 1) & (far > 0)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_smooth_boxes_have_no_kinks(seed):
+    """Fourth differences of a smooth length fall; a kink's are as large as its second's."""
+    rng = np.random.default_rng(seed)
+    thing, camera = shape(rng), Camera(resolution=(SIZE, SIZE))
+    plan = make_plan(Scene(camera, (thing,), (LAMP,)), Settings(threads=1))
+    count = 300
+    low = np.stack([*rng.uniform(0.0, SIZE - 1.0, (2, count)), rng.uniform(-0.5, 0.3, count)])
+    boxes = Boxes(low, low + np.array([[1.0], [1.0], [0.2]]))
+    forms, cover = make_forms(plan, boxes, Pairs(np.arange(count), np.zeros(count, dtype=int)))
+    smooth = find_smooth(forms, cover.full, np.arange(count), count)
+    share = (np.arange(MOMENTS) + 0.5) / MOMENTS
+    for box in np.flatnonzero(smooth & ~cover.full):
+        # ends count at once for all rays, or for none
+        corner, side = low[:, box], np.array([1.0, 1.0, 0.2])
+        u, v = (part.ravel() for part in np.meshgrid(*[np.linspace(0.0, 1.0, LINES)] * 2))
+        x, y = corner[0] + u * side[0], corner[1] + v * side[1]
+        t = corner[2] + share * side[2]
+        hit = inside(
+            camera, thing, *(np.repeat(each, MOMENTS) for each in (x, y)), np.tile(t, x.size)
+        ).reshape(-1, MOMENTS)
+        first, last = hit[:, 0], hit[:, -1]
+        assert first.all() or not first.any(), f"seed {seed}, box {box}"
+        assert last.all() or not last.any(), f"seed {seed}, box {box}"
+        changes = (hit[:, 1:] != hit[:, :-1]).sum(axis=1)
+        assert (changes == changes[0]).all(), f"seed {seed}, box {box}"
+        length = hit.mean(axis=1).reshape(LINES, LINES)
+        for line in (length, length.T):
+            second = np.abs(np.diff(line, 2, axis=0)).max()
+            fourth = np.abs(np.diff(line, 4, axis=0)).max()
+            # a kink anywhere makes it four times the second's half; rounding to moments is noise
+            assert fourth < 0.6 * second + 24.0 / MOMENTS, f"seed {seed}, box {box}"
+
+
+def test_some_boxes_are_smooth():
+    plan = make_plan(
+        Scene(
+            Camera(resolution=(SIZE, SIZE)),
+            (Sphere((0.0, 0.0, -5.0), 0.8, motion=Motion((2.0, 0.0, 0.0))),),
+            (LAMP,),
+        ),
+        Settings(threads=1),
+    )
+    y, x = (part.ravel() for part in np.mgrid[0:SIZE, 0:SIZE].astype(float))
+    low = np.stack([x, y, np.full(x.size, -0.5)])
+    boxes = Boxes(low, low + 1.0)
+    forms, cover = make_forms(plan, boxes, Pairs(np.arange(x.size), np.zeros(x.size, dtype=int)))
+    cut = cover.some & ~cover.full
+    smooth = find_smooth(forms, cover.full, np.arange(x.size), x.size)
+    assert smooth[cut].mean() > 0.4
