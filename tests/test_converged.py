@@ -8,7 +8,17 @@ import pytest
 
 pytest.importorskip("numba")
 
-from adaptive_drt.scene import DiskLight, Motion, Quad, QuadLight, Scene, Sphere, SphereLight
+from adaptive_drt.scene import (
+    Camera,
+    DiskLight,
+    Material,
+    Motion,
+    Quad,
+    QuadLight,
+    Scene,
+    Sphere,
+    SphereLight,
+)
 from oracle.arcs_jit import CIRCLE
 from oracle.converged import converged
 from oracle.light_jit import factor
@@ -127,3 +137,16 @@ def test_a_finer_goal_changes_less_than_the_coarser_one_allows():
     pixels = np.random.default_rng(0).integers((0, 0), scene.camera.resolution, (60, 2))
     coarse, fine = (converged(scene, pixels, goal, scale=1.0).color for goal in (1e-3, 1e-5))
     assert np.sqrt(((coarse - fine) ** 2).mean()) < 1e-3
+
+
+@pytest.mark.parametrize("height", [0.0004, 0.004, 0.2497, 0.2544, 0.5031, 0.9971])
+def test_a_straight_edge_beside_the_outermost_nodes_is_seen(height):
+    """All nodes of a band lay on one side of it: a pixel was off by 0.5 % of the step."""
+    camera = Camera(resolution=(24, 24))
+    step = camera.sensor_width / camera.focal_length / 24
+    black = Material((0.0, 0.0, 0.0))
+    plate = Quad((-9.0, -9.0, -5.0), (18.0, 0.0, 0.0), (0.0, 9.0 + 5.0 * step * height, 0.0), black)
+    lamp = QuadLight((0.0, 0.0, 5.0), (0.1, 0.0, 0.0), (0.0, -0.1, 0.0), (1.0, 1.0, 1.0))
+    scene = Scene(camera, (plate,), (lamp,), background=(1.0, 1.0, 1.0))
+    got = converged(scene, np.array([[7, 12]]), goal=1e-6, scale=1.0).color
+    assert np.allclose(got, 1.0 - height, atol=2e-6)

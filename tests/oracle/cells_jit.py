@@ -38,6 +38,13 @@ KRONROD = np.array(
 )
 GAUSS = np.array([0.0, 5.0 / 9.0, 0.0, 8.0 / 9.0, 0.0, 5.0 / 9.0, 0.0])
 
+END = 0.9999
+"""Of half an interval: where its ends are looked at. A step farther out is worth nothing."""
+OUTER = END + NODES[0]
+"""From there to the outermost node."""
+OUTWARD = OUTER / (NODES[1] - NODES[0])
+"""The same, in spaces between that and the next."""
+
 HALVINGS = 22
 """Intervals are halved this often at most: 2e-7 of a pixel, which a jump may be off by."""
 
@@ -68,6 +75,20 @@ def _sum(values, half, total):
             coarse += GAUSS[k] * values[k, c]
         off = max(off, half * abs(fine - coarse))
         total[c] += half * fine
+    return off
+
+
+@jit
+def _beyond(values, near, next_, row, half):
+    """What a step between an interval's end and its outermost node may be worth.
+
+    All seven nodes may lie to one side of it: then Kronrod and Gauss agree. So a row at the end is
+    held against the line through the two nodes next to it.
+    """
+    off = 0.0
+    for c in range(3):
+        line = values[near, c] + OUTWARD * (values[near, c] - values[next_, c])
+        off = max(off, half * OUTER * abs(row[c] - line))
     return off
 
 
@@ -124,7 +145,11 @@ def _area(scene, among, count, x, y, t, goal, work, stack, values, area):
             _row(scene, among, count, x, y + middle + half * NODES[j], t, INNER * goal, work)
             values[j] = row
         trial[:] = 0.0
-        if _sum(values, half, trial) <= goal or depth >= HALVINGS:
+        off = _sum(values, half, trial)
+        for side, near, next_ in ((-1.0, 0, 1), (1.0, 6, 5)):
+            _row(scene, among, count, x, y + middle + side * END * half, t, INNER * goal, work)
+            off = max(off, _beyond(values, near, next_, row, half))
+        if off <= goal or depth >= HALVINGS:
             area += trial
         else:
             stack[left, 0], stack[left, 1], stack[left, 2] = a, middle, depth + 1
