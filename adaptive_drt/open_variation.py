@@ -18,7 +18,8 @@ from .emitter import POINT, QUAD, Emitter
 from .lines import TIME
 from .patch import Patch
 from .primary import Surface
-from .variation import BENDS, KINKS, half_angle, no_variation
+from .shift import half_angle
+from .variation import BENDS, KINKS, no_variation
 from .vector import dot
 
 __all__ = ["open_variation"]

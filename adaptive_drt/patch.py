@@ -43,6 +43,7 @@ class Patch:
     bend : (n,) curvature of the surface, 1 / m; 0 for planes.
     slant : (n,) cosine between the surface's normal and the ray, at least `FLAT` or `RIM`.
     axes : those that any of the boxes extends along; along others all steps are 0.
+    margin : times its extent, how far around a patch shadows' edges are looked for.
     """
 
     steps: Array
@@ -52,6 +53,7 @@ class Patch:
     bend: Array
     slant: Array
     axes: tuple[int, ...]
+    margin: float = 1.0
 
     @cached_property
     def reach(self) -> Array:
@@ -72,6 +74,7 @@ class Patch:
             self.bend[rows],
             self.slant[rows],
             self.axes,
+            self.margin,
         )
 
 

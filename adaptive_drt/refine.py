@@ -25,6 +25,7 @@ from .primary import Pairs, places
 from .regions import Boxes, Regions, find_regions, no_regions
 from .shade import Shaded
 from .stars import Parts, join, sample
+from .strain import learn
 from .variation import BENDS, KINKS, STEPS
 from .vector import dot
 
@@ -123,28 +124,40 @@ def refine(plan: Plan, occluders: Occluders, task: Task) -> Refined:
     count = task.cut.size
     cells, samples = _roots(plan, occluders, task)
     color, alpha, error = np.zeros((3, count)), np.zeros(count), np.zeros(count)
+    strain = np.ones(count)
     crowds = [(cells, 0)]
     while crowds:
         cells, rounds = crowds.pop()
+        mean = _means(cells, count)
         for turn in range(rounds, ROUNDS):
             plan.go_on()
-            chosen, parts = _choose(task, cells, count)
+            off = _error(cells, count)
+            chosen, parts = _choose(task, cells, off * strain)
             if not chosen.size:
                 break
+            split_up = np.unique(cells.pixel[chosen])
             kept = np.ones(cells.pixel.size, dtype=np.bool_)
             kept[chosen] = False
             done, points = _shaded(plan, occluders, task, _finer(cells.take(chosen), parts))
             samples += points
             cells = merge([cells.take(kept), done])
+            before, mean = mean, _means(cells, count)
+            change = columns(mean - before, split_up)
+            strain[split_up] = learn(strain[split_up], change, off[split_up])
             later = cells.pixel > cells.pixel[cells.pixel.size // 2]
             if cells.pixel.size > CROWD and later.any():
                 # pixels know nothing of each other: one half after the other
                 crowds.append((cells.take(later), turn + 1))
                 cells = cells.take(~later)
-        color += np.stack([sums(cells.pixel, cells.share * c, count) for c in cells.color])
+        color += _means(cells, count)
         alpha += sums(cells.pixel, cells.share * cells.alpha, count)
         error += _error(cells, count)
     return Refined(color, alpha, samples, error)
+
+
+def _means(cells: Cells, count: int) -> Array:
+    """Mean radiance (3, count) of pixels."""
+    return np.stack([sums(cells.pixel, cells.share * c, count) for c in cells.color])
 
 
 def _error(cells: Cells, count: int) -> Array:
@@ -156,9 +169,12 @@ def _error(cells: Cells, count: int) -> Array:
     return error
 
 
-def _choose(task: Task, cells: Cells, count: int) -> tuple[Ints, Ints]:
-    """Cells to split, and into how many parts along each axis: (k,) and (3, k)."""
-    error = _error(cells, count)
+def _choose(task: Task, cells: Cells, error: Array) -> tuple[Ints, Ints]:
+    """Cells to split, and into how many parts along each axis: (k,) and (3, k).
+
+    error : (count,) of pixels.
+    """
+    count = error.size
     number = np.bincount(cells.pixel, minlength=count)
     limit = task.goal.error * np.maximum(number, 1) ** task.growth
     open_ = (error > limit) & (number < MOST_CELLS)

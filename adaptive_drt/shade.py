@@ -28,7 +28,7 @@ from .shadow import Shadow, detect_shadows
 from .variation import BENDS, KINKS, no_variation, shadow_variation
 from .vector import dot
 
-__all__ = ["Shaded", "shade", "unshadowed"]
+__all__ = ["Lots", "Shaded", "shade", "unshadowed"]
 
 Array: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
@@ -46,12 +46,27 @@ class Shaded:
     Attributes
     ----------
     color : (3, n) radiance.
-    deviation : (3, 3, n) estimated deviations from the mean over each point's patch by kind (see
+    deviation : (3, 3, m) estimated deviations from the mean over each patch by kind (see
         `variation`) and axis x, y and t, root mean square over the channels.
     """
 
     color: Array
     deviation: Array
+
+
+@dataclass(frozen=True)
+class Lots:
+    """n points in m lots, each on one object and near each other.
+
+    The first of a lot is where its patch is. Occluders are sought for a lot together.
+
+    Attributes
+    ----------
+    first : (m,) the first points.  sizes : (m,) numbers of points.
+    """
+
+    first: Ints
+    sizes: Ints
 
 
 def shade(
@@ -61,28 +76,28 @@ def shade(
     time: Array | float,
     patch: Patch,
     known: Sequence[tuple[Shadow, Pairs]] | None = None,
-    sizes: Ints | None = None,
+    lots: Lots | None = None,
 ) -> Shaded:
-    """Exact direct light at n points, and how far it may be from the mean over their patches.
+    """Exact direct light at n points, and how far it may be from the mean over m patches.
 
     Parameters
     ----------
     surface : n points.  time : shutter times, a number or (n,).
+    patch : of the first of each lot; without lots of each point.
     known : for each light how the points see it, and the occluders that serve the whole patches.
-    sizes : (k,) numbers of points, each lot on one object and near each other: their occluders
-        are sought together.
     """
     total = np.zeros((3, surface.item.size))
     albedo = columns(plan.color, surface.item) / np.pi
-    spread = no_variation(surface.item.size)
+    of_patch = albedo if lots is None else columns(albedo, lots.first)
+    spread = no_variation(of_patch.shape[1])
     for index, light in enumerate(plan.lights):
         if known is None:
-            seen = _see(plan, occluders, surface, light, time, patch, sizes)
+            seen = _see(plan, occluders, surface, light, time, patch, lots)
         else:
             seen = known[index]
-        factor, varies = _light(plan, surface, light, time, patch, *seen)
+        factor, varies = _light(plan, surface, light, time, patch, lots, *seen)
         total += light.power[:, None] * factor
-        weight = albedo * light.power[:, None]
+        weight = of_patch * light.power[:, None]
         with np.errstate(over="ignore", invalid="ignore"):
             spread += np.sqrt(dot(weight, weight) / 3.0) * varies
     # a size that leaves float64's range says no more than that it is large
@@ -110,31 +125,31 @@ def _see(
     light: Emitter,
     time: Array | float,
     patch: Patch,
-    sizes: Ints | None,
+    lots: Lots | None,
 ) -> tuple[Shadow, Pairs]:
-    """How points see a light, and the occluders that serve their patches."""
+    """How points see a light, and the occluders that serve the patches."""
     shape = plan.shadow_light(light)
-    if sizes is None:
-        pairs = occluders.find(shape, surface, patch.reach)
+    if lots is None:
+        found = pairs = occluders.find(shape, surface, patch.reach)
     else:
-        pairs = _find_together(occluders, shape, surface, patch.reach, sizes)
-    return detect_shadows(plan, surface, shape, pairs, time), pairs
+        found, pairs = _find_together(occluders, shape, surface, patch.reach, lots)
+    return detect_shadows(plan, surface, shape, pairs, time), found
 
 
 def _find_together(
-    occluders: Occluders, shape: Emitter, surface: Surface, reach: Array, sizes: Ints
-) -> Pairs:
-    """Candidates of lots of points, found for the first of each and a ball around it."""
-    starts = np.cumsum(sizes) - sizes
-    lot = np.repeat(np.arange(sizes.size), sizes)
-    away = surface.point - columns(surface.point, starts[lot])
-    wide = np.sqrt(dot(away, away)) + reach
-    found = occluders.find(shape, surface.take(starts), np.maximum.reduceat(wide, starts))
-    number = np.bincount(found.pixel, minlength=sizes.size)
+    occluders: Occluders, shape: Emitter, surface: Surface, reach: Array, lots: Lots
+) -> tuple[Pairs, Pairs]:
+    """Candidates of lots, found for the first point of each and a ball around it: by lot, and
+    by point."""
+    lot = np.repeat(np.arange(lots.sizes.size), lots.sizes)
+    away = surface.point - columns(surface.point, lots.first[lot])
+    wide = np.maximum(np.maximum.reduceat(np.sqrt(dot(away, away)), lots.first), reach)
+    found = occluders.find(shape, surface.take(lots.first), wide)
+    number = np.bincount(found.pixel, minlength=lots.sizes.size)
     first = np.cumsum(number) - number
     copies = number[lot]
     point = np.repeat(np.arange(lot.size), copies)
-    return Pairs(point, found.item[np.repeat(first[lot], copies) + places(copies)])
+    return found, Pairs(point, found.item[np.repeat(first[lot], copies) + places(copies)])
 
 
 def _light(
@@ -143,26 +158,36 @@ def _light(
     light: Emitter,
     time: Array | float,
     patch: Patch,
+    lots: Lots | None,
     shadow: Shadow,
     pairs: Pairs,
 ) -> tuple[Array, Array]:
-    """Irradiance factors (n,) of a light, shadows included, and their variation over patches."""
+    """Irradiance factors (n,) of a light, shadows included, and their variation over patches.
+
+    pairs : of patches.
+    """
     shape = plan.shadow_light(light)
     center = light.moved(time)
     factor = unblocked(light, shape, center, surface)
+    middle, when, whole, partial = surface, time, factor, shadow.partial
+    if lots is not None:
+        first = lots.first
+        middle, when, whole = surface.take(first), _at(time, first), factor[first]
+        partial = partial[first]
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # sizes: see `shade`
-        varies = open_variation(light, center, surface, patch, factor)
+        varies = open_variation(light, light.moved(when), middle, patch, whole)
     if not light.casts_shadow:
         return factor, varies
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        when = _at(time, pairs.pixel)
-        shadows, hidden = shadow_variation(plan, surface, patch, shape, pairs, when)
+        shadows, hidden = shadow_variation(
+            plan, middle, patch, shape, pairs, _at(when, pairs.pixel)
+        )
     varies[..., hidden] = 0.0
     # a shadow that is only beside the point: no difference between points shows it
-    aside = np.flatnonzero(~shadow.partial)
+    aside = np.flatnonzero(~partial)
     shadows[KINKS][:, aside] += columns(shadows[BENDS], aside)
     shadows[BENDS][:, aside] = 0.0
-    varies += factor * shadows
+    varies += whole * shadows
     factor = np.where(shadow.blocked, 0.0, factor)
     if shape.kind != POINT:
         live = shadow.pairs.take(factor[shadow.pairs.pixel] > 0.0)

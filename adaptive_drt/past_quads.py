@@ -1,0 +1,144 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How far a sample of light may be from its mean over a patch by quads that cast shadows.
+
+The sharpest edge across the light counts. See `variation`.
+"""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .columns import columns
+from .emitter import Emitter
+from .patch import Patch
+from .plan import Plan
+from .primary import Pairs, Surface
+from .quad import distance_along, distance_to, edge_planes, edges_of
+from .shift import BEYOND, NEAREST, ROUNDING, SHARPEST, Shadows, extent, outline_shifts, rates
+from .vector import dot
+
+__all__ = ["past_quads"]
+
+Array: TypeAlias = NDArray[np.float64]
+
+TINY = float(np.finfo(np.float64).tiny)
+ALIKE = 1.0 + 2.0**-20
+"""Edges of a quad as sharp as that times another are equally sharp: before a point all are, and the
+first of them counts, not the one that rounding chooses."""
+
+
+def past_quads(
+    plan: Plan, surface: Surface, patch: Patch, light: Emitter, pairs: Pairs, time: Array | float
+) -> Shadows:
+    """Of quads: the sharpest edge across the light, before its centre or beyond, counts."""
+    point, ids = columns(surface.point, pairs.pixel), pairs.item - plan.sphere_count
+    q = plan.quads.moved(ids, time) - point
+    u, v = columns(plan.quads.edge_u, ids), columns(plan.quads.edge_v, ids)
+    planes, normal, height = edge_planes(q, u, v)
+    to = light.moved(time) - point
+    shadows = _past_edges(plan, patch, light, pairs, to, planes, edges_of(q, u, v))
+    depth, shifts, width = shadows.depth, shadows.shifts, shadows.width
+    own = pairs.item == surface.item[pairs.pixel]
+    depth[own | ~(height > 0.0)] = 0.0
+    # a quad that the light lies on this side of hides nothing of it
+    size = np.sqrt(dot(normal, normal))
+    beyond = dot(to, normal) - height
+    point_slack, light_slack = _plane_slack(plan, patch, light, pairs, normal)
+    depth[(beyond + light.radius * size < -light_slack) & (height > point_slack)] = 0.0
+    before = (beyond - light.radius * size > light_slack) & (height > point_slack)
+    covers = shadows.covers & before & (height > 0.0) & ~own
+    cut = np.flatnonzero((height <= point_slack) & ~own)
+    reach = _reach(plan, patch, pairs.take(cut))
+    cut = cut[distance_to(*(columns(x, cut) for x in (q, u, v))) <= reach]
+    if cut.size:
+        # it stands in the patch: lit on one side, dark on the other
+        depth[cut], width[cut] = 1.0, 0.0
+        shifts[:, cut] = _through(plan, patch, pairs.take(cut), columns(normal, cut) / size[cut])
+    return Shadows(depth, shifts, width, shadows.ends, covers)
+
+
+def _past_edges(
+    plan: Plan,
+    patch: Patch,
+    light: Emitter,
+    pairs: Pairs,
+    to: Array,
+    planes: tuple[Array, ...],
+    edges: tuple[tuple[Array, ...], tuple[Array, ...]],
+) -> Shadows:
+    """By the planes through the points and the edges alone: (3, m) their normals, inwards.
+
+    to : (3, m) from the points to the light.  edges : (3, m) where they start, and along them.
+    """
+    count = pairs.item.size
+    far = np.maximum(np.sqrt(dot(to, to)), TINY)
+    axis = to / far
+    depth, width, shifts = np.zeros(count), np.ones(count), np.zeros((3, count))
+    ends, misses = np.zeros((2, count), dtype=np.bool_)
+    covers, sharpest = np.ones(count, dtype=np.bool_), np.zeros(count)
+    for plane, start, edge in zip(planes, *edges, strict=True):
+        near = np.maximum(distance_along(start, edge, axis), far * NEAREST)
+        rate, steps = rates(plan, light, patch, pairs, near, far)
+        toward = plane / np.maximum(np.sqrt(dot(plane, plane)), TINY)
+        height_of = np.arcsin(np.clip(dot(axis, toward), -1.0, 1.0))
+        half = extent(light, toward, far)
+        each = outline_shifts(steps, toward, axis, rate, 1.0)
+        within = each.sum(axis=0)
+        whole = within * patch.margin
+        misses |= height_of < -half - whole
+        covers &= height_of > half + whole
+        crosses = (np.abs(height_of) < half + whole) & (whole > ROUNDING)
+        sharp = np.where(crosses, whole / np.maximum(half, whole / SHARPEST), 0.0)
+        better = sharp > ALIKE * sharpest
+        sharpest = np.where(better, sharp, sharpest)
+        width = np.where(better, 2.0 * half, width)
+        shifts = np.where(better, each, shifts)
+        inside = np.abs(height_of) < half + within
+        depth = np.maximum(depth, np.where(crosses, np.where(inside, 1.0, BEYOND), 0.0))
+        ends |= crosses & (np.abs(np.abs(height_of) - half) < whole)
+    depth[misses] = 0.0
+    return Shadows(depth, shifts, width, ends, covers & ~misses)
+
+
+def _drift(plan: Plan, patch: Patch, pairs: Pairs) -> Array:
+    """How far (3, m) quads move over half the patches' stretch of time."""
+    d = plan.quads.displacement
+    if d is None:
+        return np.zeros((3, pairs.item.size))
+    drift: Array = columns(d, pairs.item - plan.sphere_count) * patch.time[pairs.pixel]
+    return drift
+
+
+def _reach(plan: Plan, patch: Patch, pairs: Pairs) -> Array:
+    """How far (m,) patches reach towards quads, which may come towards them."""
+    drift = _drift(plan, patch, pairs)
+    reach: Array = patch.reach[pairs.pixel] + np.sqrt(dot(drift, drift))
+    return reach
+
+
+def _through(plan: Plan, patch: Patch, pairs: Pairs, normal: Array) -> Array:
+    """How far (3, m) patches reach through the planes of quads, by axis."""
+    steps = [columns(patch.steps[axis], pairs.pixel) for axis in range(3)]
+    steps[2] = steps[2] - _drift(plan, patch, pairs)
+    through: Array = np.abs(np.stack([dot(step, normal) for step in steps]))
+    return through
+
+
+def _plane_slack(
+    plan: Plan, patch: Patch, light: Emitter, pairs: Pairs, normal: Array
+) -> tuple[Array, Array]:
+    """How far points and light move against the planes of quads, times |normal|: (m,) each."""
+    point = np.zeros(pairs.item.size)
+    for axis in patch.axes:
+        point += np.abs(dot(columns(patch.steps[axis], pairs.pixel), normal))
+    moved = np.zeros(pairs.item.size)
+    half, d = patch.time[pairs.pixel], plan.quads.displacement
+    if d is not None:
+        moved += half * np.abs(dot(columns(d, pairs.item - plan.sphere_count), normal))
+    point += moved
+    if light.displacement is not None:
+        moved = moved + half * np.abs(dot(light.displacement, normal))
+    return point, moved

@@ -1,0 +1,40 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What refining a pixel tells of its estimated error.
+
+An honest estimate is about how far the mean moves when cells are split. Where it moves farther, the
+cells' errors are larger than foreseen, or have one sign: they are taken with a factor from then on.
+"""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .vector import dot
+
+__all__ = ["learn"]
+
+Array: TypeAlias = NDArray[np.float64]
+
+TINY = float(np.finfo(np.float64).tiny)
+KEPT = 0.5
+"""Of a factor: what is left of it after another round. (50 random scenes at 0.01 %: without any the
+two worst are at 2.3 and 1.5 of the tolerance, with it at 1.8 and 1.2 for 4 % more points.)"""
+MOST = 8.0
+"""The factor at most: pixels that have hardly been looked into may move by any amount."""
+
+
+def learn(factor: Array, change: Array, error: Array) -> Array:
+    """Factors (n,) on the errors of pixels after a round of splits.
+
+    Parameters
+    ----------
+    factor : (n,) before.  change : (3, n) of the mean radiance.  error : (n,) estimated before.
+    """
+    moved = np.sqrt(dot(change, change) / 3.0)
+    with np.errstate(over="ignore"):  # an error of next to nothing
+        found = moved / np.maximum(error, TINY)
+    learnt: Array = np.clip(np.maximum(found, KEPT * factor), 1.0, MOST)
+    return learnt
