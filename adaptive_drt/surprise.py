@@ -53,7 +53,8 @@ def weigh(
     offset : (3, k) from their centroids, in half the extents of their parts.
     """
     found, total = np.sqrt(dot(off, off) / 3.0), foreseen.sum(axis=(0, 1))
-    share = np.clip(found / np.maximum(TELLING * total, TINY), UNMET, 1.0)
+    telling = TELLING * total
+    share = np.clip(np.minimum(found, telling) / np.maximum(telling, TINY), UNMET, 1.0)
     deviation = deviation.copy()
     deviation[KINKS] *= share
     deviation[STEPS] *= share
