@@ -10,7 +10,6 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from .columns import columns
 from .lines import TIME
 from .plan import Plan
 from .primary import Surface
@@ -63,19 +62,6 @@ class Patch:
             step = self.steps[axis]
             total += np.sqrt(dot(step, step))
         return total
-
-    def take(self, rows: Ints) -> Patch:
-        """The patches at an index."""
-        return Patch(
-            columns(self.steps, rows, -1),
-            columns(self.slides, rows),
-            columns(self.cross, rows),
-            self.time[rows],
-            self.bend[rows],
-            self.slant[rows],
-            self.axes,
-            self.margin,
-        )
 
 
 def make_patch(plan: Plan, w: Array, t: Array, surface: Surface, half: Array) -> Patch:

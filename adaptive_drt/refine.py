@@ -27,7 +27,7 @@ from .shade import Shaded
 from .stars import Parts, join, sample
 from .strain import learn
 from .variation import BENDS, KINKS, STEPS
-from .vector import dot
+from .vector import rms
 
 __all__ = ["Begun", "Refined", "Task", "begin", "refine"]
 
@@ -271,7 +271,7 @@ def _assembled(
         [[sums(box, weight * row, count) for row in kind] for kind in light.deviation]
     )
     away = color - columns(mean, found.box)
-    edge = sums(found.box, found.error * np.sqrt(dot(away, away) / 3.0), count)
+    edge = sums(found.box, found.error * rms(away), count)
     edge += task.goal.contrast * found.missed
     deviation[STEPS, 2] += task.goal.contrast * found.late
     alpha = np.ones(count)

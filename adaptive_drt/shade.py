@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TypeAlias
 
 import numpy as np
@@ -26,7 +27,7 @@ from .plan import Plan
 from .primary import Pairs, Surface, places
 from .shadow import Shadow, detect_shadows
 from .variation import BENDS, KINKS, no_variation, shadow_variation
-from .vector import dot
+from .vector import dot, rms
 
 __all__ = ["Lots", "Shaded", "shade", "unshadowed"]
 
@@ -62,11 +63,16 @@ class Lots:
 
     Attributes
     ----------
-    first : (m,) the first points.  sizes : (m,) numbers of points.
+    sizes : (m,) numbers of points.
     """
 
-    first: Ints
     sizes: Ints
+
+    @cached_property
+    def first(self) -> Ints:
+        """The first points: (m,)."""
+        first: Ints = np.cumsum(self.sizes) - self.sizes
+        return first
 
 
 def shade(
@@ -99,7 +105,7 @@ def shade(
         total += light.power[:, None] * factor
         weight = of_patch * light.power[:, None]
         with np.errstate(over="ignore", invalid="ignore"):
-            spread += np.sqrt(dot(weight, weight) / 3.0) * varies
+            spread += rms(weight) * varies
     # a size that leaves float64's range says no more than that it is large
     spread = np.minimum(np.nan_to_num(spread, copy=False, nan=0.0), LARGEST)
     return Shaded(total * albedo, spread)

@@ -134,13 +134,13 @@ def _look(
     Returns with it the radiance (3, m) at the centroids.
     """
     star = count > 1
-    sizes = count + star
-    first = np.cumsum(sizes) - sizes
-    arms = np.ones(int(sizes.sum()), dtype=np.bool_)
+    lots = Lots(count + star)
+    first = lots.first
+    arms = np.ones(int(lots.sizes.sum()), dtype=np.bool_)
     arms[first[star]] = False
     every = np.empty((3, arms.size))
     every[:, first], every[:, arms] = parts.place, place
-    item = np.repeat(parts.item, sizes)
+    item = np.repeat(parts.item, lots.sizes)
     w = plan.lens.directions(every[0], every[1])
     time: Array | float = every[2] if plan.motion else 0.0
     t = hits_or_near(plan, w, item, time)
@@ -148,5 +148,5 @@ def _look(
     with np.errstate(over="ignore", invalid="ignore"):  # sizes that only estimates hang on
         patch = make_patch(plan, columns(w, first), t[first], hits.take(first), parts.half)
     patch = replace(patch, margin=MARGIN)
-    light = shade(plan, occluders, hits, time, patch, lots=Lots(first, sizes))
+    light = shade(plan, occluders, hits, time, patch, lots=lots)
     return Shaded(columns(light.color, arms), light.deviation), columns(light.color, first)

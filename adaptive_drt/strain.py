@@ -12,7 +12,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from .vector import dot
+from .vector import rms
 
 __all__ = ["learn"]
 
@@ -33,8 +33,7 @@ def learn(factor: Array, change: Array, error: Array) -> Array:
     ----------
     factor : (n,) before.  change : (3, n) of the mean radiance.  error : (n,) estimated before.
     """
-    moved = np.sqrt(dot(change, change) / 3.0)
     with np.errstate(over="ignore"):  # an error of next to nothing
-        found = moved / np.maximum(error, TINY)
+        found = rms(change) / np.maximum(error, TINY)
     learnt: Array = np.clip(np.maximum(found, KEPT * factor), 1.0, MOST)
     return learnt

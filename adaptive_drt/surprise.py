@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from .cells import sums
 from .columns import columns
 from .variation import KINKS, STEPS
-from .vector import dot
+from .vector import dot, rms
 
 __all__ = ["weigh"]
 
@@ -52,7 +52,7 @@ def weigh(
     region : (k,) which star each sample belongs to.  away : (3, k) their radiance, less the means.
     offset : (3, k) from their centroids, in half the extents of their parts.
     """
-    found, total = np.sqrt(dot(off, off) / 3.0), foreseen.sum(axis=(0, 1))
+    found, total = rms(off), foreseen.sum(axis=(0, 1))
     telling = TELLING * total
     share = np.clip(np.minimum(found, telling) / np.maximum(telling, TINY), UNMET, 1.0)
     deviation = deviation.copy()

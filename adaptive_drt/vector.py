@@ -15,7 +15,7 @@ from .elementary import patch_jump, patch_kink, sqrt
 from .jet import Batch, Jet, Operand, bilinear, quadratic, where
 from .partials import Array, Partial, Partials, leading
 
-__all__ = ["cross", "dot", "norm", "normalize", "scale", "squared_norm"]
+__all__ = ["cross", "dot", "norm", "normalize", "rms", "scale", "squared_norm"]
 
 
 FEW = 12_288
@@ -82,6 +82,12 @@ def norm(a: Batch) -> Batch:
         return sqrt(square)
     length = where(zero, 0.0, sqrt(where(zero, 1.0, square)))
     return patch_kink(length, zero, *_lengths(a))
+
+
+def rms(a: Array) -> Array:
+    """Root mean square over the components, (3, ..., n) to (..., n): the size of a radiance."""
+    size: Array = np.sqrt(_dot(a, a, 0) / 3.0)
+    return size
 
 
 def normalize(a: Batch) -> Batch:

@@ -14,6 +14,7 @@ from adaptive_drt.ranks import find_ranks
 from adaptive_drt.regions import Boxes, find_regions
 from adaptive_drt.scene import Camera, Motion, Quad, Scene, Sphere, SphereLight
 from adaptive_drt.settings import Settings
+from plain_hits import oracle_hits
 
 POINTS_A_BOX = 1 << 14
 SIZE = 24
@@ -38,47 +39,6 @@ def pixels(still, rows=SIZE, times=1):
     low = np.stack([x, y, np.zeros_like(t) if still else t / times - 0.5])
     size = np.array([1.0, 1.0, 0.0 if still else 1.0 / times])
     return Boxes(low, low + size[:, None])
-
-
-def oracle_hits(camera, shapes, x, y, t):
-    """The nearest shape (index into shapes, -1 for none) of rays at x, y, t."""
-    matrix = np.array(camera.matrix)
-    step = camera.sensor_width / camera.focal_length / max(camera.resolution)
-    local = np.stack(
-        [(x - camera.resolution[0] / 2) * step, (y - camera.resolution[1] / 2) * step, -1 + 0 * x]
-    )
-    ray = matrix[:3, :3] @ local
-    ray /= np.linalg.norm(ray, axis=0)
-    best, nearest = np.full(x.size, np.inf), np.full(x.size, -1)
-    for number, shape in enumerate(shapes):
-        move = np.zeros(3) if shape.motion is None else np.array(shape.motion.displacement)
-        shift = t * move[:, None] - matrix[:3, 3:]
-        if isinstance(shape, Sphere):
-            far = oracle_sphere(np.array(shape.center)[:, None] + shift, shape.radius, ray)
-        else:
-            far = oracle_quad(np.array(shape.corner)[:, None] + shift, shape, ray)
-        closer = far < best
-        best[closer], nearest[closer] = far[closer], number
-    return nearest
-
-
-def oracle_sphere(center, radius, ray):
-    along = (center * ray).sum(axis=0)
-    gap = ((center - along * ray) ** 2).sum(axis=0)
-    half = np.sqrt(np.maximum(radius**2 - gap, 0.0))
-    far = np.where(along - half > 0.0, along - half, along + half)
-    return np.where((gap <= radius**2) & (far > 0.0), far, np.inf)
-
-
-def oracle_quad(corner, quad, ray):
-    u, v = np.array(quad.edge_u), np.array(quad.edge_v)
-    normal = np.cross(u, v)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        far = (corner * normal[:, None]).sum(axis=0) / (normal @ ray)
-        rest = far * ray - corner
-        a = np.cross(v, normal) @ rest / (normal @ normal)
-        b = np.cross(normal, u) @ rest / (normal @ normal)
-    return np.where((a >= 0) & (a <= 1) & (b >= 0) & (b <= 1) & (far > 0), far, np.inf)
 
 
 def radical_inverse(points, base):

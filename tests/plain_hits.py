@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What rays hit, by plain formulas: nothing shared with the core."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from adaptive_drt.scene import Sphere
+
+
+def rays(camera, x, y):
+    """Unit directions (3, n) through picture coordinates."""
+    step = camera.sensor_width / camera.focal_length / max(camera.resolution)
+    local = np.stack(
+        [(x - camera.resolution[0] / 2) * step, (y - camera.resolution[1] / 2) * step, -1 + 0 * x]
+    )
+    ray = np.array(camera.matrix)[:3, :3] @ local
+    return ray / np.linalg.norm(ray, axis=0)
+
+
+def oracle_hits(camera, shapes, x, y, t):
+    """The nearest shape (index into shapes, -1 for none) of rays at x, y, t."""
+    ray, matrix = rays(camera, x, y), np.array(camera.matrix)
+    best, nearest = np.full(x.size, np.inf), np.full(x.size, -1)
+    for number, shape in enumerate(shapes):
+        far = oracle_depth(shape, ray, t, matrix[:3, 3:])
+        closer = far < best
+        best[closer], nearest[closer] = far[closer], number
+    return nearest
+
+
+def oracle_depth(shape, ray, t, eye):
+    """How far off the rays (3, n) from `eye` (3, 1) hit a shape at times t (n,); inf for never."""
+    move = np.zeros(3) if shape.motion is None else np.array(shape.motion.displacement)
+    shift = t * move[:, None] - eye
+    if isinstance(shape, Sphere):
+        return oracle_sphere(np.array(shape.center)[:, None] + shift, shape.radius, ray)
+    return oracle_quad(np.array(shape.corner)[:, None] + shift, shape, ray)
+
+
+def oracle_sphere(center, radius, ray):
+    along = (center * ray).sum(axis=0)
+    gap = ((center - along * ray) ** 2).sum(axis=0)
+    half = np.sqrt(np.maximum(radius**2 - gap, 0.0))
+    far = np.where(along - half > 0.0, along - half, along + half)
+    return np.where((gap <= radius**2) & (far > 0.0), far, np.inf)
+
+
+def oracle_quad(corner, quad, ray):
+    u, v = np.array(quad.edge_u), np.array(quad.edge_v)
+    normal = np.cross(u, v)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        far = (corner * normal[:, None]).sum(axis=0) / (normal @ ray)
+        rest = far * ray - corner
+        a = np.cross(v, normal) @ rest / (normal @ normal)
+        b = np.cross(normal, u) @ rest / (normal @ normal)
+    return np.where((a >= 0) & (a <= 1) & (b >= 0) & (b <= 1) & (far > 0), far, np.inf)
