@@ -123,11 +123,14 @@ class _Worker:
     def alive(self) -> bool:
         return self._process.poll() is None
 
-    def call(self, call: Call) -> tuple[Any, Exception | None]:
-        """The result or the exception; raises EOFError or OSError if the process has ended."""
+    def tell(self, call: Call) -> None:
+        """Begin a call; raises OSError if the process has ended."""
         values = None if call.share.number == self._share else call.share.values
         send(self._calls, (call.function, values, call.arguments))
         self._share = call.share.number
+
+    def answer(self) -> tuple[Any, Exception | None]:
+        """The result or the exception; raises EOFError or OSError if the process has ended."""
         answer: tuple[Any, Exception | None] = receive(self._answers)
         return answer
 
@@ -222,32 +225,54 @@ class Shift:
 
     def __init__(self) -> None:
         """With no call yet."""
-        self._lock = threading.Lock()
+        self._lock, self._telling = threading.Lock(), threading.Lock()
         self._busy: set[_Worker] = set()
         self._over = False
 
     def make(self, call: Call) -> Any:
         """Make a call by a worker, or here where none is ready."""
-        worker = crew.borrow()
-        if worker is None:
-            return call.here()
         try:
-            with self._lock:
-                if self._over:
-                    raise Stopped
-                self._busy.add(worker)
-            result, error = worker.call(call)
+            worker = self._tell(call)
+            if worker is not None:
+                try:
+                    result, error = worker.answer()
+                finally:
+                    self._give_back(worker)
         except (EOFError, OSError):
             if self._over:
                 raise Stopped from None
+            worker = None
+        if worker is None:
             return call.here()
-        finally:
-            with self._lock:
-                self._busy.discard(worker)
-            crew.give_back(worker)
         if error is not None:
             raise error
         return result
+
+    def _tell(self, call: Call) -> _Worker | None:
+        """A worker that has been told to make a call, if one is ready.
+
+        One call at a time, before any is made here: Python lets a thread that computes go on for
+        5 ms before another may write.
+        """
+        with self._telling:
+            worker = crew.borrow()
+            if worker is None:
+                return None
+            try:
+                with self._lock:
+                    if self._over:
+                        raise Stopped
+                    self._busy.add(worker)
+                worker.tell(call)
+            except BaseException:
+                self._give_back(worker)
+                raise
+            return worker
+
+    def _give_back(self, worker: _Worker) -> None:
+        with self._lock:
+            self._busy.discard(worker)
+        crew.give_back(worker)
 
     def break_off(self) -> None:
         """End all calls, and those who make them."""

@@ -49,13 +49,13 @@ def workers(monkeypatch):
 def calls_of(monkeypatch):
     """Names of the functions that workers are told to call, as they are."""
     made = []
-    call = crew_module._Worker.call
+    tell = crew_module._Worker.tell
 
     def counted(worker, told):
         made.append(told.function.__name__)
-        return call(worker, told)
+        tell(worker, told)
 
-    monkeypatch.setattr(crew_module._Worker, "call", counted)
+    monkeypatch.setattr(crew_module._Worker, "tell", counted)
     return made
 
 
