@@ -42,7 +42,7 @@ SURVEYED = 262_144
 SURVEYED_BATCHES = 8
 """Batches surveyed at a time, at most: a window, whose batches are small, sees it move (a survey of
 1280 x 720 pixels took 5 % longer by 65,536 pixels than by `SURVEYED`)."""
-GOAL_ROWS = 16
+GOAL_ROWS = 32
 """Rows of squares of the whole picture, at least, that the goal is taken from: so any border of a
 picture is rendered to the goal of the whole, and parts rendered apart join to the last bit."""
 RAISED = 4.0

@@ -23,8 +23,9 @@ __all__ = ["SIDES", "Squares", "coarse", "coarse_bounds", "means", "nodes", "rou
 Array: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
 
-SIDES = (16, 8, 4)
-"""Pixels: sides of squares, the larger first."""
+SIDES = (8, 4)
+"""Pixels: sides of squares, the larger first. (16 besides takes as long at 1920 x 1080, where it
+saves points, and a tenth longer at 640 x 480.)"""
 LINE: Array = np.cos(np.pi * (7.0 - 2.0 * np.arange(4)) / 8.0)
 """Chebyshev nodes of a line from -1 to 1."""
 DEGREES = np.arange(4)[:, None]
