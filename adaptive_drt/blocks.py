@@ -21,7 +21,7 @@ from .columns import columns
 from .frame import Frame
 from .goal import Goal
 from .refine import Refined
-from .variation import KINKS, STEPS
+from .variation import KINKS, ROOTS, STEPS
 
 __all__ = ["Blocks"]
 
@@ -71,7 +71,7 @@ class Blocks:
         if self.wanted.any():
             self._sight, self.unseen = frame.sights()
             across = frame.deviation[:, :2].sum(axis=1)
-            self._kink, self._step = across[KINKS], across[STEPS]
+            self._root, self._kink, self._step = across[ROOTS], across[KINKS], across[STEPS]
             self._left = _standing(frame.deviation[STEPS])
 
     def see(self, rows: Ints, sight: Ints) -> None:
@@ -154,7 +154,7 @@ class Blocks:
         own = level.origin + np.array([0, level.width, 0, 1])[:, None]
         step = np.array([1, 1, level.width, level.width])[:, None]
         before = own - step
-        asked = self._kink[own] > ALLOWED * self.goal.error
+        asked = (self._root + self._kink)[own] > ALLOWED * self.goal.error
         asked &= self._sight[before] == self._sight[own]
         return asked, own, before, own + step
 
@@ -215,7 +215,8 @@ class Blocks:
         low, high = sight.min(axis=(1, 2)), sight.max(axis=(1, 2))
         spacing = side // 2
         if spacing > 1:
-            rough = windows(spacing * self._kink + self._step, side + 1)
+            rough = spacing**1.5 * self._root + spacing * self._kink + self._step
+            rough = windows(rough, side + 1)
         else:
             # nodes in all pixels show kinks, and whatever is spread wider than a pixel
             rough = windows(self._left, side + 1)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .columns import columns
+from .variation import no_variation
 
 __all__ = ["Cells", "merge", "split", "sums"]
 
@@ -28,7 +29,7 @@ class Cells:
     low, high : (3, c) pixel coordinates x, y and shutter time; an axis may have no extent.
     share : (c,) part of the pixel's whole domain.
     color : (3, c) mean radiance.  alpha : (c,) mean coverage.
-    deviation : (3, 3, c) estimated deviation of the mean by kind and axis: see `variation`.
+    deviation : (4, 3, c) estimated deviation of the mean by kind and axis: see `variation`.
     edge : (c,) estimated deviation by the shape of the regions.
     star : (c,) whether regions are sampled by stars of points rather than by their centroids.
     """
@@ -49,7 +50,7 @@ class Cells:
         c = pixel.size
         return cls(
             pixel, low, high, share, np.zeros((3, c)), np.zeros(c),
-            np.zeros((3, 3, c)), np.zeros(c), star,
+            no_variation(c), np.zeros(c), star,
         )  # fmt: skip
 
     def take(self, keep: Mask | Ints) -> Cells:

@@ -37,7 +37,7 @@ class Sheet:
     Attributes
     ----------
     color : (3, n) radiance at the centres.  alpha : (n,) coverage there.
-    deviation : (3, 3, n) estimated, by kind and axis: see `variation`.
+    deviation : (4, 3, n) estimated, by kind and axis: see `variation`.
     mask : (3, n).  outline : (n,).  item : (n,) object at the centre, -1 for none.
     depth : (n,), normal : (3, n) of the hits.
     rivals : objects that may be seen in pixels with outlines, sorted by pixel.

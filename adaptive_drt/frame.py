@@ -24,6 +24,7 @@ from .primary import Pairs
 from .refine import Begun, Refined, Task
 from .sights import NO_SIGHT
 from .variation import BENDS, no_variation
+from .vector import rms
 
 __all__ = ["Frame", "alike", "widened"]
 
@@ -37,7 +38,7 @@ differences of its neighbours."""
 ALIGNED = 8
 """Pixels: what regions are widened to multiples of, within the picture, so that blocks of pixels
 are whole whatever part of the picture is rendered."""
-STORED = 16
+STORED = 8
 """Pixels: frames are stored from and to multiples of that, so that squares are blocks of them."""
 FLAT = 0.01
 """Of the tolerance, relative to a pixel's own radiance: bends that need no correcting."""
@@ -187,7 +188,11 @@ class Frame:
             hard = error - columns(self.deviation[:, TIME], index).sum(axis=0)
         rest = float((done * done).sum()), done.size
         tolerance = self.plan.settings.tolerance
-        return make_goal(tolerance, color, error, hard, self._unknown[index], rest)
+        goal = make_goal(tolerance, color, error, hard, self._unknown[index], rest)
+        if self.plan.transparent:
+            return goal
+        # outlines may show a bright background in a dark picture, and regions ask by this
+        return replace(goal, contrast=max(goal.contrast, float(rms(self.plan.background))))
 
     def outlines(self, rows: Mask | None = None) -> Ints:
         """The pixels of the region, in some of the frame's rows, of which outlines are all that

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from .forms import Balls, Flats, Forms
 
-__all__ = ["FLAT_TERM", "TIME", "Lattice", "depth", "depth_along", "intervals"]
+__all__ = ["FLAT_TERM", "TIME", "Lattice", "Sides", "depth", "depth_along", "intervals"]
 
 Array: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
@@ -26,6 +26,8 @@ Mask: TypeAlias = NDArray[np.bool_]
 
 TIME = 2
 """The axis t."""
+ENDS: Array = np.array([-0.5, 0.5])
+"""Of a box's axis."""
 FLAT_TERM = 1e-300
 """Stands in for a quadratic's leading coefficient of zero: sends one root to infinity."""
 
@@ -47,6 +49,21 @@ class Lattice:
     def v(self) -> Array:
         """(1, columns, 1) places on the second of the other axes."""
         return ((np.arange(self.columns) + 0.5) / self.columns - 0.5)[None, :, None]
+
+
+@dataclass(frozen=True)
+class Sides(Lattice):
+    """Of a lattice that has so many rows or columns otherwise, lines on two sides of the box."""
+
+    @property
+    def u(self) -> Array:
+        """(2, 1, 1) the sides, if there are two rows."""
+        return ENDS[:, None, None] if self.rows == 2 else super().u
+
+    @property
+    def v(self) -> Array:
+        """(1, 2, 1) the sides, if there are two columns."""
+        return ENDS[None, :, None] if self.columns == 2 else super().v
 
 
 def restrict(form: Array, lattice: Lattice) -> list[Array]:

@@ -19,7 +19,7 @@ from .lines import TIME
 from .patch import Patch
 from .primary import Surface
 from .shift import half_angle
-from .variation import BENDS, KINKS, no_variation
+from .variation import BENDS, KINKS, ROOTS, no_variation
 from .vector import dot
 
 __all__ = ["open_variation"]
@@ -38,14 +38,15 @@ SET = 1.0 / 12.0
 light's half angle (the slope then changes over twice that angle), or of the turn of a kink."""
 RIM = 0.3
 """Half a patch's extent over twice its distance from the rim of a sphere (0.5: it reaches the
-rim): from there on the root with which the surface turns is no parabola. Stars gain 0.04 of the
-centroid's deviation at 0.25, 0.18 at 0.5, as they do where there is a kink."""
+rim): from there on the root with which the surface turns is no parabola. A star leaves 0.02 of the
+centroid's deviation at 0.18, 0.04 at 0.25, 0.09 at 0.36, 0.18 at 0.5: as of a bend, of a power of
+3/2, of a kink."""
 
 
 def open_variation(
     light: Emitter, center: Array, surface: Surface, patch: Patch, factor: Array
 ) -> Array:
-    """Of a light that nothing hides but the surface's own horizon: deviations (3, 3, n).
+    """Of a light that nothing hides but the surface's own horizon: deviations (4, 3, n).
 
     Parameters
     ----------
@@ -109,9 +110,8 @@ def _add_rim(
     slope = np.sqrt(np.maximum(1.0 - slant**2, 0.0)) * patch.bend[rows] / slant**2
     near = np.minimum(columns(patch.cross, rows) * slope, 1.0)
     size = most[rows] * toward * ROUND * np.minimum(columns(bent, rows) * near, 1.0)
-    sharp = near >= RIM
-    result[BENDS][:, rows] += np.where(sharp, 0.0, size)
-    result[KINKS][:, rows] += np.where(sharp, size, 0.0)
+    result[BENDS][:, rows] += np.where(near < RIM, size, 0.0)
+    result[ROOTS][:, rows] += np.where(near >= RIM, size, 0.0)
 
 
 def _add_setting(result: Array, sine: Array, half: Array, most: Array, turns: Array) -> None:

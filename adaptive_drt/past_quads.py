@@ -12,12 +12,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .columns import columns
-from .emitter import Emitter
+from .emitter import QUAD, Emitter
 from .patch import Patch
 from .plan import Plan
 from .primary import Pairs, Surface
 from .quad import distance_along, distance_to, edge_planes, edges_of
-from .shift import BEYOND, NEAREST, ROUNDING, SHARPEST, Shadows, extent, outline_shifts, rates
+from .shift import (
+    BEYOND,
+    NEAREST,
+    ROUNDING,
+    SHARPEST,
+    TOUCH,
+    Shadows,
+    at_most,
+    extent,
+    half_angle,
+    outline_shifts,
+    rates,
+)
 from .vector import dot
 
 __all__ = ["past_quads"]
@@ -51,13 +63,26 @@ def past_quads(
     before = (beyond - light.radius * size > light_slack) & (height > point_slack)
     covers = shadows.covers & before & (height > 0.0) & ~own
     cut = np.flatnonzero((height <= point_slack) & ~own)
-    reach = _reach(plan, patch, pairs.take(cut))
-    cut = cut[distance_to(*(columns(x, cut) for x in (q, u, v))) <= reach]
+    beside = distance_to(*(columns(x, cut) for x in (q, u, v)))
+    touched = beside <= _reach(plan, patch, pairs.take(cut))
+    edge_on = cut[~touched]
+    if edge_on.size:
+        # its plane cuts the patch: from there it is seen edge-on, and what its edges say turns over
+        moved = _edge_on(
+            plan, patch, light, pairs.take(edge_on), columns(to, edge_on),
+            columns(q + 0.5 * (u + v), edge_on), beside[~touched],
+        )  # fmt: skip
+        some = moved.max(axis=0) > 0.0
+        some &= depth[edge_on] == 0.0
+        edge_on = edge_on[some]
+        depth[edge_on], shifts[:, edge_on] = BEYOND, columns(moved, some)
+        width[edge_on] = 2.0 * half_angle(light, np.sqrt(dot(to, to)))[edge_on]
+    cut = cut[touched]
     if cut.size:
         # it stands in the patch: lit on one side, dark on the other
         depth[cut], width[cut] = 1.0, 0.0
         shifts[:, cut] = _through(plan, patch, pairs.take(cut), columns(normal, cut) / size[cut])
-    return Shadows(depth, shifts, width, shadows.ends, covers)
+    return Shadows(depth, shifts, width, shadows.ends, shadows.power, shadows.away, covers)
 
 
 def _past_edges(
@@ -77,6 +102,7 @@ def _past_edges(
     far = np.maximum(np.sqrt(dot(to, to)), TINY)
     axis = to / far
     depth, width, shifts = np.zeros(count), np.ones(count), np.zeros((3, count))
+    away = np.full(count, np.inf)
     ends, misses = np.zeros((2, count), dtype=np.bool_)
     covers, sharpest = np.ones(count, dtype=np.bool_), np.zeros(count)
     for plane, start, edge in zip(planes, *edges, strict=True):
@@ -87,7 +113,7 @@ def _past_edges(
         half = extent(light, toward, far)
         each = outline_shifts(steps, toward, axis, rate, 1.0)
         within = each.sum(axis=0)
-        whole = within * patch.margin
+        whole = at_most(within) * patch.margin
         misses |= height_of < -half - whole
         covers &= height_of > half + whole
         crosses = (np.abs(height_of) < half + whole) & (whole > ROUNDING)
@@ -98,9 +124,37 @@ def _past_edges(
         shifts = np.where(better, each, shifts)
         inside = np.abs(height_of) < half + within
         depth = np.maximum(depth, np.where(crosses, np.where(inside, 1.0, BEYOND), 0.0))
-        ends |= crosses & (np.abs(np.abs(height_of) - half) < whole)
+        bound = np.abs(np.abs(height_of) - half)
+        ends |= crosses & (bound < whole)
+        away = np.minimum(away, np.where(crosses, np.maximum(bound, whole), np.inf))
     depth[misses] = 0.0
-    return Shadows(depth, shifts, width, ends, covers & ~misses)
+    power = np.full(count, np.inf if light.kind == QUAD else TOUCH)
+    return Shadows(depth, shifts, width, ends, power, away, covers & ~misses)
+
+
+def _edge_on(
+    plan: Plan, patch: Patch, light: Emitter, pairs: Pairs, to: Array, center: Array, near: Array
+) -> Array:
+    """How far (3, m) quads' outlines move over the light, by axis; 0 where they come nowhere near.
+
+    center : (3, m) from the points to the quads' centres.  near : (m,) metres to the quads.
+    """
+    ids = pairs.item - plan.sphere_count
+    u, v = columns(plan.quads.edge_u, ids), columns(plan.quads.edge_v, ids)
+    wide = 0.5 * np.sqrt(np.maximum(dot(u + v, u + v), dot(u - v, u - v)))
+    far = np.maximum(np.sqrt(dot(to, to)), TINY)
+    axis = to / far
+    rate, steps = rates(plan, light, patch, pairs, np.maximum(near, far * NEAREST), far)
+    moved = np.zeros((3, rate.size))
+    for number, step in steps.items():
+        aside = step - dot(step, axis) * axis
+        moved[number] = np.sqrt(dot(aside, aside)) * rate
+    away, along = np.sqrt(dot(center, center)), dot(axis, center)
+    angle = np.arctan2(np.sqrt(np.maximum(away * away - along * along, 0.0)), along)
+    opening = np.arcsin(np.minimum(wide / np.maximum(away, TINY), 1.0))
+    whole = at_most(moved.sum(axis=0)) * patch.margin
+    reached = (angle - opening - half_angle(light, far) < whole) & (whole > ROUNDING)
+    return np.where(reached, moved, 0.0)
 
 
 def _drift(plan: Plan, patch: Patch, pairs: Pairs) -> Array:

@@ -16,7 +16,17 @@ from .emitter import QUAD, Emitter
 from .patch import Patch
 from .plan import Plan
 from .primary import Pairs, Surface
-from .shift import BEYOND, NEAREST, ROUNDING, Shadows, extent, outline_shifts, rates
+from .shift import (
+    BEYOND,
+    NEAREST,
+    ROUNDING,
+    TOUCH,
+    Shadows,
+    at_most,
+    extent,
+    outline_shifts,
+    rates,
+)
 from .vector import cross, dot
 
 __all__ = ["past_spheres"]
@@ -51,7 +61,7 @@ def past_spheres(
     rate, steps = rates(plan, light, patch, pairs, np.maximum(tangent, far * NEAREST), far)
     shifts = outline_shifts(steps, toward, axis, rate, angle)
     within = shifts.sum(axis=0)
-    whole = within * patch.margin
+    whole = at_most(within) * patch.margin
     # it neither clears the light, nor hides all of it, nor lies within it, from the whole patch
     farthest = angle + half
     if light.kind == QUAD:
@@ -64,15 +74,36 @@ def past_spheres(
     enclosed = (vv <= r * r) | (pairs.item == surface.item[pairs.pixel])
     depth = np.minimum(1.0, opening / np.maximum(half, SMALLEST * opening)) ** 2
     depth = np.where(crosses & before & ~enclosed, depth * np.where(inside, 1.0, BEYOND), 0.0)
-    ends = (np.abs(angle - opening - half) < whole) | (np.abs(opening - farthest) < whole)
-    ends |= np.abs(inner) < whole
+    bounds = np.abs(np.stack([angle - opening - half, opening - farthest, inner]))
+    power, away, ends = _touch(light, bounds, whole, half, opening)
     covers = (opening - farthest >= whole) & ~enclosed & (tangent < far - light.radius)
     some = np.flatnonzero(enclosed)
     if some.size:
         covers[some] = _holds(
             plan, surface, patch, light, pairs.take(some), columns(v, some), columns(to, some)
         )
-    return Shadows(depth, shifts, 2.0 * np.minimum(half, opening), ends, covers)
+    width = 2.0 * np.minimum(half, opening)
+    return Shadows(depth, shifts, width, ends, power, away, covers)
+
+
+def _touch(
+    light: Emitter, bounds: Array, whole: Array, half: Array, opening: Array
+) -> tuple[Array, Array, Mask]:
+    """Powers of the bounds that matter most, how far they are, and whether they are in the patch.
+
+    bounds : (3, m) radians to where the shadow begins, holds the light, and lies within it.
+    """
+    least = np.maximum(np.minimum(half, opening), TINY)
+    if light.kind == QUAD:
+        round_ = np.broadcast_to(opening / least, bounds.shape)
+    else:
+        most = np.maximum(half, opening)
+        inside = most / np.abs(half - opening)
+        round_ = np.stack([most / (half + opening), inside, inside])
+    away = np.maximum(bounds, whole)
+    number = (round_ / away).argmax(axis=0)
+    each = np.arange(whole.size)
+    return TOUCH * np.sqrt(round_[number, each]), away[number, each], (bounds < whole).any(axis=0)
 
 
 def _holds(

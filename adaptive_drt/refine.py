@@ -26,7 +26,7 @@ from .regions import Boxes, Regions, find_regions, no_regions
 from .shade import Shaded
 from .stars import Parts, join, sample
 from .strain import learn
-from .variation import BENDS, KINKS, STEPS
+from .variation import BENDS, KINKS, ROOTS, STEPS
 from .vector import rms
 
 __all__ = ["Begun", "Refined", "Task", "begin", "refine"]
@@ -38,7 +38,12 @@ Mask: TypeAlias = NDArray[np.bool_]
 ROUNDS = 24
 """Splits of a cell at most: an axis is cut into 2^24 parts at the very most."""
 MOST_CELLS = 4096
-"""Cells of a pixel at most."""
+"""Cells of a pixel at most ..."""
+MORE_CELLS = 16_384
+"""... and where that many are likely to settle it. Hard shadows that move take them at 0.01 %."""
+NEARLY = 5.0
+"""Times its limit: the error of a pixel that four times as many cells settle (they leave a third of
+it, and the limit grows by half)."""
 CROWD = 1 << 20
 """Cells at a time, about: bounds memory (some 300 bytes a cell)."""
 WORST = 0.3
@@ -164,7 +169,7 @@ def _error(cells: Cells, count: int) -> Array:
     """Estimated error of pixels (count,): bends add up, the signs of kinks and steps are random."""
     by_kind = cells.deviation.sum(axis=1)
     bends = sums(cells.pixel, cells.share * by_kind[BENDS], count)
-    rest = cells.share * (by_kind[KINKS] + by_kind[STEPS] + cells.edge)
+    rest = cells.share * (by_kind[ROOTS] + by_kind[KINKS] + by_kind[STEPS] + cells.edge)
     error: Array = bends + np.sqrt(sums(cells.pixel, rest * rest, count))
     return error
 
@@ -177,7 +182,8 @@ def _choose(task: Task, cells: Cells, error: Array) -> tuple[Ints, Ints]:
     count = error.size
     number = np.bincount(cells.pixel, minlength=count)
     limit = task.goal.error * np.maximum(number, 1) ** task.growth
-    open_ = (error > limit) & (number < MOST_CELLS)
+    most = np.where(error < NEARLY * limit, MORE_CELLS, MOST_CELLS)
+    open_ = (error > limit) & (number < most)
     own = cells.error
     worst = np.zeros(count)
     np.maximum.at(worst, cells.pixel, own)

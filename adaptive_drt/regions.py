@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from .columns import columns
 from .forms import Boxes, Cover, Forms, make_forms
-from .lines import TIME, Lattice, depth, depth_along
+from .lines import TIME, Lattice, Sides, depth, depth_along
 from .painting import paint
 from .plan import Plan
 from .primary import Pairs
@@ -251,7 +251,7 @@ def _refine(plan: Plan, found: _Candidates, goal: Array, most: int, todo: Ints, 
         ready |= few[todo] | last
         for some in _groups(key, todo[ready]):
             plan.go_on()
-            _measure(found, some, lines, sums)
+            _measure(found, some, goal, lines, sums)
         if last:
             return
         worst = sums.error[m:].copy()
@@ -280,7 +280,7 @@ def _groups(key: Ints, some: Ints) -> Iterator[Ints]:
         yield from np.split(order, np.flatnonzero(np.diff(key[order])) + 1)
 
 
-def _measure(found: _Candidates, group: Ints, lines: int, sums: Sums) -> None:
+def _measure(found: _Candidates, group: Ints, goal: Array, lines: int, sums: Sums) -> None:
     """Lay lines through boxes that are alike in number, axis, order and sides."""
     first = int(group[0])
     k, settled = int(found.number[first]), bool(found.settled[first])
@@ -297,17 +297,53 @@ def _measure(found: _Candidates, group: Ints, lines: int, sums: Sums) -> None:
         flat = index.ravel()
         part, full = found.forms.take(flat), found.cover.full[flat]
         seen = paint(part, full, lattice, k, settled)
-        sums.add(seen, lattice, np.concatenate([index, m + some[None]]))
+        place = np.concatenate([index, m + some[None]])
+        sums.add(seen, lattice, place)
         if rows * columns > 1:
             sums.add_unseen(found.cover, index, wide, axis, lines)
+        # one place in so many is beside the outermost lines
+        along = (found.steep[some] >= STEEPEST) & (goal[some] < JUMP / lines**1.5)
+        along &= sums.error[place].max(axis=0) <= goal[some]
+        along = np.flatnonzero(along)
+        if along.size:
+            length = seen[0][..., along]
+            _look_beside(found, some[along], index[:, along], length, lattice, settled, sums)
         none = m + some[found.closed[some]]
         sums.weight[none] = sums.error[none] = 0.0
+
+
+def _look_beside(
+    found: _Candidates,
+    some: Ints,
+    index: Ints,
+    length: Array,
+    lattice: Lattice,
+    settled: bool,
+    sums: Sums,
+) -> None:
+    """Look for outlines that run along the lines, between the outermost and the boxes' sides.
+
+    Between two lines such an outline shows as a jump.
+
+    index : (k, n) candidates.  length : (k + 1, rows, columns, n) seen of them, and the background.
+    """
+    k, m = index.shape[0], found.pairs.item.size
+    flat, place = index.ravel(), np.concatenate([index, m + some[None]])
+    part, full = found.forms.take(flat), found.cover.full[flat]
+    axis, rows, columns = lattice.axis, lattice.rows, lattice.columns
+    for size, sides, direction in ((rows, (2, columns), 1), (columns, (rows, 2), 2)):
+        if size == 1:
+            continue
+        beside = paint(part, full, Sides(axis, *sides), k, settled)[0]
+        last = np.take(length, (0, -1), axis=direction)
+        jump = np.abs(beside - last).mean(axis=3 - direction).max(axis=1)
+        sums.error[place] = np.maximum(sums.error[place], JUMP / size * jump)
 
 
 def _regions(boxes: Boxes, found: _Candidates, sums: Sums, late: Array) -> Regions:
     """What has a weight, sorted, with weights that sum to one."""
     count, pairs = boxes.low.shape[1], found.pairs
-    box = np.concatenate([pairs.pixel, np.arange(count)])
+    box = every = np.concatenate([pairs.pixel, np.arange(count)])
     item = np.concatenate([pairs.item, np.full(count, BACKGROUND)])
     kept = np.flatnonzero(sums.weight > DUST)
     kept = kept[np.lexsort((item[kept], box[kept]))]
@@ -323,12 +359,14 @@ def _regions(boxes: Boxes, found: _Candidates, sums: Sums, late: Array) -> Regio
     place = columns(boxes.middle, box) + columns(boxes.size, box) * place
     total = np.bincount(box, weight, minlength=count)
     missed = np.zeros(count)
-    unseen = np.flatnonzero(sums.weight[: pairs.item.size] <= DUST)
+    unseen = np.flatnonzero(sums.weight <= DUST)
     # what comes and goes sooner than it moves across the box is for shorter times to tell
-    x, y, t = columns(found.cover.across, unseen)
-    soon = (t > np.maximum(x, y)) & found.wide[TIME, pairs.pixel[unseen]]
+    own = np.flatnonzero(unseen < pairs.item.size)
+    x, y, t = columns(found.cover.across, unseen[own])
+    soon = np.zeros(unseen.size, dtype=np.bool_)
+    soon[own] = (t > np.maximum(x, y)) & found.wide[TIME, every[unseen[own]]]
     for error, some in ((missed, unseen[~soon]), (late, unseen[soon])):
-        np.maximum.at(error, pairs.pixel[some], sums.error[some])
+        np.maximum.at(error, every[some], sums.error[some])
     return Regions(box, item, weight / total[box], place, spread, sums.error[kept], missed, late)
 
 

@@ -47,7 +47,7 @@ class Shaded:
     Attributes
     ----------
     color : (3, n) radiance.
-    deviation : (3, 3, m) estimated deviations from the mean over each patch by kind (see
+    deviation : (4, 3, m) estimated deviations from the mean over each patch by kind (see
         `variation`) and axis x, y and t, root mean square over the channels.
     """
 

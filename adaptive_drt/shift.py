@@ -22,7 +22,9 @@ __all__ = [
     "NEAREST",
     "ROUNDING",
     "SHARPEST",
+    "TOUCH",
     "Shadows",
+    "at_most",
     "extent",
     "half_angle",
     "outline_shifts",
@@ -42,6 +44,13 @@ A light metres from an occluder is seen so from a point 1e29 m away. In a scene 
 cell of 2^-24 pixels is a thousand times that."""
 BEYOND = 0.3
 """Of a shadow: what counts of one that only the margin of a patch meets."""
+TOUCH = 1.7
+"""Power of a shadow whose round outline meets a straight one or one half as round as it: of two
+circles of radii a and b that touch, 4/3 (2 r)^(1/2) u^(3/2) is common where they overlap by u, with
+1/r = 1/a + 1/b, or 1/a - 1/b where one is inside the other. That over pi a^2, with a, the smaller,
+for a width of 2 a, is 1.7 (r / a)^(1/2)."""
+HASTE = 0.75
+"""Radians, or steps of that part of the distance: with more, nothing is known of where it ends."""
 SHARPEST = 1e3
 """Half extents in units of a shadow's width: sharper than that makes no difference."""
 
@@ -56,6 +65,9 @@ class Shadows:
     shifts : (3, m) radians that its outline moves over the light, by axis.
     width : (m,) radians between where it begins and where it is whole.
     ends : (m,) whether such a bound, a kink, runs through the patch.
+    power : (m,) what it begins with there, or nearest to it: `power` u^(3/2) of `depth`, u in
+        units of `width`; inf where it is a ramp.
+    away : (m,) radians from the patch's middle to that bound, and no less than to its side.
     covers : (m,) whether it hides the light from the whole patch.
     """
 
@@ -63,7 +75,18 @@ class Shadows:
     shifts: Array
     width: Array
     ends: Mask
+    power: Array
+    away: Array
     covers: Mask
+
+
+def at_most(angle: Array) -> Array:
+    """Angles (m,) by which outlines move at most, given those by which they would move evenly.
+
+    What is steps of a good part of the distance away comes nearer with them, and moves the faster.
+    """
+    most: Array = angle / (1.0 - np.minimum(angle, HASTE))
+    return most
 
 
 def half_angle(light: Emitter, distance: Array) -> Array:

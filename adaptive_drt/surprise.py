@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from .cells import sums
 from .columns import columns
-from .variation import KINKS, STEPS
+from .variation import KINKS, ROOTS, STEPS
 from .vector import dot, rms
 
 __all__ = ["weigh"]
@@ -42,12 +42,12 @@ along."""
 def weigh(
     deviation: Array, foreseen: Array, off: Array, region: Ints, away: Array, offset: Array
 ) -> Array:
-    """Deviations of stars, corrected by what their samples show: (3, 3, m).
+    """Deviations of stars, corrected by what their samples show: (4, 3, m).
 
     Parameters
     ----------
-    deviation : (3, 3, m) of the means of m stars, by kind and axis.
-    foreseen : (3, 3, m) of their centroids' samples.
+    deviation : (4, 3, m) of the means of m stars, by kind and axis.
+    foreseen : (4, 3, m) of their centroids' samples.
     off : (3, m) radiance at the centroids less the means.
     region : (k,) which star each sample belongs to.  away : (3, k) their radiance, less the means.
     offset : (3, k) from their centroids, in half the extents of their parts.
@@ -56,6 +56,7 @@ def weigh(
     telling = TELLING * total
     share = np.clip(np.minimum(found, telling) / np.maximum(telling, TINY), UNMET, 1.0)
     deviation = deviation.copy()
+    deviation[ROOTS] *= share
     deviation[KINKS] *= share
     deviation[STEPS] *= share
     more = found - SURPRISE * total

@@ -24,7 +24,7 @@ from .plan import Plan
 from .primary import Pairs, Surface, in_cache
 from .shift import SHARPEST, Shadows
 
-__all__ = ["BENDS", "KINKS", "STEPS", "no_variation", "shadow_variation"]
+__all__ = ["BENDS", "KINDS", "KINKS", "ROOTS", "STEPS", "no_variation", "shadow_variation"]
 
 Array: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
@@ -37,6 +37,12 @@ off by h^2/24 V'', and V'' = 6 - 12 u over a width of 1 has a mean square of 12.
 KINK = 0.14
 """Of (half extent / width), where a shadow begins or is whole within the patch: a ramp's kink at a
 random place in a cell of h leaves its midpoint off by 0.07 h times the slope, RMS."""
+ROOT = 0.15
+"""The same of a shadow that begins as c u^(3/2), of c (half extent / width)^(3/2): at a random
+place in a cell of h that leaves the midpoint off by 0.052 h^(3/2), RMS."""
+AWAY = 0.125
+"""Of c (half extent / width)^2 over the root of the distance u to where it begins: a midpoint is
+off by h^2/24 V'', and V'' = 3/4 c u^(-1/2)."""
 STEP = 0.25
 """Of a step's height: the deviation of its midpoint sample, 1 / sqrt(12) for a random place, a
 little less since the step seldom fills the cell."""
@@ -44,14 +50,16 @@ ROUGH = 0.5
 """Of a shadow's width: a half extent from which the shadow is a step within the cell."""
 
 
-BENDS, KINKS, STEPS = range(3)
+BENDS, ROOTS, KINKS, STEPS = range(4)
 """Kinds of deviations: of what bends (they add up, and fall with the square of the extent), of
-what has a kink at a random place, and of what steps there (their signs are random)."""
+what begins with the power 3/2 at a random place, has a kink there, or steps (their signs are
+random)."""
+KINDS = 4
 
 
 def no_variation(count: int) -> Array:
-    """Nothing varies at n points: deviations (3, 3, n), by kind and by axis x, y, t."""
-    return np.zeros((3, 3, count))
+    """Nothing varies at n points: deviations (4, 3, n), by kind and by axis x, y, t."""
+    return np.zeros((KINDS, 3, count))
 
 
 def shadow_variation(
@@ -71,7 +79,7 @@ def shadow_variation(
 
     Returns
     -------
-    deviations : (3, 3, n); hidden : (n,) one occluder hides the light from the whole patch.
+    deviations : (4, 3, n); hidden : (n,) one occluder hides the light from the whole patch.
     """
     count = surface.item.size
     total = no_variation(count)
@@ -107,11 +115,20 @@ def _collect(total: Array, pixel: Ints, shadow: Shadows) -> None:
     square = (shifts / np.maximum(width, TINY)) ** 2
     across = square.sum(axis=0)
     step = across >= ROUGH * ROUGH
-    kink = shadow.ends[live] & ~step
-    bend = np.where(kink, np.maximum(KINK * np.sqrt(across), BEND * across), BEND * across)
+    extent = np.sqrt(across)
+    power, away = shadow.power[live], shadow.away[live] / np.maximum(width, TINY)
+    round_ = np.isfinite(power)
+    ends = shadow.ends[live] & ~step
+    # as 3/2 where that is less than a ramp
+    root = ROOT * power * np.sqrt(extent)
+    kink = ends & ~(root < KINK)
+    root = np.where(kink, KINK, root) * extent
+    curve = np.where(round_, AWAY * power / np.sqrt(np.maximum(away, TINY)), BEND)
+    bend = np.where(ends, np.where(round_, root, np.maximum(root, BEND * across)), curve * across)
     share = depth * np.minimum(bend, STEP) * square / np.maximum(across, TINY)
     count = total.shape[2]
-    for kind, mask in ((BENDS, ~(kink | step)), (KINKS, kink), (STEPS, step)):
+    kinds = (BENDS, ~(ends | step)), (ROOTS, ends & ~kink), (KINKS, kink), (STEPS, step)
+    for kind, mask in kinds:
         chosen = np.flatnonzero(mask)
         if chosen.size:
             for axis in range(3):

@@ -9,7 +9,7 @@ import pytest
 from adaptive_drt.arms import make_arms
 from adaptive_drt.strain import MOST, learn
 from adaptive_drt.surprise import LEFT, SURPRISE, UNMET, weigh
-from adaptive_drt.variation import BENDS, KINKS, STEPS
+from adaptive_drt.variation import BENDS, KINKS, STEPS, no_variation
 
 DIAGONAL = (0, 2, 5)
 
@@ -90,7 +90,7 @@ def star(colors, center, foreseen):
 
 
 def test_what_no_sample_met_counts_for_less():
-    foreseen = np.zeros((3, 3, 1))
+    foreseen = no_variation(1)
     foreseen[KINKS, 0], foreseen[STEPS, 1], foreseen[BENDS, 0] = 0.02, 0.08, 0.01
     same = star([0.5, 0.5, 0.5, 0.5], 0.5, foreseen)
     assert np.allclose(same[BENDS], 0.5 * foreseen[BENDS])
@@ -100,7 +100,7 @@ def test_what_no_sample_met_counts_for_less():
 
 
 def test_what_was_not_foreseen_counts_along_the_axis_that_shows_it():
-    foreseen = np.zeros((3, 3, 1))
+    foreseen = no_variation(1)
     foreseen[STEPS, 0] = 0.01
     found = star([0.5, 0.5, 0.5, 0.1], 0.5, foreseen) - 0.5 * foreseen
     assert found.sum() == pytest.approx(LEFT * (0.1 - SURPRISE * 0.01))
