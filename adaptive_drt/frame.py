@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .cells import Cells
-from .columns import columns
+from .columns import columns, place
 from .exact import Lawn, Sheet
 from .film import NO_DEPTH, Film
 from .goal import GROWTH, Goal, make_goal
@@ -108,30 +108,24 @@ class Frame:
         """Enter pixels that have been traced."""
         index = self.numbers(x, y)
         for name in ("color", "alpha", "deviation", "mask", "outline", "item", "depth", "normal"):
-            getattr(self, name)[..., index] = getattr(sheet, name)
+            place(getattr(self, name), index, getattr(sheet, name))
         self._traced[index] = True
         self._rivals.append(Pairs(index[sheet.rivals.pixel], sheet.rivals.item))
 
     def lay(self, lawn: Lawn) -> None:
         """Enter squares whose pixels' means are known."""
-        side = lawn.side
-        y, x = lawn.y - self.bottom // side, lawn.x - self.left // side
-
-        def put(values: NDArray[Any], squares: NDArray[Any]) -> None:
-            high, wide = self.height // side, self.width // side
-            table = values.reshape(*values.shape[:-1], high, side, wide, side)
-            table[..., y, :, x, :] = np.moveaxis(squares, -1, 0)
-
-        ones = np.ones((side, side, 1))
-        put(self.color, lawn.color)
-        put(self.error, ones * lawn.error)
-        put(self.item, np.broadcast_to(lawn.item, lawn.depth.shape))
-        put(self.depth, lawn.depth)
-        put(self.normal, lawn.normal)
-        put(self.alpha, ones * np.where((lawn.item < 0) & self.plan.transparent, 0.0, 1.0))
-        put(self.settled, np.ones(lawn.depth.shape, dtype=np.bool_))
+        across = np.arange(lawn.side)
+        first = self.numbers(lawn.side * lawn.x, lawn.side * lawn.y)
+        index = first + (self.width * across[:, None] + across)[..., None]
+        place(self.color, index, lawn.color)
+        place(self.error, index, lawn.error)
+        place(self.item, index, lawn.item)
+        place(self.depth, index, lawn.depth)
+        place(self.normal, index, lawn.normal)
+        place(self.alpha, index, np.where((lawn.item < 0) & self.plan.transparent, 0.0, 1.0))
+        self.settled[index] = True
         if lawn.moving.any():
-            put(self.mask[1], np.broadcast_to(lawn.moving, lawn.depth.shape))
+            place(self.mask[1], index, lawn.moving)
 
     def numbers(self, x: Ints, y: Ints) -> Ints:
         """Numbers of pixels given by their coordinates."""
