@@ -124,7 +124,8 @@ def _collect(total: Array, pixel: Ints, shadow: Shadows) -> None:
     kink = ends & ~(root < KINK)
     root = np.where(kink, KINK, root) * extent
     curve = np.where(round_, AWAY * power / np.sqrt(np.maximum(away, TINY)), BEND)
-    bend = np.where(ends, np.where(round_, root, np.maximum(root, BEND * across)), curve * across)
+    bend = np.where(step, BEND, curve) * across
+    bend = np.where(ends, np.where(round_, root, np.maximum(root, BEND * across)), bend)
     share = depth * np.minimum(bend, STEP) * square / np.maximum(across, TINY)
     count = total.shape[2]
     kinds = (BENDS, ~(ends | step)), (ROOTS, ends & ~kink), (KINKS, kink), (STEPS, step)

@@ -9,7 +9,7 @@ import pytest
 
 from adaptive_drt.render import render_image
 from adaptive_drt.settings import Settings
-from random_scenes import random_scene
+from random_scenes import random_scene, scaled
 
 TOLERANCE = 1e-4
 PIXELS = {
@@ -36,3 +36,15 @@ def test_a_pixel(name):
     off /= TOLERANCE * float(np.abs(film.color).mean())
     print(f"{name}: {off:.1f} tolerances")
     assert off < most
+
+
+@pytest.mark.parametrize("seed", [1012, 1068])
+def test_quads_that_stand_in_a_pixel_are_steps_at_any_size(seed):
+    """Their shadows have no width, and how far their outlines move is no angle."""
+    scene = random_scene(seed)
+    one, other = (
+        render_image(each, Settings(tolerance=1e-2, threads=1))
+        for each in (scene, scaled(scene, 2.0**-30))
+    )
+    np.testing.assert_array_equal(one.color, other.color)
+    np.testing.assert_array_equal(one.samples, other.samples)
