@@ -232,21 +232,27 @@ class Shift:
     def make(self, call: Call) -> Any:
         """Make a call by a worker, or here where none is ready."""
         try:
-            worker = self._tell(call)
-            if worker is not None:
-                try:
-                    result, error = worker.answer()
-                finally:
-                    self._give_back(worker)
+            answer = self._asked(call)
         except (EOFError, OSError):
             if self._over:
                 raise Stopped from None
-            worker = None
-        if worker is None:
+            answer = None
+        if answer is None:
             return call.here()
+        result, error = answer
         if error is not None:
             raise error
         return result
+
+    def _asked(self, call: Call) -> tuple[Any, Exception | None] | None:
+        """What a worker answers, if one is ready; raises EOFError or OSError if it has ended."""
+        worker = self._tell(call)
+        if worker is None:
+            return None
+        try:
+            return worker.answer()
+        finally:
+            self._give_back(worker)
 
     def _tell(self, call: Call) -> _Worker | None:
         """A worker that has been told to make a call, if one is ready.

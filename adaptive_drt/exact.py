@@ -14,7 +14,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from .columns import columns
+from .columns import columns, place
 from .detect import Center, Flags, detect, trace_center
 from .occluder import Occluders
 from .patch import make_patch
@@ -69,11 +69,11 @@ def first_pass(
     deviation = no_variation(n)
     rows = center.rows
     light = _shade_centers(plan, occluders, center, flags)
-    color[:, rows] = light.color
+    place(color, rows, light.color)
     alpha[rows] = 1.0
-    deviation[..., rows] = light.deviation
+    place(deviation, rows, light.deviation)
     normal = np.zeros((3, n))
-    normal[:, rows] = center.hits.normal
+    place(normal, rows, center.hits.normal)
     clock("exact light")
     order = np.argsort(flags.rivals.pixel, kind="stable")
     return Sheet(

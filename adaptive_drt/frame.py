@@ -239,7 +239,8 @@ class Frame:
 
     def settle(self, rows: Ints, color: Array, alpha: Array, error: Array) -> None:
         """Enter pixels' means that need no refining."""
-        self.color[:, rows], self.alpha[rows], self.error[rows] = color, alpha, error
+        place(self.color, rows, color)
+        self.alpha[rows], self.error[rows] = alpha, error
         self.settled[rows] = True
 
     def tasks(self, goal: Goal, size: int) -> list[tuple[Ints, Task]]:
@@ -302,16 +303,17 @@ class Frame:
     def begin(self, rows: Ints, begun: Begun) -> None:
         """Enter the means of pixels' regions, which may be refined."""
         cells = begun.cells
-        self.color[:, rows], self.alpha[rows] = cells.color, cells.alpha
-        self.deviation[..., rows], self._edge[rows] = cells.deviation, cells.edge
+        place(self.color, rows, cells.color)
+        place(self.deviation, rows, cells.deviation)
+        self.alpha[rows], self._edge[rows] = cells.alpha, cells.edge
         self._star[rows], self.begun[rows] = cells.star, True
         self.error[rows] = begun.error
         self.count(rows, begun)
 
     def enter(self, rows: Ints, refined: Refined) -> None:
         """Enter what was refined."""
-        self.color[:, rows], self.alpha[rows] = refined.color, refined.alpha
-        self.error[rows] = refined.error
+        place(self.color, rows, refined.color)
+        self.alpha[rows], self.error[rows] = refined.alpha, refined.error
         self.count(rows, refined)
 
     def count(self, rows: Ints, shaded: Begun | Refined) -> None:
@@ -337,10 +339,10 @@ class Frame:
     def show_pixels(self, film: Film, rows: Ints) -> None:
         """Write some pixels of the region."""
         y, x = np.divmod(rows, self.width)
-        place = y - self.own[0].start, x - self.own[1].start
-        film.color[:, *place] = columns(self.color, rows)
-        film.alpha[place] = self.alpha[rows]
-        film.samples[place] = self.samples[rows]
+        at = y - self.own[0].start, x - self.own[1].start
+        film.color[:, *at] = columns(self.color, rows)
+        film.alpha[at] = self.alpha[rows]
+        film.samples[at] = self.samples[rows]
 
     def _part(self, values: NDArray[Any]) -> NDArray[Any]:
         """Of values (..., n) those of the region: (..., height, width)."""

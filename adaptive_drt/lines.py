@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from .forms import Balls, Flats, Forms
 
-__all__ = ["FLAT_TERM", "TIME", "Lattice", "Sides", "depth", "depth_along", "intervals"]
+__all__ = ["ENDS", "FLAT_TERM", "TIME", "Lattice", "Sides", "depth", "depth_along", "intervals"]
 
 Array: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]

@@ -38,9 +38,9 @@ SET = 1.0 / 12.0
 light's half angle (the slope then changes over twice that angle), or of the turn of a kink."""
 RIM = 0.3
 """Half a patch's extent over twice its distance from the rim of a sphere (0.5: it reaches the
-rim): from there on the root with which the surface turns is no parabola. A star leaves 0.02 of the
-centroid's deviation at 0.18, 0.04 at 0.25, 0.09 at 0.36, 0.18 at 0.5: as of a bend, of a power of
-3/2, of a kink."""
+rim): from there on the root with which the surface turns is no parabola. Of the centroid's
+deviation a star leaves 0.04 at 0.25 and 0.18 at 0.5, and less with `rim`'s gains: as of a power of
+3/2."""
 
 
 def open_variation(

@@ -68,15 +68,14 @@ def past_quads(
     edge_on = cut[~touched]
     if edge_on.size:
         # its plane cuts the patch: from there it is seen edge-on, and what its edges say turns over
-        moved = _edge_on(
-            plan, patch, light, pairs.take(edge_on), columns(to, edge_on),
-            columns(q + 0.5 * (u + v), edge_on), beside[~touched],
-        )  # fmt: skip
-        some = moved.max(axis=0) > 0.0
-        some &= depth[edge_on] == 0.0
+        toward, corner = columns(to, edge_on), columns(q, edge_on)
+        moved, half = _edge_on(
+            plan, patch, light, pairs.take(edge_on), toward, corner, beside[~touched]
+        )
+        some = (moved.max(axis=0) > 0.0) & (depth[edge_on] == 0.0)
         edge_on = edge_on[some]
         depth[edge_on], shifts[:, edge_on] = BEYOND, columns(moved, some)
-        width[edge_on] = 2.0 * half_angle(light, np.sqrt(dot(to, to)))[edge_on]
+        width[edge_on] = 2.0 * half[some]
     cut = cut[touched]
     if cut.size:
         # it stands in the patch: lit on one side, dark on the other
@@ -133,14 +132,17 @@ def _past_edges(
 
 
 def _edge_on(
-    plan: Plan, patch: Patch, light: Emitter, pairs: Pairs, to: Array, center: Array, near: Array
-) -> Array:
+    plan: Plan, patch: Patch, light: Emitter, pairs: Pairs, to: Array, corner: Array, near: Array
+) -> tuple[Array, Array]:
     """How far (3, m) quads' outlines move over the light, by axis; 0 where they come nowhere near.
 
-    center : (3, m) from the points to the quads' centres.  near : (m,) metres to the quads.
+    corner : (3, m) from the points to the quads' corners.  near : (m,) metres to the quads.
+
+    Returns with it half the angles (m,) under which the light is seen.
     """
     ids = pairs.item - plan.sphere_count
     u, v = columns(plan.quads.edge_u, ids), columns(plan.quads.edge_v, ids)
+    center = corner + 0.5 * (u + v)
     wide = 0.5 * np.sqrt(np.maximum(dot(u + v, u + v), dot(u - v, u - v)))
     far = np.maximum(np.sqrt(dot(to, to)), TINY)
     axis = to / far
@@ -153,8 +155,9 @@ def _edge_on(
     angle = np.arctan2(np.sqrt(np.maximum(away * away - along * along, 0.0)), along)
     opening = np.arcsin(np.minimum(wide / np.maximum(away, TINY), 1.0))
     whole = at_most(moved.sum(axis=0)) * patch.margin
-    reached = (angle - opening - half_angle(light, far) < whole) & (whole > ROUNDING)
-    return np.where(reached, moved, 0.0)
+    half = half_angle(light, far)
+    reached = (angle - opening - half < whole) & (whole > ROUNDING)
+    return np.where(reached, moved, 0.0), half
 
 
 def _drift(plan: Plan, patch: Patch, pairs: Pairs) -> Array:

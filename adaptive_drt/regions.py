@@ -306,29 +306,22 @@ def _measure(found: _Candidates, group: Ints, goal: Array, lines: int, sums: Sum
         along &= sums.error[place].max(axis=0) <= goal[some]
         along = np.flatnonzero(along)
         if along.size:
-            length = seen[0][..., along]
-            _look_beside(found, some[along], index[:, along], length, lattice, settled, sums)
+            _look_beside(found, place[:, along], seen[0][..., along], lattice, settled, sums)
         none = m + some[found.closed[some]]
         sums.weight[none] = sums.error[none] = 0.0
 
 
 def _look_beside(
-    found: _Candidates,
-    some: Ints,
-    index: Ints,
-    length: Array,
-    lattice: Lattice,
-    settled: bool,
-    sums: Sums,
+    found: _Candidates, place: Ints, length: Array, lattice: Lattice, settled: bool, sums: Sums
 ) -> None:
     """Look for outlines that run along the lines, between the outermost and the boxes' sides.
 
     Between two lines such an outline shows as a jump.
 
-    index : (k, n) candidates.  length : (k + 1, rows, columns, n) seen of them, and the background.
+    place : (k + 1, n) candidates in `sums`, and the background.
+    length : (k + 1, rows, columns, n) seen of them.
     """
-    k, m = index.shape[0], found.pairs.item.size
-    flat, place = index.ravel(), np.concatenate([index, m + some[None]])
+    k, flat = len(place) - 1, place[:-1].ravel()
     part, full = found.forms.take(flat), found.cover.full[flat]
     axis, rows, columns = lattice.axis, lattice.rows, lattice.columns
     for size, sides, direction in ((rows, (2, columns), 1), (columns, (rows, 2), 2)):
@@ -343,11 +336,11 @@ def _look_beside(
 def _regions(boxes: Boxes, found: _Candidates, sums: Sums, late: Array) -> Regions:
     """What has a weight, sorted, with weights that sum to one."""
     count, pairs = boxes.low.shape[1], found.pairs
-    box = every = np.concatenate([pairs.pixel, np.arange(count)])
+    every = np.concatenate([pairs.pixel, np.arange(count)])
     item = np.concatenate([pairs.item, np.full(count, BACKGROUND)])
     kept = np.flatnonzero(sums.weight > DUST)
-    kept = kept[np.lexsort((item[kept], box[kept]))]
-    box, item, weight = box[kept], item[kept], sums.weight[kept]
+    kept = kept[np.lexsort((item[kept], every[kept]))]
+    box, item, weight = every[kept], item[kept], sums.weight[kept]
     moment, second = columns(sums.moment, kept), columns(sums.second, kept)
     turned = np.flatnonzero(found.turned[box])
     for values, one, other in ((moment, 0, 1), (second, 0, 2), (second, 3, 4)):

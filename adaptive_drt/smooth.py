@@ -13,15 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .forms import Balls, Flats, Forms, form_range
+from .lines import ENDS
 
 __all__ = ["find_smooth"]
 
 Array: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
 Mask: TypeAlias = NDArray[np.bool_]
-
-ENDS = (-0.5, 0.5)
-"""Of a box's time."""
 
 
 def find_smooth(forms: Forms, full: Mask, box: Ints, count: int) -> Mask:

@@ -24,7 +24,7 @@ from .plan import Plan
 from .primary import Pairs, Surface, in_cache
 from .shift import SHARPEST, Shadows
 
-__all__ = ["BENDS", "KINDS", "KINKS", "ROOTS", "STEPS", "no_variation", "shadow_variation"]
+__all__ = ["BENDS", "KINKS", "ROOTS", "STEPS", "no_variation", "shadow_variation"]
 
 Array: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
@@ -50,11 +50,11 @@ ROUGH = 0.5
 """Of a shadow's width: a half extent from which the shadow is a step within the cell."""
 
 
-BENDS, ROOTS, KINKS, STEPS = range(4)
+KINDS = 4
+BENDS, ROOTS, KINKS, STEPS = range(KINDS)
 """Kinds of deviations: of what bends (they add up, and fall with the square of the extent), of
 what begins with the power 3/2 at a random place, has a kink there, or steps (their signs are
 random)."""
-KINDS = 4
 
 
 def no_variation(count: int) -> Array:

@@ -82,12 +82,14 @@ def overlap(a, b, apart):
     return first + b * b * np.arccos(y / b) - y * np.sqrt(b * b - y * y)
 
 
-@pytest.mark.parametrize("other", [1.0, 2.0, 30.0])
-@pytest.mark.parametrize("inside", [False, True])
+@pytest.mark.parametrize(
+    ("other", "inside"), [(1.0, False), (2.0, False), (30.0, False), (2.0, True), (30.0, True)]
+)
 def test_how_shadows_of_round_things_begin(other, inside):
-    """Of a light of radius 1, in units of its width: touching from outside, and from within."""
-    if inside and other == 1.0:
-        pytest.skip("equal circles separate as a ramp does")
+    """Of a light of radius 1, in units of its width: touching from outside, and from within.
+
+    (Equal circles, one within the other, separate as a ramp does.)
+    """
     u = 1e-4
     bent = 1.0 + (-1.0 if inside else 1.0) / other
     power = TOUCH / np.sqrt(bent)
