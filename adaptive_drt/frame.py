@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from .cells import Cells
 from .columns import columns, place
+from .correction import Middles
 from .exact import Lawn, Sheet
 from .film import NO_DEPTH, Film
 from .goal import GROWTH, Goal, make_goal
@@ -23,7 +24,7 @@ from .plan import Plan
 from .primary import Pairs
 from .refine import Begun, Refined, Task
 from .sights import NO_SIGHT
-from .variation import BENDS, no_variation
+from .variation import STEPS, no_variation
 from .vector import rms
 
 __all__ = ["Frame", "alike", "widened"]
@@ -44,12 +45,6 @@ FLAT = 0.01
 """Of the tolerance, relative to a pixel's own radiance: bends that need no correcting."""
 STARRED = 0.03
 """Of the contrast: goals below which regions are sampled by stars from the first."""
-LIKELY = 2.0
-"""Of the error foreseen: the largest correction that is believed."""
-CORRECTED = 0.3
-"""Of a second difference's term: how far a pixel may be off once it has been added, about."""
-TRUSTED = 0.05
-"""Of the error foreseen: how far second differences are trusted beyond it."""
 
 
 def widened(plan: Plan, region: tuple[int, int, int, int]) -> Plan:
@@ -132,40 +127,19 @@ class Frame:
         return (y - self.bottom) * self.width + (x - self.left)
 
     def correct(self) -> None:
-        """Give smooth pixels their means: second differences, where nothing is cut or moves."""
-        # the outermost have no neighbours to one side
-        inside = np.zeros((self.height, self.width), dtype=np.bool_)
-        inside[1:-1, 1:-1] = True
+        """Give smooth pixels their means: where nothing is cut or moves."""
         traced = np.flatnonzero(self._traced)
-        bends = self.deviation[BENDS, 0, traced] + self.deviation[BENDS, 1, traced]
-        color = np.sqrt((columns(self.color, traced) ** 2).sum(axis=0) / 3.0)
-        bent = bends > FLAT * self.plan.settings.tolerance * color
-        index = traced[bent & inside.ravel()[traced]]
-        smooth = ~self.outline & ~self.mask[1]
-        change = np.zeros((3, index.size))
-        for axis, step in ((0, 1), (1, self.width)):
-            low, high = index - step, index + step
-            same = (self.item[index] == self.item[low]) & (self.item[index] == self.item[high])
-            good = smooth[index] & ~self.outline[low] & ~self.outline[high] & same
-            bend = (
-                columns(self.color, low)
-                - 2.0 * columns(self.color, index)
-                + columns(self.color, high)
-            )
-            bend = np.where(good, bend / 24.0, 0.0)
-            own = np.sqrt((bend * bend).sum(axis=0) / 3.0)
-            size = np.zeros(smooth.size)
-            size[index] = own
-            widest = np.maximum(own, np.maximum(size[low], size[high]))
-            foreseen = self.deviation[BENDS, axis, index]
-            known = np.minimum(foreseen, CORRECTED * widest + TRUSTED * foreseen)
-            self.deviation[BENDS, axis, index] = np.where(good, known, foreseen)
-            # a neighbour in a penumbra says nothing of a pixel that none reaches
-            likely = LIKELY * foreseen
-            too_large = own > likely
-            most = np.where(too_large, likely, 1.0) / np.where(too_large, own, 1.0)
-            change += bend * most
-        self._corrected, self._change = index, change
+        if self.plan.edges:
+            foreseen = self.deviation[:STEPS, :2, traced].sum(axis=(0, 1))
+            flat = FLAT * self.plan.settings.tolerance * rms(columns(self.color, traced))
+            # the outermost have no neighbours to one side
+            inside = np.zeros((self.height, self.width), dtype=np.bool_)
+            inside[1:-1, 1:-1] = True
+            some = (foreseen > flat) | self.mask[0, traced]
+            some &= inside.ravel()[traced] & ~self.outline[traced] & ~self.mask[1, traced]
+            index = traced[some]
+            middles = Middles(self.width, self.color, self.item, self.mask[0], self.deviation)
+            self._corrected, self._change = index, middles.correct(index)
         self.error[traced] = columns(self.deviation, traced, -1).sum(axis=(0, 1))
 
     def goal(self, rows: Mask, found: tuple[Ints, Array] | None = None) -> Goal:

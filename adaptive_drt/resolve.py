@@ -16,11 +16,13 @@ from .blocks import SIDES, Blocks
 from .clear import Survey, survey
 from .columns import columns
 from .crew import Call, Share, crew
+from .crosses import Crosses
 from .film import Film
 from .frame import Frame, alike, widened
 from .goal import Goal, make_goal
 from .occluder import Occluders
 from .plan import Plan
+from .points import Points
 from .primary import Pairs, Tile, screen_bounds
 from .refine import Begun, Refined, Task, begin, refine
 from .sights import find_sights
@@ -69,7 +71,7 @@ BLOCKS_SHARE = 0.5
 """Of that rest, what blocks take in a moving scene (0.4 to 0.6)."""
 OUTLINES_SHARE = 0.4
 """In a still one, what outlines' regions take."""
-ASKED_SHARES = (0.25, 0.25, 0.5)
+ASKED_SHARES = (0.2, 0.25, 0.45, 0.1)
 """Of what blocks take, the coarsest first."""
 LOOK = 1.0
 """Tolerance where no centre is lit, until light is found: some 7 % of the errors foreseen. To ask
@@ -297,39 +299,43 @@ class Exact:
         Yields the part that is done.
         """
         clock = Clock()
-        blocks = Blocks(frame, self.goal)
-        for _ in self._tell_sights(frame, blocks):
+        points = Points(frame, self.goal)
+        for _ in self._tell_sights(frame, points):
             yield 0.0
+        levels: list[Blocks | Crosses] = [Blocks(points, side) for side in SIDES]
+        levels += [Crosses(points, reach) for reach in (1, 2)]
         before = 0.0
-        for side, share in zip(SIDES, ASKED_SHARES, strict=True):
-            wanted = blocks.ask(side)
+        for level, share in zip(levels, ASKED_SHARES, strict=True):
+            wanted = level.ask()
             clock("blocks")
-            for done in self._points(frame, blocks, wanted):
+            for done in self._integrate(frame, points, wanted):
                 yield before + share * done
             before += share
             clock.restart()
-            blocks.settle()
+            level.settle()
             clock("blocks")
         self._add(clock.seconds)
 
-    def _tell_sights(self, frame: Frame, blocks: Blocks) -> Generator[None, None, None]:
+    def _tell_sights(self, frame: Frame, points: Points) -> Generator[None, None, None]:
         """Find out what pixels with outlines see."""
-        parts = alike(blocks.unseen, self._part(blocks.unseen.size))
+        parts = alike(points.unseen, self._part(points.unseen.size))
         todo = [Call(_see, self._share, frame.sight_task(rows)) for rows in parts]
         with closing(in_order(self.plan, todo)) as outcomes:
             for sight in outcomes:
                 if sight is not None:
-                    blocks.see(parts.pop(0), sight)
+                    points.see(parts.pop(0), sight)
                 yield
 
-    def _points(self, frame: Frame, blocks: Blocks, wanted: Ints) -> Generator[float, None, None]:
+    def _integrate(
+        self, frame: Frame, points: Points, wanted: Ints
+    ) -> Generator[float, None, None]:
         """Integrate over the shutter at the middles of pixels; yields the part that is done."""
         done = 0
         tasks = frame.point_tasks(wanted, self.goal, self._part(wanted.size))
         with closing(self._worked(refine, tasks, "nodes of blocks")) as outcomes:
             for outcome in outcomes:
                 if outcome is not None:
-                    blocks.enter(*outcome)
+                    points.enter(*outcome)
                     done += outcome[0].size
                 yield done / wanted.size
 

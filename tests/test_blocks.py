@@ -8,10 +8,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from adaptive_drt import blocks
-from adaptive_drt.blocks import _means
+from adaptive_drt.blocks import SIDES, Blocks, _cubic_means, _means
+from adaptive_drt.crosses import Crosses
 from adaptive_drt.frame import Frame, widened
+from adaptive_drt.goal import Goal
 from adaptive_drt.plan import make_plan
+from adaptive_drt.points import Points
 from adaptive_drt.primary import Pairs
 from adaptive_drt.render import render_image
 from adaptive_drt.scene import Motion, PointLight, Quad, QuadLight, Scene, Sphere
@@ -29,28 +31,34 @@ def moving_scene(shapes, size=(96, 64)):
     return Scene(eye, (*shapes, FLOOR), (LAMP,))
 
 
-@pytest.mark.parametrize("side", blocks.SIDES)
+@pytest.mark.parametrize("side", SIDES)
 @pytest.mark.parametrize("whole", [True, False])
-def test_pixels_of_a_quadratic_get_its_means(side, whole):
+def test_pixels_of_a_quadratic_and_cubics_get_its_means(side, whole):
     rng = np.random.default_rng(side)
-    c = rng.normal(size=6)
+    c = rng.normal(size=8)
+    # a square's mean over a pixel is that of its middle and 1/12
+    more = 1.0 / 12.0 if whole else 0.0
+
+    def value(x, y):
+        return c[0] + c[1] * x + c[2] * y + c[3] * x * x + c[4] * x * y + c[5] * y * y
 
     def mean(x, y):
-        # a square's mean over a pixel is that of its middle and 1/12
-        more = 1.0 / 12.0 if whole else 0.0
-        return (
-            c[0] + c[1] * x + c[2] * y + c[3] * (x * x + more) + c[4] * x * y
-            + c[5] * (y * y + more)
-        )  # fmt: skip
+        return value(x, y) + more * (c[3] + c[5])
 
     y, x = np.divmod(np.arange(9), 3)
-    step = side / 2
-    at = x * step, y * step
-    nodes = c[0] + c[1] * at[0] + c[2] * at[1] + c[3] * at[0] ** 2 + c[4] * at[0] * at[1]
-    nodes = nodes + c[5] * at[1] ** 2
+    nodes = value(x * side / 2, y * side / 2)
     row, column = np.divmod(np.arange(side * side), side)
     found = _means(nodes[None, :, None], side, whole)
     np.testing.assert_allclose(found[0, :, 0], mean(column, row), rtol=1e-12, atol=1e-12)
+
+    def cubic(x, more):
+        # of size 1 at half the way from the first node to the next, and 0 at the three nodes
+        x, more = x / (side / 2), more / (side / 2) ** 2
+        return (x**3 + 3.0 * x * more - 3.0 * (x * x + more) + 2.0 * x) / 0.375
+
+    found = _cubic_means(c[6:7, None], c[7:, None], side, whole)
+    truth = c[6] * cubic(row, more) + c[7] * cubic(column, more)
+    np.testing.assert_allclose(found[0, :, 0], truth, rtol=1e-12, atol=1e-12)
 
 
 def sights_of(shapes, places):
@@ -112,38 +120,72 @@ def test_what_moves_is_within_the_tolerance_and_is_interpolated(thing, tolerance
     film = render_image(scene, settings)
     assert relative_rmse(film.color[:, y, x].T, truth.color) < tolerance
     if tolerance > 1e-3:  # at 1e-3 a picture this small has few blocks that are smooth enough
-        monkeypatch.setattr(blocks.Blocks, "ask", lambda *_: np.zeros(0, dtype=np.int64))
+        for kind in (Blocks, Crosses):
+            monkeypatch.setattr(kind, "ask", lambda *_: np.zeros(0, dtype=np.int64))
         alone = render_image(scene, settings)
         # crumbs are too small to gain from it, and are to lose little
         assert film.samples.sum() < (1.1 if thing == "crumbs" else 0.9) * alone.samples.sum()
 
 
-def test_a_kink_that_shows_no_second_difference_is_seen_by_the_block_above():
-    scene = moving_scene([Sphere((0.2, 0.0, 0.9), 0.7, motion=Motion((1.0, 0.0, 0.0)))])
-    frame = _frame_of(scene)
-    found = blocks.Blocks(frame, blocks.Goal(1.0, 1.0))
-    width = frame.width
-    rows = np.arange(frame.height)[:, None] + np.zeros(width)
-    # 0 at rows 0, 4 and 8 of a block, but not in the middle of its upper half
-    table = np.where(rows % 8 == 6, 30.0, 0.0)
-    found.value[:] = table.ravel()
-    large = _level(width, 8, 8 * width)
-    small = _level(width, 4, 12 * width)
-    assert found._bends(found.value[:, large.nodes]).max() == 0.0
-    seen = found._surprise(small, (large, found.value[:, large.nodes]), found.value[:, small.nodes])
-    np.testing.assert_allclose(seen, 30.0)
+def points_of(function):
+    """Points of a frame in which all moves, sees the same and is known: `function` of x and y."""
+    plan = make_plan(moving_scene([]), Settings())
+    frame = Frame(widened(plan, plan.region), plan.region)
+    found = Points(frame, Goal(1.0, 1.0))
+    y, x = np.divmod(np.arange(frame.item.size), frame.width)
+    found.value[:] = function(x, y)
+    found.known[:] = True
+    found.wanted = frame.inner()
+    found.sight = np.ones(frame.item.size, dtype=np.int64)
+    for name in ("root", "kink", "step", "left"):
+        setattr(found, name, np.zeros(frame.item.size))
+    return found
 
 
-def _level(width, side, origin):
-    y, x = np.divmod(np.arange(9), 3)
-    first = np.array([origin])
-    return blocks._Level(side, first, first + (side // 2 * (y * width + x))[:, None], width)
+def settled(level):
+    assert level.ask().size == 0
+    level.settle()
+    frame = level.points.frame
+    return frame.settled.reshape(frame.height, frame.width)
 
 
-def _frame_of(scene):
-    plan = make_plan(scene, Settings())
-    region = plan.region
-    return Frame(widened(plan, region), region)
+@pytest.mark.parametrize("side", SIDES)
+def test_blocks_settle_what_is_smooth_and_nothing_with_a_kink(side):
+    smooth = points_of(lambda x, y: 1e-2 * (x**3 + y**2 * x))
+    assert settled(Blocks(smooth, side)).any()
+    # a kink at any place in blocks' rows, as large as a second difference of 30
+    for place in np.linspace(0.0, side, 9):
+        kinked = points_of(lambda x, y, k=place: 60.0 / side * np.abs(y % side - k) + 0.0 * x)
+        assert not settled(Blocks(kinked, side)).any(), place
+
+
+@pytest.mark.parametrize("reach", [1, 2])
+def test_crosses_settle_what_is_smooth_and_nothing_with_a_kink(reach):
+    # second differences of 25, whose 24ths are what means are off by without them
+    bent = points_of(lambda x, y: 12.5 * y * y + 0.0 * x)
+    done = settled(Crosses(bent, reach))
+    assert done.any() == (reach == 2)
+    y = np.divmod(np.arange(done.size), done.shape[1])[0].reshape(done.shape)
+    mean = bent.frame.color[0].reshape(done.shape)
+    np.testing.assert_allclose(mean[done], (12.5 * (y * y + 1.0 / 12.0))[done], rtol=1e-12)
+    for place in np.linspace(30.0, 31.0, 11):
+        kinked = settled(Crosses(points_of(lambda x, y, k=place: 50.0 * np.abs(y - k)), reach))
+        nearest = round(place)
+        assert not kinked[nearest].any(), place
+        assert kinked[nearest + 5].any()
+
+
+def test_crosses_ask_only_beside_pixels_that_see_the_same():
+    found = points_of(lambda x, y: 0.0 * x)
+    width = found.frame.width
+    found.known[:] = False
+    found.wanted[:] = False
+    found.wanted[20 * width + 20] = True
+    assert Crosses(found, 1).ask().size == 5 and Crosses(found, 2).ask().size == 9
+    found.sight[20 * width + 22] = 2
+    assert Crosses(found, 1).ask().size == 5 and Crosses(found, 2).ask().size == 8
+    found.sight[20 * width + 21] = 2
+    assert Crosses(found, 1).ask().size == 0
 
 
 def test_what_moves_along_its_own_edge_has_an_outline_that_stands_still():

@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What pixels' means differ from their middles by, and how far they may still be off then.
+
+Deviations are foreseen from a pixel's middle alone. Middles around it tell more: where the same
+object is seen in all of them, second differences give the mean, and how those change tells what is
+left. In shadows that counts for more than what was foreseen, in either direction; elsewhere a
+neighbour in a penumbra says nothing of a pixel that none reaches.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .columns import columns
+from .midpoint import MEAN, NEAR, left
+from .variation import BENDS, KINKS, STEPS
+from .vector import rms
+
+__all__ = ["Middles"]
+
+Array: TypeAlias = NDArray[np.float64]
+Ints: TypeAlias = NDArray[np.int64]
+Mask: TypeAlias = NDArray[np.bool_]
+
+LIKELY = 2.0
+"""Of the error foreseen: the largest correction that is believed."""
+CORRECTED = 0.3
+"""Of a second difference's term: how far a pixel may be off once it has been added, about."""
+TRUSTED = 0.05
+"""Of the error foreseen: how far second differences are trusted beyond it."""
+
+
+@dataclass(frozen=True)
+class Middles:
+    """n pixels of a table, row by row, as their middles were shaded.
+
+    Attributes
+    ----------
+    width : of the table.  color : (3, n).  item : (n,) the object that is seen.
+    shadow : (n,) whether a shadow's edge may be on it.
+    deviation : (4, 3, n) foreseen, by kind and axis: see `variation`.
+    """
+
+    width: int
+    color: Array
+    item: Ints
+    shadow: Mask
+    deviation: Array
+
+    def correct(self, index: Ints) -> Array:
+        """What the means of some pixels differ from their middles by: (3, m).
+
+        Their deviations become what they may be off by then. They have a pixel on each side.
+        """
+        change = np.zeros((3, index.size))
+        for axis, step in ((0, 1), (1, self.width)):
+            change += self._along(index, axis, step)
+        return change
+
+    def _along(self, index: Ints, axis: int, step: int) -> Array:
+        """The same of what is along one axis, whose pixels are a step apart."""
+        deviation = self.deviation[:STEPS, axis, index]
+        foreseen, shadow = deviation.sum(axis=0), self.shadow[index]
+        near = np.flatnonzero(self._alike(index, step))
+        bend = np.zeros((3, index.size))
+        bend[:, near] = self._bend(index[near], step)
+        own = rms(bend)
+        known = foreseen.copy()
+        bent, widest = deviation[BENDS, near], self._widest(index, step, own)[near]
+        known[near] += np.minimum(CORRECTED * widest - (1.0 - TRUSTED) * bent, 0.0)
+        known = np.where(shadow, np.maximum(known, NEAR * own), known)
+        far = near[self._alike_beyond(index[near], step)]
+        rows = index[far]
+        beside = self._bend(rows - step, step), self._bend(rows + step, step)
+        off = left(rms, beside[0], columns(bend, far), beside[1])
+        known[far] = np.where(shadow[far], off, np.minimum(off, foreseen[far]))
+        deviation *= np.minimum(known, foreseen) / np.where(foreseen > 0.0, foreseen, 1.0)
+        deviation[KINKS] += np.maximum(known - foreseen, 0.0)
+        self.deviation[:STEPS, axis, index] = deviation
+        likely = np.where(shadow, np.inf, LIKELY * foreseen)
+        too_large = MEAN * own > likely
+        change: Array = bend * np.where(too_large, likely, MEAN) / np.where(too_large, own, 1.0)
+        return change
+
+    def _widest(self, index: Ints, step: int, own: Array) -> Array:
+        """Of what second differences `own` (m,) add, the largest of a pixel's and its neighbours'
+        along an axis: (m,)."""
+        size = np.zeros(self.item.size)
+        size[index] = own
+        widest: Array = MEAN * np.maximum(own, np.maximum(size[index - step], size[index + step]))
+        return widest
+
+    def _alike(self, index: Ints, step: int) -> Mask:
+        """Whether pixels show what those a step before and after show."""
+        item = self.item[index]
+        alike: Mask = (item == self.item[index - step]) & (item == self.item[index + step])
+        return alike
+
+    def _alike_beyond(self, index: Ints, step: int) -> Mask:
+        """Whether they show what those two steps before and after show, if those are there."""
+        y, x = np.divmod(index, self.width)
+        place, count = (x, self.width) if step == 1 else (y, self.item.size // self.width)
+        alike: Mask = (place >= 2) & (place < count - 2)
+        rows = np.flatnonzero(alike)
+        alike[rows] = self._alike(index[rows], 2 * step)
+        return alike
+
+    def _bend(self, index: Ints, step: int) -> Array:
+        """Second differences (3, m) of colours at pixels."""
+        around = columns(self.color, index - step) + columns(self.color, index + step)
+        bend: Array = around - 2.0 * columns(self.color, index)
+        return bend

@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Pixels whose means follow from points at their own middles and at those of pixels around them.
+
+The mean over a pixel's square is its middle's value and 1/24 of the second differences there. How
+far that may be off is told by those at first, and where that is not enough by how they change from
+pixel to pixel, for which points are asked one pixel farther.
+"""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .midpoint import MEAN, NEAR, left
+from .points import Points
+
+__all__ = ["Crosses"]
+
+Array: TypeAlias = NDArray[np.float64]
+Ints: TypeAlias = NDArray[np.int64]
+
+
+class Crosses:
+    """What is left of the pixels, resolved one by one.
+
+    Attributes
+    ----------
+    reach : pixels, 1 or 2: how far the points lie that are asked.
+    """
+
+    def __init__(self, points: Points, reach: int) -> None:
+        """Nothing is asked yet."""
+        self.points, self.reach = points, reach
+        self._rows = np.zeros(0, dtype=np.int64)
+
+    def ask(self) -> Ints:
+        """Pixels whose values are needed and that are not known: ascending."""
+        points = self.points
+        rows = np.flatnonzero(points.wanted)
+        if not rows.size:
+            return rows
+        sight = points.sight[rows]
+        fine = (sight >= 0) & (points.left[rows] <= points.allowed)
+        for near in self._around(rows, 1):
+            fine &= (points.sight[near] == sight) & (points.left[near] <= points.allowed)
+        self._rows = rows = rows[fine]
+        asked = [rows, *self._around(rows, 1)] if points.frame.plan.edges else [rows]
+        if self.reach > 1 and points.frame.plan.edges:
+            asked += [far[self._alike(rows, far)] for far in self._around(rows, 2)]
+        return points.unknown(*asked)
+
+    def settle(self) -> None:
+        """Give the pixels their means that are sure enough."""
+        points, rows = self.points, self._rows
+        if not rows.size:
+            return
+        mean = points.values(rows)
+        off = np.zeros(rows.size)
+        if points.frame.plan.edges:
+            for step in (1, points.frame.width):
+                bend = self._bend(rows, step)
+                mean = mean + MEAN * bend
+                off = np.maximum(off, self._off(rows, step, bend))
+        sure = np.flatnonzero(off <= points.allowed)
+        rows = rows[sure]
+        points.settle(rows, mean[:, sure], np.hypot(points.error[rows], off[sure]))
+
+    def _off(self, rows: Ints, step: int, bend: Array) -> Array:
+        """How far means may be off by what is along one axis: (m,)."""
+        size = self.points.size
+        off = NEAR * size(bend)
+        if self.reach == 1:
+            return off
+        some = self._alike(rows, rows - 2 * step) & self._alike(rows, rows + 2 * step)
+        rows, bend = rows[some], bend[:, some]
+        before, after = self._bend(rows - step, step), self._bend(rows + step, step)
+        off[some] = left(size, before, bend, after)
+        return off
+
+    def _bend(self, rows: Ints, step: int) -> Array:
+        """Second differences (4, m) at pixels along an axis."""
+        value = self.points.values
+        bend: Array = value(rows - step) - 2.0 * value(rows) + value(rows + step)
+        return bend
+
+    def _alike(self, rows: Ints, other: Ints) -> NDArray[np.bool_]:
+        """Whether pixels see the same as others."""
+        alike: NDArray[np.bool_] = self.points.sight[rows] == self.points.sight[other]
+        return alike
+
+    def _around(self, rows: Ints, reach: int) -> list[Ints]:
+        """The pixels so far from each, along both axes."""
+        width = self.points.frame.width
+        return [rows + reach * step for step in (-1, 1, -width, width)]

@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Means over the shutter at the middles of pixels, which the pixels' own means are made of.
+
+What moves is seen, and lit, for some part of the shutter, and that part changes slowly across the
+picture: the mean over the shutter at a point of the picture is a smooth function even where each
+moment's picture has edges. So the integral over time is taken at points, and the means of pixels
+follow from those around them.
+"""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .columns import columns
+from .frame import Frame
+from .goal import Goal
+from .refine import Refined
+from .variation import KINKS, ROOTS, STEPS
+
+__all__ = ["Points"]
+
+Array: TypeAlias = NDArray[np.float64]
+Ints: TypeAlias = NDArray[np.int64]
+Mask: TypeAlias = NDArray[np.bool_]
+
+ALLOWED = 0.6
+"""Of the goal: what may come to what the points are off by."""
+
+
+class Points:
+    """The pixels of a frame in which something moves, and what has been found out about them.
+
+    Attributes
+    ----------
+    wanted : (n,) pixels that are to be resolved.
+    value : (4, n) radiance and coverage at the middles of pixels, means over the shutter.
+    known : (n,) whether `value` is there.  error : (n,) how far it may be off.
+    sight : (n,) what pixels see: see `find_sights`.
+    unseen : pixels of which that is yet to be said.
+    root, kink, step : (n,) across the picture, what the light at the middle of the shutter deviates
+        by, by kind.  left : (n,) what the mean over the shutter leaves of `step`.
+    """
+
+    def __init__(self, frame: Frame, goal: Goal) -> None:
+        """No point is known but where nothing moves."""
+        self.frame, self.goal = frame, goal
+        moving = frame.mask[1]
+        self.wanted = frame.chosen(goal) & moving
+        self.known = (~moving & ~frame.outline) | frame.settled
+        self.value = np.concatenate([frame.color, frame.alpha[None]])
+        self.error = np.zeros(self.known.size)
+        self.unseen = np.zeros(0, dtype=np.int64)
+        if self.wanted.any():
+            self.sight, self.unseen = frame.sights()
+            across = frame.deviation[:, :2].sum(axis=1)
+            self.root, self.kink, self.step = across[ROOTS], across[KINKS], across[STEPS]
+            self.left = _standing(frame.deviation[STEPS])
+
+    @property
+    def allowed(self) -> float:
+        """How far pixels' means may be off beside what the points are off by."""
+        return ALLOWED * self.goal.error
+
+    def see(self, rows: Ints, sight: Ints) -> None:
+        """Enter what pixels see."""
+        self.sight[rows] = sight
+
+    def unknown(self, *rows: Ints) -> Ints:
+        """Of some pixels those that are not known: ascending."""
+        every = np.zeros(self.known.size, dtype=np.bool_)
+        for some in rows:
+            every[some] = True
+        return np.flatnonzero(every & ~self.known)
+
+    def enter(self, rows: Ints, refined: Refined) -> None:
+        """Enter the means over the shutter of some."""
+        self.value[:3, rows], self.value[3, rows] = refined.color, refined.alpha
+        self.error[rows] = refined.error
+        self.known[rows] = True
+        # what the first pass shaded is one of the points
+        self.frame.count(rows, refined)
+
+    def settle(self, rows: Ints, mean: Array, error: Array) -> None:
+        """Enter means (4, m) of pixels that need no refining."""
+        self.frame.settle(rows, np.maximum(mean[:3], 0.0), np.clip(mean[3], 0.0, 1.0), error)
+        self.wanted[rows] = False
+
+    def size(self, change: Array) -> Array:
+        """Size (...) of changes (4, ...) of radiance and coverage, RMS over channels."""
+        square: Array = (change[:3] ** 2).sum(axis=0) / 3.0
+        if self.frame.plan.transparent:
+            square = np.maximum(square, (self.goal.contrast * change[3]) ** 2)
+        return np.sqrt(square)
+
+    def values(self, rows: Ints) -> Array:
+        """Values (4, ...) at pixels (...)."""
+        return columns(self.value, rows)
+
+
+def _standing(deviation: Array) -> Array:
+    """Across the picture, what deviations (3, n) by axis leave once the shutter is averaged: (n,).
+
+    What moves farther in the shutter than a pixel is wide is spread over that distance: a share a
+    of x and y beside one of b in time falls to a^2 / b at most.
+    """
+    across, along = deviation[0] + deviation[1], deviation[2]
+    spread = np.maximum(across, along)
+    left: Array = across * across / np.where(spread > 0.0, spread, 1.0)
+    return left
