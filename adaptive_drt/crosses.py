@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Pixels whose means follow from points at their own middles and at those of pixels around them.
 
-The mean over a pixel's square is its middle's value and 1/24 of the second differences there. How
-far that may be off is told by those at first, and where that is not enough by how they change from
-pixel to pixel, for which points are asked one pixel farther.
+Second differences give the mean, and how they change from pixel to pixel tells how far that may be
+off, where the same is seen two pixels to each side: see `midpoint`.
 """
 
 from __future__ import annotations
@@ -23,16 +22,11 @@ Ints: TypeAlias = NDArray[np.int64]
 
 
 class Crosses:
-    """What is left of the pixels, resolved one by one.
+    """What is left of the pixels, resolved one by one."""
 
-    Attributes
-    ----------
-    reach : pixels, 1 or 2: how far the points lie that are asked.
-    """
-
-    def __init__(self, points: Points, reach: int) -> None:
+    def __init__(self, points: Points) -> None:
         """Nothing is asked yet."""
-        self.points, self.reach = points, reach
+        self.points = points
         self._rows = np.zeros(0, dtype=np.int64)
 
     def ask(self) -> Ints:
@@ -44,12 +38,12 @@ class Crosses:
         sight = points.sight[rows]
         fine = (sight >= 0) & (points.left[rows] <= points.allowed)
         for near in self._around(rows, 1):
-            fine &= (points.sight[near] == sight) & (points.left[near] <= points.allowed)
+            fine &= self._alike(rows, near) & (points.left[near] <= points.allowed)
         self._rows = rows = rows[fine]
-        asked = [rows, *self._around(rows, 1)] if points.frame.plan.edges else [rows]
-        if self.reach > 1 and points.frame.plan.edges:
-            asked += [far[self._alike(rows, far)] for far in self._around(rows, 2)]
-        return points.unknown(*asked)
+        if not points.frame.plan.edges:
+            return points.unknown(rows)
+        beyond = [far[self._alike(rows, far)] for far in self._around(rows, 2)]
+        return points.unknown(rows, *self._around(rows, 1), *beyond)
 
     def settle(self) -> None:
         """Give the pixels their means that are sure enough."""
@@ -71,12 +65,10 @@ class Crosses:
         """How far means may be off by what is along one axis: (m,)."""
         size = self.points.size
         off = NEAR * size(bend)
-        if self.reach == 1:
-            return off
         some = self._alike(rows, rows - 2 * step) & self._alike(rows, rows + 2 * step)
         rows, bend = rows[some], bend[:, some]
         before, after = self._bend(rows - step, step), self._bend(rows + step, step)
-        off[some] = left(size, before, bend, after)
+        off[some] = np.minimum(off[some], left(size, before, bend, after))
         return off
 
     def _bend(self, rows: Ints, step: int) -> Array:

@@ -71,7 +71,7 @@ BLOCKS_SHARE = 0.5
 """Of that rest, what blocks take in a moving scene (0.4 to 0.6)."""
 OUTLINES_SHARE = 0.4
 """In a still one, what outlines' regions take."""
-ASKED_SHARES = (0.2, 0.25, 0.45, 0.1)
+ASKED_SHARES = (0.2, 0.25, 0.55)
 """Of what blocks take, the coarsest first."""
 LOOK = 1.0
 """Tolerance where no centre is lit, until light is found: some 7 % of the errors foreseen. To ask
@@ -303,7 +303,7 @@ class Exact:
         for _ in self._tell_sights(frame, points):
             yield 0.0
         levels: list[Blocks | Crosses] = [Blocks(points, side) for side in SIDES]
-        levels += [Crosses(points, reach) for reach in (1, 2)]
+        levels.append(Crosses(points))
         before = 0.0
         for level, share in zip(levels, ASKED_SHARES, strict=True):
             wanted = level.ask()

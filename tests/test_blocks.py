@@ -159,17 +159,16 @@ def test_blocks_settle_what_is_smooth_and_nothing_with_a_kink(side):
         assert not settled(Blocks(kinked, side)).any(), place
 
 
-@pytest.mark.parametrize("reach", [1, 2])
-def test_crosses_settle_what_is_smooth_and_nothing_with_a_kink(reach):
-    # second differences of 25, whose 24ths are what means are off by without them
+def test_crosses_settle_what_is_smooth_and_nothing_with_a_kink():
+    # second differences of 25, a 24th of which is what means are off by without them
     bent = points_of(lambda x, y: 12.5 * y * y + 0.0 * x)
-    done = settled(Crosses(bent, reach))
-    assert done.any() == (reach == 2)
+    done = settled(Crosses(bent))
+    assert done.any()
     y = np.divmod(np.arange(done.size), done.shape[1])[0].reshape(done.shape)
     mean = bent.frame.color[0].reshape(done.shape)
     np.testing.assert_allclose(mean[done], (12.5 * (y * y + 1.0 / 12.0))[done], rtol=1e-12)
     for place in np.linspace(30.0, 31.0, 11):
-        kinked = settled(Crosses(points_of(lambda x, y, k=place: 50.0 * np.abs(y - k)), reach))
+        kinked = settled(Crosses(points_of(lambda x, y, k=place: 50.0 * np.abs(y - k))))
         nearest = round(place)
         assert not kinked[nearest].any(), place
         assert kinked[nearest + 5].any()
@@ -181,11 +180,11 @@ def test_crosses_ask_only_beside_pixels_that_see_the_same():
     found.known[:] = False
     found.wanted[:] = False
     found.wanted[20 * width + 20] = True
-    assert Crosses(found, 1).ask().size == 5 and Crosses(found, 2).ask().size == 9
+    assert Crosses(found).ask().size == 9
     found.sight[20 * width + 22] = 2
-    assert Crosses(found, 1).ask().size == 5 and Crosses(found, 2).ask().size == 8
+    assert Crosses(found).ask().size == 8
     found.sight[20 * width + 21] = 2
-    assert Crosses(found, 1).ask().size == 0
+    assert Crosses(found).ask().size == 0
 
 
 def test_what_moves_along_its_own_edge_has_an_outline_that_stands_still():
