@@ -119,7 +119,7 @@ class _Candidates:
 
 
 def find_regions(
-    plan: Plan, boxes: Boxes, pairs: Pairs, accuracy: Array | float, most: Ints | int = 32
+    plan: Plan, boxes: Boxes, pairs: Pairs, accuracy: Array | float, most: int = 32
 ) -> Regions:
     """Find what is nearest in each part of each box.
 
@@ -127,8 +127,7 @@ def find_regions(
     ----------
     pairs : candidates (box, object) in any order: at least all objects that may be seen.
     accuracy : absolute error of a weight to aim at, a number or (n,).
-    most : lines an axis at most, of the axes that lines do not run along, a number or (n,); at
-        least 4 are taken.
+    most : lines an axis at most, of the axes that lines do not run along; at least 4 are taken.
 
     A box's regions do not depend on what other boxes there are, to the last bit.
     """
@@ -146,7 +145,6 @@ def find_regions(
     todo = np.ones(count, dtype=np.bool_)
     todo[alone] = todo[empty] = False
     goal = np.broadcast_to(np.asarray(accuracy, dtype=np.float64), (count,))
-    most = np.broadcast_to(most, (count,))
     _refine(plan, found, goal, most, np.flatnonzero(todo), sums)
     late = np.where(found.fast > STEEPEST, np.minimum(KINK * found.fast / most, JUMP) / most, 0.0)
     return _regions(boxes, found, sums, late)
@@ -238,9 +236,7 @@ def _steepness(cover: Cover, box: Ints, best: Array) -> Array:
     return steep
 
 
-def _refine(
-    plan: Plan, found: _Candidates, goal: Array, most: Ints, todo: Ints, sums: Sums
-) -> None:
+def _refine(plan: Plan, found: _Candidates, goal: Array, most: int, todo: Ints, sums: Sums) -> None:
     """Lay lines through the boxes `todo`, more until the goal is met."""
     m, box = found.pairs.item.size, found.pairs.pixel
     key = (found.number * 2 + found.timed) * 2 + found.settled
@@ -249,16 +245,18 @@ def _refine(
     # one line sees all there is; where nothing has a kink, few do
     few = (found.wide.sum(axis=0) < 2) | _smooth(found, todo, goal)
     while todo.size:
-        last = 2 * lines > most[todo]
+        last = 2 * lines > most
         # with fewer lines a kink next to the box's side could stay unseen
         ready = goal[todo] * (lines * lines) >= KINK * found.steep[todo]
         ready |= few[todo] | last
         for some in _groups(key, todo[ready]):
             plan.go_on()
             _measure(found, some, goal, lines, sums)
+        if last:
+            return
         worst = sums.error[m:].copy()
         np.maximum.at(worst, box, sums.error[:m])
-        todo = todo[~last & (~ready | (worst[todo] > goal[todo]))]
+        todo = todo[~ready | (worst[todo] > goal[todo])]
         lines *= 2
 
 
