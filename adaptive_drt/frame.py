@@ -24,7 +24,7 @@ from .plan import Plan
 from .primary import Pairs
 from .refine import Begun, Refined, Task
 from .sights import NO_SIGHT
-from .variation import STEPS, no_variation
+from .variation import STEPS, no_variation, standing
 from .vector import rms
 
 __all__ = ["Frame", "alike", "widened"]
@@ -152,11 +152,15 @@ class Frame:
         settled = self.settled[index]
         done, index = self.error[index[settled]], index[~settled]
         error = hard = self.error[index]
+        steps = None
         if self.plan.motion:
-            hard = error - columns(self.deviation[:, TIME], index).sum(axis=0)
+            # in time points lessen it, but for steps that stand in the picture
+            deviation = columns(self.deviation, index, -1)
+            hard = deviation[:, :TIME].sum(axis=(0, 1))
+            steps = standing(deviation), deviation[STEPS, TIME]
         rest = float((done * done).sum()), done.size
         tolerance = self.plan.settings.tolerance
-        goal = make_goal(tolerance, color, error, hard, self._unknown[index], rest)
+        goal = make_goal(tolerance, color, error, hard, self._unknown[index], rest, steps)
         if self.plan.transparent:
             return goal
         # outlines may show a bright background in a dark picture, and regions ask by this

@@ -18,7 +18,7 @@ from .columns import columns
 from .frame import Frame
 from .goal import Goal
 from .refine import Refined
-from .variation import KINKS, ROOTS, STEPS
+from .variation import KINKS, ROOTS, STEPS, standing
 
 __all__ = ["Points"]
 
@@ -57,7 +57,7 @@ class Points:
             self.sight, self.unseen = frame.sights()
             across = frame.deviation[:, :2].sum(axis=1)
             self.root, self.kink, self.step = across[ROOTS], across[KINKS], across[STEPS]
-            self.left = _standing(frame.deviation[STEPS])
+            self.left = standing(frame.deviation)
 
     @property
     def allowed(self) -> float:
@@ -98,15 +98,3 @@ class Points:
     def values(self, rows: Ints) -> Array:
         """Values (4, ...) at pixels (...)."""
         return columns(self.value, rows)
-
-
-def _standing(deviation: Array) -> Array:
-    """Across the picture, what deviations (3, n) by axis leave once the shutter is averaged: (n,).
-
-    What moves farther in the shutter than a pixel is wide is spread over that distance: a share a
-    of x and y beside one of b in time falls to a^2 / b at most.
-    """
-    across, along = deviation[0] + deviation[1], deviation[2]
-    spread = np.maximum(across, along)
-    left: Array = across * across / np.where(spread > 0.0, spread, 1.0)
-    return left

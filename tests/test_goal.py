@@ -51,6 +51,16 @@ def test_pixels_that_outlines_cut_ask_for_a_goal_of_their_own():
     assert make_goal(1e-2, color, error, error, cut).error < 0.1 * easy
 
 
+def test_only_steps_that_stand_are_left_to_cells():
+    color, error, cut = picture(2, 2.0)
+    hard, more = 0.1 * error, 0.9 * error
+    fast = make_goal(1e-3, color, error, hard, cut, steps=(0.0 * error, more)).error
+    slow = make_goal(1e-3, color, error, hard, cut, steps=(error, more)).error
+    assert fast == make_goal(1e-3, color, error, hard, cut).error
+    # pixels above the goal have steps above it
+    assert slow == make_goal(1e-3, color, error, error, cut).error < fast
+
+
 def test_darkness_asks_for_nothing_and_no_pixels_either():
     nothing = np.zeros(5)
     assert make_goal(1e-3, np.zeros((3, 5)), nothing, nothing, nothing > 0.0).error == np.inf
