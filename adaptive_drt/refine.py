@@ -46,9 +46,10 @@ NEARLY = 5.0
 it, and the limit grows by half)."""
 CROWD = 1 << 20
 """Cells at a time, about: bounds memory (some 300 bytes a cell)."""
-WORST = 0.3
+WORST = 0.29
 """Of the worst cell's error in its pixel: cells from there on are split with it. No ratio that
-equal parts bring about (1/4, 1/8), so that rounding does not choose."""
+equal parts bring about (1/4, 1/8), or a step that stars met and did not meet (3/10), so that
+rounding does not choose."""
 FAR = 7.3
 """Times its goal: a pixel so far off has its cells cut into four, not two."""
 AXIS = 0.4

@@ -80,7 +80,7 @@ MADE["a ball in a bulb"] = Scene(
     CAMERA, (FLOOR, BALL, Sphere((2.2, -2.1, 3.8), 0.35), Sphere((2.0, -2.3, 3.7), 0.2)), (BULB,)
 )
 """Some light has no closed form there: also method EXACT distributes rays."""
-QUICK = (*range(6), 17, 88, 1031)
+QUICK = (*range(6), 17, 88, 1031, 1084)
 """Some, and those that showed each kind of decision that rounding turned."""
 SEEDS = (*QUICK, *(pytest.param(k, marks=pytest.mark.slow) for k in range(60) if k not in QUICK))
 CASES = (*SEEDS, *MADE)
