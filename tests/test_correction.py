@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Means of still pixels by the middles around them, and what deviations are left."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from adaptive_drt.correction import Middles
+from adaptive_drt.variation import BENDS, KINKS, STEPS, no_variation
+
+WIDTH, HEIGHT = 9, 8
+INDEX = 4 * WIDTH + 4
+Y, X = (table.ravel() - 4.0 for table in np.mgrid[:HEIGHT, :WIDTH].astype(float))
+
+
+def middles(value, foreseen=1.0, shadow=False):
+    """A table of pixels at x and y from one in its middle, all with the same deviation by bends."""
+    deviation = no_variation(X.size)
+    deviation[BENDS, :2] = 0.5 * foreseen
+    color = np.broadcast_to(value, (3, X.size)).copy()
+    item = np.zeros(X.size, dtype=np.int64)
+    return Middles(WIDTH, color, item, np.full(X.size, shadow), deviation)
+
+
+def corrected(table):
+    """What is added at the middle pixel, and what it may be off by then."""
+    change = table.correct(np.array([INDEX]))[0, 0]
+    return change, table.deviation[:STEPS, :2, INDEX].sum()
+
+
+@pytest.mark.parametrize("shadow", [True, False])
+def test_quadratics_come_out_exact_with_little_left(shadow):
+    change, off = corrected(middles(3.0 * X * X - 0.5 * Y * Y + X * Y, shadow=shadow))
+    assert change == pytest.approx((6.0 - 1.0) / 24.0, rel=1e-12)
+    assert off < 1e-12
+
+
+def test_a_kink_in_a_shadow_counts_though_it_was_not_foreseen():
+    kink = 20.0 * np.abs(Y - 0.1)
+    true = 20.0 * (0.5 * (0.6**2 + 0.4**2) - 0.1)
+    change, off = corrected(middles(kink, foreseen=0.01, shadow=True))
+    assert abs(change - true) < 0.7 * abs(true) and abs(change - true) < 3.0 * off
+    # where no shadow's edge is, neighbours say nothing of what none of it reaches
+    change, off = corrected(middles(kink, foreseen=0.01, shadow=False))
+    assert off <= 0.01 and abs(change) <= 0.02
+
+
+def test_steps_stay_as_they_are():
+    table = middles(X * X, shadow=True)
+    table.deviation[STEPS, :2] = 0.7
+    corrected(table)
+    assert (table.deviation[STEPS, :2, INDEX] == 0.7).all()
+
+
+@pytest.mark.parametrize("away", [1, 2])
+def test_other_objects_beside_it_are_left_out(away):
+    table = middles(X * X, shadow=True)
+    table.item[X == away] = 1
+    table.color[:, X == away] = 1e3
+    change, off = corrected(table)
+    assert change == pytest.approx(0.0 if away == 1 else 2.0 / 24.0)
+    # three in a row tell less, and none at all nothing
+    assert off == pytest.approx(0.5 if away == 1 else 2.0 / 16.0)
+
+
+def test_pixels_at_the_sides_have_no_second_neighbours():
+    table = middles(X * X + Y * Y, shadow=True)
+    table.correct(np.array([WIDTH + 1, 2 * WIDTH - 2, (HEIGHT - 2) * WIDTH + 1]))
+    assert (table.deviation[KINKS] == 0.0).all()
