@@ -54,7 +54,8 @@ class Blocks:
         points = self.points
         if not self._origin.size:
             return
-        nodes = points.values(self._nodes)
+        at = self._nodes
+        nodes = points.values(at)
         weights = _weights(CHECKED)
         miss = points.values(self._checks) - _through(nodes, weights, weights)
         up, across, left = _cubics(miss)
@@ -67,7 +68,7 @@ class Blocks:
         whole = bool(points.frame.plan.edges)
         means = _means(columns(nodes, smooth, -1), self.side, whole)
         means += _cubic_means(up[:, smooth], across[:, smooth], self.side, whole)
-        error = np.hypot(points.error[self._nodes[:, smooth]].max(axis=0), off[smooth])
+        error = np.hypot(points.error[at[:, smooth]].max(axis=0), off[smooth])
         y, x = np.divmod(np.arange(self.side**2), self.side)
         rows = self._origin[smooth] + (y * points.frame.width + x)[:, None]
         mine = points.wanted[rows]

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .columns import columns
-from .midpoint import MEAN, NEAR, left
+from .midpoint import MEAN, NEAR, bends, left
 from .variation import BENDS, KINKS, STEPS
 from .vector import rms
 
@@ -67,7 +67,7 @@ class Middles:
         foreseen, shadow = deviation.sum(axis=0), self.shadow[index]
         near = np.flatnonzero(self._alike(index, step))
         bend = np.zeros((3, index.size))
-        bend[:, near] = self._bend(index[near], step)
+        bend[:, near] = bends(self.color, index[near], step)
         own = rms(bend)
         known = foreseen.copy()
         bent, widest = deviation[BENDS, near], self._widest(index, step, own)[near]
@@ -75,8 +75,8 @@ class Middles:
         known = np.where(shadow, np.maximum(known, NEAR * own), known)
         far = near[self._alike_beyond(index[near], step)]
         rows = index[far]
-        beside = self._bend(rows - step, step), self._bend(rows + step, step)
-        off = left(rms, beside[0], columns(bend, far), beside[1])
+        before, after = (bends(self.color, rows + way, step) for way in (-step, step))
+        off = left(rms, before, columns(bend, far), after)
         known[far] = np.where(shadow[far], off, np.minimum(off, foreseen[far]))
         deviation *= np.minimum(known, foreseen) / np.where(foreseen > 0.0, foreseen, 1.0)
         deviation[KINKS] += np.maximum(known - foreseen, 0.0)
@@ -108,9 +108,3 @@ class Middles:
         rows = np.flatnonzero(alike)
         alike[rows] = self._alike(index[rows], 2 * step)
         return alike
-
-    def _bend(self, index: Ints, step: int) -> Array:
-        """Second differences (3, m) of colours at pixels."""
-        around = columns(self.color, index - step) + columns(self.color, index + step)
-        bend: Array = around - 2.0 * columns(self.color, index)
-        return bend

@@ -12,7 +12,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from .midpoint import MEAN, NEAR, left
+from .midpoint import MEAN, NEAR, bends, left
 from .points import Points
 
 __all__ = ["Crosses"]
@@ -54,7 +54,7 @@ class Crosses:
         off = np.zeros(rows.size)
         if points.frame.plan.edges:
             for step in (1, points.frame.width):
-                bend = self._bend(rows, step)
+                bend = bends(points.value, rows, step)
                 mean = mean + MEAN * bend
                 off = np.maximum(off, self._off(rows, step, bend))
         sure = np.flatnonzero(off <= points.allowed)
@@ -63,19 +63,13 @@ class Crosses:
 
     def _off(self, rows: Ints, step: int, bend: Array) -> Array:
         """How far means may be off by what is along one axis: (m,)."""
-        size = self.points.size
+        size, value = self.points.size, self.points.value
         off = NEAR * size(bend)
         some = self._alike(rows, rows - 2 * step) & self._alike(rows, rows + 2 * step)
         rows, bend = rows[some], bend[:, some]
-        before, after = self._bend(rows - step, step), self._bend(rows + step, step)
+        before, after = (bends(value, rows + way, step) for way in (-step, step))
         off[some] = np.minimum(off[some], left(size, before, bend, after))
         return off
-
-    def _bend(self, rows: Ints, step: int) -> Array:
-        """Second differences (4, m) at pixels along an axis."""
-        value = self.points.values
-        bend: Array = value(rows - step) - 2.0 * value(rows) + value(rows + step)
-        return bend
 
     def _alike(self, rows: Ints, other: Ints) -> NDArray[np.bool_]:
         """Whether pixels see the same as others."""

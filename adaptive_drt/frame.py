@@ -35,7 +35,7 @@ Mask: TypeAlias = NDArray[np.bool_]
 
 RIM = 3
 """Pixels around a region: blocks end on the first, and a pixel's error hangs on the second
-differences of its neighbours."""
+differences of its neighbours, which those two pixels away are part of."""
 ALIGNED = 8
 """Pixels: what regions are widened to multiples of, within the picture, so that blocks of pixels
 are whole whatever part of the picture is rendered."""

@@ -13,9 +13,12 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["MEAN", "NEAR", "left"]
+from .columns import columns
+
+__all__ = ["MEAN", "NEAR", "bends", "left"]
 
 Array: TypeAlias = NDArray[np.float64]
+Ints: TypeAlias = NDArray[np.int64]
 
 MEAN = 1.0 / 24.0
 """Of second differences: what they add to a middle for its square's mean."""
@@ -25,6 +28,16 @@ within the pixel's breadth of it is off by 0.04 of it, RMS, and by 0.083 at most
 FOURTH, THIRD = 1.0 / 32.0, 1.0 / 96.0
 """Of fourth differences, and of the third beside them: how far a mean may be off. Of fourths a kink
 is off by 1/24 at most but where it lies beyond the pixel and leaves none; of the thirds by that."""
+
+
+def bends(values: Array, index: Ints, step: int) -> Array:
+    """Second differences (k, m) of values (k, n) at pixels (m,) along an axis.
+
+    step : from one pixel to the next along it.
+    """
+    around = columns(values, index - step) + columns(values, index + step)
+    bend: Array = around - 2.0 * columns(values, index)
+    return bend
 
 
 def left(size: Callable[[Array], Array], before: Array, bend: Array, after: Array) -> Array:
