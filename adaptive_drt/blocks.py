@@ -104,7 +104,7 @@ class Blocks:
 
         own = windows(points.wanted, side).any(axis=(2, 3))
         at_y, at_x = np.nonzero(own)
-        sight = windows(points.sight, side + 1)[at_y, at_x]
+        sight = windows(frame.sight, side + 1)[at_y, at_x]
         low, high = sight.min(axis=(1, 2)), sight.max(axis=(1, 2))
         spacing = side // 2
         rough = spacing**1.5 * points.root + spacing * points.kink + points.step

@@ -35,7 +35,7 @@ class Crosses:
         rows = np.flatnonzero(points.wanted)
         if not rows.size:
             return rows
-        sight = points.sight[rows]
+        sight = points.frame.sight[rows]
         fine = (sight >= 0) & (points.left[rows] <= points.allowed)
         for near in self._around(rows, 1):
             fine &= self._alike(rows, near) & (points.left[near] <= points.allowed)
@@ -73,7 +73,7 @@ class Crosses:
 
     def _alike(self, rows: Ints, other: Ints) -> NDArray[np.bool_]:
         """Whether pixels see the same as others."""
-        alike: NDArray[np.bool_] = self.points.sight[rows] == self.points.sight[other]
+        alike: NDArray[np.bool_] = self.points.frame.sight[rows] == self.points.frame.sight[other]
         return alike
 
     def _around(self, rows: Ints, reach: int) -> list[Ints]:

@@ -18,12 +18,13 @@ from .columns import columns, place
 from .correction import Middles
 from .exact import Lawn, Sheet
 from .film import NO_DEPTH, Film
-from .goal import GROWTH, Goal, make_goal
+from .goal import GROWTH, Goal, Motion, make_goal
 from .lines import TIME
 from .plan import Plan
 from .primary import Pairs
 from .refine import Begun, Refined, Task
 from .sights import NO_SIGHT
+from .stars import left_by_stars
 from .variation import STEPS, no_variation, standing
 from .vector import rms
 
@@ -87,6 +88,8 @@ class Frame:
         self.mask = np.zeros((3, n), dtype=np.bool_)
         self.outline = np.zeros(n, dtype=np.bool_)
         self.item = np.full(n, -1)
+        # what pixels see during the shutter: see `find_sights`
+        self.sight = np.full(n, NO_SIGHT)
         self.depth, self.normal = np.full(n, np.inf), np.zeros((3, n))
         self.samples, self.error = np.ones(n, dtype=np.int64), np.zeros(n)
         self.settled = np.zeros(n, dtype=np.bool_)
@@ -104,6 +107,7 @@ class Frame:
         index = self.numbers(x, y)
         for name in ("color", "alpha", "deviation", "mask", "outline", "item", "depth", "normal"):
             place(getattr(self, name), index, getattr(sheet, name))
+        self.sight[index] = np.where(sheet.outline, NO_SIGHT, sheet.item + 1)
         self._traced[index] = True
         self._rivals.append(Pairs(index[sheet.rivals.pixel], sheet.rivals.item))
 
@@ -115,6 +119,7 @@ class Frame:
         place(self.color, index, lawn.color)
         place(self.error, index, lawn.error)
         place(self.item, index, lawn.item)
+        place(self.sight, index, lawn.item + 1)
         place(self.depth, index, lawn.depth)
         place(self.normal, index, lawn.normal)
         place(self.alpha, index, np.where((lawn.item < 0) & self.plan.transparent, 0.0, 1.0))
@@ -151,16 +156,17 @@ class Frame:
         color = self._part(color)[:, rows[self.own[0]]]
         settled = self.settled[index]
         done, index = self.error[index[settled]], index[~settled]
-        error = hard = self.error[index]
-        steps = None
+        deviation, motion = columns(self.deviation, index, -1), None
+        starred = left_by_stars(deviation, np.full(index.size, 2))
+        # those have theirs
+        starred = np.where(self._star[index], self.error[index], starred)
         if self.plan.motion:
-            # in time points lessen it, but for steps that stand in the picture
-            deviation = columns(self.deviation, index, -1)
-            hard = deviation[:, :TIME].sum(axis=(0, 1))
-            steps = standing(deviation), deviation[STEPS, TIME]
+            hard, steps = deviation[:, :TIME].sum(axis=(0, 1)), deviation[STEPS, TIME]
+            motion = Motion(self.mask[1, index], hard, standing(deviation), steps)
         rest = float((done * done).sum()), done.size
         tolerance = self.plan.settings.tolerance
-        goal = make_goal(tolerance, color, error, hard, self._unknown[index], rest, steps)
+        cut = (self._unknown & (self.sight < 0))[index]
+        goal = make_goal(tolerance, color, self.error[index], starred, cut, rest, motion)
         if self.plan.transparent:
             return goal
         # outlines may show a bright background in a dark picture, and regions ask by this
@@ -205,10 +211,12 @@ class Frame:
         x, y = left + RIM - self.left, bottom + RIM - self.bottom
         return x, y, (right - left - 2 * RIM) // side, (top - bottom - 2 * RIM) // side
 
-    def sights(self) -> tuple[Ints, Ints]:
-        """What each pixel sees during the shutter (n,), and pixels of which `sights` must tell."""
-        sight = np.where(self.outline, NO_SIGHT, self.item + 1)
-        return sight, np.flatnonzero(self.outline & self.mask[1])
+    def unseen(self, rows: Mask | None = None) -> Ints:
+        """The pixels, all or those in some of the frame's rows, whose `sight` is yet to be told."""
+        some = self.outline & self.mask[1]
+        if rows is not None:
+            some &= np.repeat(rows, self.width)
+        return np.flatnonzero(some)
 
     def sight_task(self, rows: Ints) -> tuple[Array, float, Pairs]:
         """What `find_sights` wants to know of some pixels."""

@@ -38,8 +38,6 @@ class Points:
     wanted : (n,) pixels that are to be resolved.
     value : (4, n) radiance and coverage at the middles of pixels, means over the shutter.
     known : (n,) whether `value` is there.  error : (n,) how far it may be off.
-    sight : (n,) what pixels see: see `find_sights`.
-    unseen : pixels of which that is yet to be said.
     root, kink, step : (n,) across the picture, what the light at the middle of the shutter deviates
         by, by kind.  left : (n,) what the mean over the shutter leaves of `step`.
     """
@@ -52,9 +50,7 @@ class Points:
         self.known = (~moving & ~frame.outline) | frame.settled
         self.value = np.concatenate([frame.color, frame.alpha[None]])
         self.error = np.zeros(self.known.size)
-        self.unseen = np.zeros(0, dtype=np.int64)
         if self.wanted.any():
-            self.sight, self.unseen = frame.sights()
             across = frame.deviation[:, :2].sum(axis=1)
             self.root, self.kink, self.step = across[ROOTS], across[KINKS], across[STEPS]
             self.left = standing(frame.deviation)
@@ -63,10 +59,6 @@ class Points:
     def allowed(self) -> float:
         """How far pixels' means may be off beside what the points are off by."""
         return ALLOWED * self.goal.error
-
-    def see(self, rows: Ints, sight: Ints) -> None:
-        """Enter what pixels see."""
-        self.sight[rows] = sight
 
     def unknown(self, *rows: Ints) -> Ints:
         """Of some pixels those that are not known: ascending."""

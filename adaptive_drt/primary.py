@@ -89,6 +89,14 @@ class Pairs:
         """The pairs at a mask or an index."""
         return Pairs(self.pixel[keep], self.item[keep])
 
+    def of(self, pixel: Ints, count: int) -> Pairs:
+        """The pairs, which are sorted by pixel, of each of k pixels of `count`: by place in k."""
+        number = np.bincount(self.pixel, minlength=count)
+        first = np.cumsum(number) - number
+        copies = number[pixel]
+        place = np.repeat(np.arange(pixel.size), copies)
+        return Pairs(place, self.item[np.repeat(first[pixel], copies) + places(copies)])
+
 
 def in_cache(rows: Ints) -> list[Ints]:
     """Rows of pairs, so many at a time that what is gathered for them stays in the cache."""

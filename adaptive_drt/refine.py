@@ -21,10 +21,10 @@ from .columns import columns
 from .goal import Goal
 from .occluder import Occluders
 from .plan import Plan
-from .primary import Pairs, places
+from .primary import Pairs
 from .regions import Boxes, Regions, find_regions, no_regions
 from .shade import Shaded
-from .stars import Parts, join, sample
+from .stars import IN_VAIN, Parts, join, left_by_stars, sample
 from .strain import learn
 from .variation import BENDS, KINKS, ROOTS, STEPS
 from .vector import rms
@@ -58,6 +58,7 @@ STRAY = 0.5
 """Of the contrast: how far a region may be off whose sample sees another object's place."""
 LINES = 16
 """Lines an axis, at most, that show the shape of regions: with more, cells are better split."""
+TINY = float(np.finfo(np.float64).tiny)
 EDGE_SHARE = 0.7
 """Of the goal: what the shape of regions may add to a pixel's error."""
 
@@ -105,6 +106,26 @@ class Begun:
     error: Array
 
 
+@dataclass(frozen=True)
+class _Limits:
+    """Of n pixels: `error` (n,), what each may be off by, now that it has `cells` (n,)."""
+
+    cells: Ints
+    error: Array
+
+    @classmethod
+    def of(cls, task: Task, pixel: Ints) -> _Limits:
+        """The limits of a task's pixels, by the pixels of all their cells."""
+        number = np.maximum(np.bincount(pixel, minlength=task.cut.size), 1)
+        return cls(number, task.goal.error * number**task.growth)
+
+    def stakes(self, cells: Cells) -> tuple[Array, Ints]:
+        """Of what their pixels may be off by, what errors of 1 in cells are; and how many cells
+        these have: (c,) each."""
+        most = np.maximum(self.error[cells.pixel], TINY)
+        return cells.share / most, self.cells[cells.pixel]
+
+
 def begin(plan: Plan, occluders: Occluders, task: Task) -> Begun:
     """Shade the roots that are blank, and no more."""
     cells, samples = _roots(plan, occluders, task)
@@ -119,7 +140,8 @@ def _roots(plan: Plan, occluders: Occluders, task: Task) -> tuple[Cells, Ints]:
     cells = task.cells
     blank = np.flatnonzero(task.blank)
     if blank.size:
-        done, points = _shaded(plan, occluders, task, cells.take(blank))
+        limits = _Limits.of(task, cells.pixel)
+        done, points = _shaded(plan, occluders, task, cells.take(blank), limits)
         cells = merge([cells.take(~task.blank), done])
         samples += points
     return cells, samples
@@ -144,9 +166,11 @@ def refine(plan: Plan, occluders: Occluders, task: Task) -> Refined:
             split_up = np.unique(cells.pixel[chosen])
             kept = np.ones(cells.pixel.size, dtype=np.bool_)
             kept[chosen] = False
-            done, points = _shaded(plan, occluders, task, _finer(cells.take(chosen), parts))
+            cells, finer = cells.take(kept), split(cells.take(chosen), parts)
+            limits = _Limits.of(task, np.concatenate([cells.pixel, finer.pixel]))
+            done, points = _shaded(plan, occluders, task, finer, limits)
             samples += points
-            cells = merge([cells.take(kept), done])
+            cells = merge([cells, done])
             before, mean = mean, _means(cells, count)
             change = columns(mean - before, split_up)
             strain[split_up] = learn(strain[split_up], change, off[split_up])
@@ -181,10 +205,10 @@ def _choose(task: Task, cells: Cells, error: Array) -> tuple[Ints, Ints]:
     error : (count,) of pixels.
     """
     count = error.size
-    number = np.bincount(cells.pixel, minlength=count)
-    limit = task.goal.error * np.maximum(number, 1) ** task.growth
+    limits = _Limits.of(task, cells.pixel)
+    limit = limits.error
     most = np.where(error < NEARLY * limit, MORE_CELLS, MOST_CELLS)
-    open_ = (error > limit) & (number < most)
+    open_ = (error > limit) & (limits.cells < most)
     own = cells.error
     worst = np.zeros(count)
     np.maximum.at(worst, cells.pixel, own)
@@ -201,19 +225,18 @@ def _choose(task: Task, cells: Cells, error: Array) -> tuple[Ints, Ints]:
     with np.errstate(over="ignore"):  # lights of 1e30 beside a picture of 1e-214
         excess = (error / limit)[part.pixel]
     far = (excess > FAR) & (cut.sum(axis=0) == 1)
-    # a star gains more than a split does
-    cut &= part.star | (part.edge > part.deviation.sum(axis=(0, 1)))
+    # a star gains more than a split does, but in vain where it leaves more than the pixel may
+    gone = part.star | (part.edge > part.deviation.sum(axis=(0, 1)))
+    left = part.share * left_by_stars(part.deviation, wide.sum(axis=0))
+    cut &= gone | (left > IN_VAIN * limit[part.pixel])
     parts = np.where(cut, np.where(far, 4, 2), 1)
     some = cut.any(axis=0) | ~part.star
     return chosen[some], columns(parts, some)
 
 
-def _finer(cells: Cells, parts: Ints) -> Cells:
-    """Blank cells in place of some: their parts, or the same to be sampled by stars."""
-    return split(replace(cells, star=np.ones(cells.pixel.size, dtype=np.bool_)), parts)
-
-
-def _shaded(plan: Plan, occluders: Occluders, task: Task, cells: Cells) -> tuple[Cells, Ints]:
+def _shaded(
+    plan: Plan, occluders: Occluders, task: Task, cells: Cells, limits: _Limits
+) -> tuple[Cells, Ints]:
     """The cells with their colours and errors, and the points (n,) shaded in each pixel.
 
     Those that one object fills and the regions of the others are shaded together.
@@ -222,45 +245,56 @@ def _shaded(plan: Plan, occluders: Occluders, task: Task, cells: Cells) -> tuple
     crossed, filled = cells.take(np.flatnonzero(cut)), cells.take(np.flatnonzero(~cut))
     found = _find_regions(plan, task, crossed) if crossed.pixel.size else no_regions()
     hit = np.flatnonzero(found.item >= 0)
-    parts = join(_region_parts(crossed, found, hit), _whole_parts(task, filled))
-    light, points, lost = sample(plan, occluders, parts, found, hit)
+    parts = join(
+        _region_parts(crossed, found, hit, limits), _whole_parts(task, filled, crossed, limits)
+    )
+    samples = sample(plan, occluders, parts, found, hit)
+    light = samples.light
     own, rest = slice(hit.size), slice(hit.size, None)
     done = []
     if filled.pixel.size:
         ones = np.ones(filled.pixel.size)
         color, deviation = light.color[:, rest], light.deviation[..., rest]
-        done.append(replace(filled, color=color, alpha=ones, deviation=deviation))
+        done.append(
+            replace(filled, color=color, alpha=ones, deviation=deviation, star=~samples.vain[rest])
+        )
     if crossed.pixel.size:
         light = Shaded(light.color[:, own], light.deviation[..., own])
         light.deviation[STEPS] += (
-            STRAY * task.goal.contrast * lost[own] * (parts.half[:, own] > 0.0)
+            STRAY * task.goal.contrast * samples.lost[own] * (parts.half[:, own] > 0.0)
         )
+        star = np.ones(crossed.pixel.size, dtype=np.bool_)
+        star[found.box[hit]] = ~samples.vain[own]
+        crossed = replace(crossed, star=star)
         done.append(_assembled(plan, task, crossed, found, hit, light))
     pixel = np.concatenate([crossed.pixel[found.box[hit]], filled.pixel])
-    shaded = np.bincount(np.repeat(pixel, points), minlength=task.cut.size)
+    shaded = np.bincount(np.repeat(pixel, samples.points), minlength=task.cut.size)
     return (merge(done) if len(done) > 1 else done[0]), shaded
 
 
 def _find_regions(plan: Plan, task: Task, cells: Cells) -> Regions:
     """The regions of cells with outlines in them."""
     accuracy = EDGE_SHARE * task.goal.error / (task.goal.contrast * np.sqrt(cells.share))
-    rivals = _of_cells(task.rivals, cells.pixel, task.cut.size)
+    rivals = task.rivals.of(cells.pixel, task.cut.size)
     return find_regions(plan, Boxes(cells.low, cells.high), rivals, accuracy, LINES)
 
 
-def _whole_parts(task: Task, cells: Cells) -> Parts:
-    """Cells that one object fills."""
+def _whole_parts(task: Task, cells: Cells, before: Cells, limits: _Limits) -> Parts:
+    """Cells that one object fills, numbered after those `before`."""
     middle, half = 0.5 * (cells.low + cells.high), 0.5 * (cells.high - cells.low)
     spread = np.zeros((6, cells.pixel.size))
     spread[[0, 2, 5]] = half / np.sqrt(3.0)
-    return Parts(middle, spread, half, task.item[cells.pixel], cells.star)
+    number = before.pixel.size + np.arange(cells.pixel.size)
+    return Parts(middle, spread, half, task.item[cells.pixel], number, *limits.stakes(cells))
 
 
-def _region_parts(cells: Cells, found: Regions, hit: Ints) -> Parts:
+def _region_parts(cells: Cells, found: Regions, hit: Ints, limits: _Limits) -> Parts:
     """The regions of cells that show an object."""
     box, spread = found.box[hit], columns(found.spread, hit)
     half = np.minimum(0.5 * columns(cells.high - cells.low, box), _extent(spread))
-    return Parts(columns(found.place, hit), spread, half, found.item[hit], cells.star[box])
+    stake, crowd = limits.stakes(cells)
+    stake = found.weight[hit] * stake[box]
+    return Parts(columns(found.place, hit), spread, half, found.item[hit], box, stake, crowd[box])
 
 
 def _assembled(
@@ -292,11 +326,3 @@ def _extent(spread: Array) -> Array:
     xx, yx, yy, tx, ty, tt = spread * spread
     extent: Array = np.sqrt(3.0 * np.stack([xx, yx + yy, tx + ty + tt]))
     return extent
-
-
-def _of_cells(rivals: Pairs, pixel: Ints, count: int) -> Pairs:
-    """The rivals of each cell's pixel: pairs (cell, object)."""
-    start = np.searchsorted(rivals.pixel, np.arange(count + 1))
-    size = (start[1:] - start[:-1])[pixel]
-    cell = np.repeat(np.arange(pixel.size), size)
-    return Pairs(cell, rivals.item[np.repeat(start[pixel], size) + places(size)])

@@ -236,6 +236,12 @@ class Exact:
             frame.correct()
         inside = np.zeros(frame.height, dtype=np.bool_)
         inside[frame.own[0]] = chosen
+        if self.plan.motion:
+            for _ in self._tell_sights(own, own.unseen()):
+                yield 0.0
+            if frame is not own:
+                for _ in self._tell_sights(frame, frame.unseen(inside)):
+                    yield 0.0
         self._take_goal(frame, inside)
         if not frame.color[:, frame.some(inside)].any():
             for _ in self._look(frame, inside):
@@ -300,8 +306,6 @@ class Exact:
         """
         clock = Clock()
         points = Points(frame, self.goal)
-        for _ in self._tell_sights(frame, points):
-            yield 0.0
         levels: list[Blocks | Crosses] = [Blocks(points, side) for side in SIDES]
         levels.append(Crosses(points))
         before = 0.0
@@ -316,14 +320,14 @@ class Exact:
             clock("blocks")
         self._add(clock.seconds)
 
-    def _tell_sights(self, frame: Frame, points: Points) -> Generator[None, None, None]:
+    def _tell_sights(self, frame: Frame, rows: Ints) -> Generator[None, None, None]:
         """Find out what pixels with outlines see."""
-        parts = alike(points.unseen, self._part(points.unseen.size))
-        todo = [Call(_see, self._share, frame.sight_task(rows)) for rows in parts]
+        parts = alike(rows, self._part(rows.size))
+        todo = [Call(_see, self._share, frame.sight_task(part)) for part in parts]
         with closing(in_order(self.plan, todo)) as outcomes:
             for sight in outcomes:
                 if sight is not None:
-                    points.see(parts.pop(0), sight)
+                    frame.sight[parts.pop(0)] = sight
                 yield
 
     def _integrate(

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import TypeAlias
 
 import numpy as np
@@ -24,12 +23,12 @@ from .occluder import Occluders
 from .open_variation import open_variation
 from .patch import Patch
 from .plan import Plan
-from .primary import Pairs, Surface, places
+from .primary import Pairs, Surface
 from .shadow import Shadow, detect_shadows
 from .variation import BENDS, KINKS, no_variation, shadow_variation
-from .vector import dot, rms
+from .vector import rms
 
-__all__ = ["Lots", "Shaded", "shade", "unshadowed"]
+__all__ = ["Shaded", "shade", "shade_among", "unshadowed"]
 
 Array: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
@@ -47,32 +46,14 @@ class Shaded:
     Attributes
     ----------
     color : (3, n) radiance.
-    deviation : (4, 3, m) estimated deviations from the mean over each patch by kind (see
+    deviation : (4, 3, n) estimated deviations from the mean over each patch by kind (see
         `variation`) and axis x, y and t, root mean square over the channels.
+    candidates : for each light, the occluders that serve the whole patches.
     """
 
     color: Array
     deviation: Array
-
-
-@dataclass(frozen=True)
-class Lots:
-    """n points in m lots, each on one object and near each other.
-
-    The first of a lot is where its patch is. Occluders are sought for a lot together.
-
-    Attributes
-    ----------
-    sizes : (m,) numbers of points.
-    """
-
-    sizes: Ints
-
-    @cached_property
-    def first(self) -> Ints:
-        """The first points: (m,)."""
-        first: Ints = np.cumsum(self.sizes) - self.sizes
-        return first
+    candidates: tuple[Pairs, ...] = ()
 
 
 def shade(
@@ -82,33 +63,50 @@ def shade(
     time: Array | float,
     patch: Patch,
     known: Sequence[tuple[Shadow, Pairs]] | None = None,
-    lots: Lots | None = None,
 ) -> Shaded:
-    """Exact direct light at n points, and how far it may be from the mean over m patches.
+    """Exact direct light at n points, and how far it may be from the mean over their patches.
 
     Parameters
     ----------
-    surface : n points.  time : shutter times, a number or (n,).
-    patch : of the first of each lot; without lots of each point.
+    surface : n points.  time : shutter times, a number or (n,).  patch : of each point.
     known : for each light how the points see it, and the occluders that serve the whole patches.
     """
-    total = np.zeros((3, surface.item.size))
-    albedo = columns(plan.color, surface.item) / np.pi
-    of_patch = albedo if lots is None else columns(albedo, lots.first)
-    spread = no_variation(of_patch.shape[1])
+    total, albedo = np.zeros((3, surface.item.size)), _albedo(plan, surface)
+    spread = no_variation(surface.item.size)
+    candidates = []
     for index, light in enumerate(plan.lights):
         if known is None:
-            seen = _see(plan, occluders, surface, light, time, patch, lots)
+            shape = plan.shadow_light(light)
+            pairs = occluders.find(shape, surface, patch.reach)
+            shadow = detect_shadows(plan, surface, shape, pairs, time)
         else:
-            seen = known[index]
-        factor, varies = _light(plan, surface, light, time, patch, lots, *seen)
-        total += light.power[:, None] * factor
-        weight = of_patch * light.power[:, None]
+            shadow, pairs = known[index]
+        candidates.append(pairs)
+        whole = _unblocked(plan, surface, light, time)
+        varies = _variation(plan, surface, light, time, patch, shadow, pairs, whole)
+        total += light.power[:, None] * _visible(plan, surface, light, time, shadow, whole)
+        weight = albedo * light.power[:, None]
         with np.errstate(over="ignore", invalid="ignore"):
             spread += rms(weight) * varies
     # a size that leaves float64's range says no more than that it is large
     spread = np.minimum(np.nan_to_num(spread, copy=False, nan=0.0), LARGEST)
-    return Shaded(total * albedo, spread)
+    return Shaded(total * albedo, spread, tuple(candidates))
+
+
+def shade_among(
+    plan: Plan, surface: Surface, time: Array | float, candidates: Sequence[Pairs]
+) -> Array:
+    """Exact direct light (3, n) at n points whose occluders are known, for each light.
+
+    time : shutter times, a number or (n,).
+    """
+    total = np.zeros((3, surface.item.size))
+    for light, pairs in zip(plan.lights, candidates, strict=True):
+        shadow = detect_shadows(plan, surface, plan.shadow_light(light), pairs, time)
+        whole = _unblocked(plan, surface, light, time)
+        total += light.power[:, None] * _visible(plan, surface, light, time, shadow, whole)
+    radiance: Array = total * _albedo(plan, surface)
+    return radiance
 
 
 def unshadowed(plan: Plan, surface: Surface, time: Array | float, hidden: Sequence[Mask]) -> Array:
@@ -118,88 +116,61 @@ def unshadowed(plan: Plan, surface: Surface, time: Array | float, hidden: Sequen
     """
     total = np.zeros((3, surface.item.size))
     for light, away in zip(plan.lights, hidden, strict=True):
-        factor = unblocked(light, plan.shadow_light(light), light.moved(time), surface)
+        factor = _unblocked(plan, surface, light, time)
         total += light.power[:, None] * np.where(away, 0.0, factor)
-    radiance: Array = total * (columns(plan.color, surface.item) / np.pi)
+    radiance: Array = total * _albedo(plan, surface)
     return radiance
 
 
-def _see(
-    plan: Plan,
-    occluders: Occluders,
-    surface: Surface,
-    light: Emitter,
-    time: Array | float,
-    patch: Patch,
-    lots: Lots | None,
-) -> tuple[Shadow, Pairs]:
-    """How points see a light, and the occluders that serve the patches."""
-    shape = plan.shadow_light(light)
-    if lots is None:
-        found = pairs = occluders.find(shape, surface, patch.reach)
-    else:
-        found, pairs = _find_together(occluders, shape, surface, patch.reach, lots)
-    return detect_shadows(plan, surface, shape, pairs, time), found
+def _albedo(plan: Plan, surface: Surface) -> Array:
+    """Radiance (3, n) of an irradiance of 1."""
+    albedo: Array = columns(plan.color, surface.item) / np.pi
+    return albedo
 
 
-def _find_together(
-    occluders: Occluders, shape: Emitter, surface: Surface, reach: Array, lots: Lots
-) -> tuple[Pairs, Pairs]:
-    """Candidates of lots, found for the first point of each and a ball around it: by lot, and
-    by point."""
-    lot = np.repeat(np.arange(lots.sizes.size), lots.sizes)
-    away = surface.point - columns(surface.point, lots.first[lot])
-    wide = np.maximum(np.maximum.reduceat(np.sqrt(dot(away, away)), lots.first), reach)
-    found = occluders.find(shape, surface.take(lots.first), wide)
-    number = np.bincount(found.pixel, minlength=lots.sizes.size)
-    first = np.cumsum(number) - number
-    copies = number[lot]
-    point = np.repeat(np.arange(lot.size), copies)
-    return found, Pairs(point, found.item[np.repeat(first[lot], copies) + places(copies)])
+def _unblocked(plan: Plan, surface: Surface, light: Emitter, time: Array | float) -> Array:
+    return unblocked(light, plan.shadow_light(light), light.moved(time), surface)
 
 
-def _light(
+def _visible(
+    plan: Plan, surface: Surface, light: Emitter, time: Array | float, shadow: Shadow, whole: Array
+) -> Array:
+    """Irradiance factors (n,) of a light, shadows included; `whole` without them."""
+    if not light.casts_shadow:
+        return whole
+    factor = np.where(shadow.blocked, 0.0, whole)
+    if plan.shadow_light(light).kind != POINT:
+        live = shadow.pairs.take(factor[shadow.pairs.pixel] > 0.0)
+        hide(plan, surface, light, live, time, factor)
+    return factor
+
+
+def _variation(
     plan: Plan,
     surface: Surface,
     light: Emitter,
     time: Array | float,
     patch: Patch,
-    lots: Lots | None,
     shadow: Shadow,
     pairs: Pairs,
-) -> tuple[Array, Array]:
-    """Irradiance factors (n,) of a light, shadows included, and their variation over patches.
+    whole: Array,
+) -> Array:
+    """How far a light's factors may be from their means over patches.
 
-    pairs : of patches.
+    pairs : of the patches.  whole : the factors (n,) without shadows.
     """
-    shape = plan.shadow_light(light)
-    center = light.moved(time)
-    factor = unblocked(light, shape, center, surface)
-    middle, when, whole, partial = surface, time, factor, shadow.partial
-    if lots is not None:
-        first = lots.first
-        middle, when, whole = surface.take(first), _at(time, first), factor[first]
-        partial = partial[first]
-    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # sizes: see `shade`
-        varies = open_variation(light, light.moved(when), middle, patch, whole)
-    if not light.casts_shadow:
-        return factor, varies
+    # sizes: see `shade`
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        shadows, hidden = shadow_variation(
-            plan, middle, patch, shape, pairs, _at(when, pairs.pixel)
-        )
+        varies = open_variation(light, light.moved(time), surface, patch, whole)
+        if not light.casts_shadow:
+            return varies
+        shape = plan.shadow_light(light)
+        when = time[pairs.pixel] if isinstance(time, np.ndarray) else time
+        shadows, hidden = shadow_variation(plan, surface, patch, shape, pairs, when)
     varies[..., hidden] = 0.0
     # a shadow that is only beside the point: no difference between points shows it
-    aside = np.flatnonzero(~partial)
+    aside = np.flatnonzero(~shadow.partial)
     shadows[KINKS][:, aside] += columns(shadows[BENDS], aside)
     shadows[BENDS][:, aside] = 0.0
     varies += whole * shadows
-    factor = np.where(shadow.blocked, 0.0, factor)
-    if shape.kind != POINT:
-        live = shadow.pairs.take(factor[shadow.pairs.pixel] > 0.0)
-        hide(plan, surface, light, live, time, factor)
-    return factor, varies
-
-
-def _at(time: Array | float, rows: Ints) -> Array | float:
-    return time[rows] if isinstance(time, np.ndarray) else time
+    return varies

@@ -136,7 +136,7 @@ def points_of(function):
     found.value[:] = function(x, y)
     found.known[:] = True
     found.wanted = frame.inner()
-    found.sight = np.ones(frame.item.size, dtype=np.int64)
+    frame.sight = np.ones(frame.item.size, dtype=np.int64)
     for name in ("root", "kink", "step", "left"):
         setattr(found, name, np.zeros(frame.item.size))
     return found
@@ -181,9 +181,9 @@ def test_crosses_ask_only_beside_pixels_that_see_the_same():
     found.wanted[:] = False
     found.wanted[20 * width + 20] = True
     assert Crosses(found).ask().size == 9
-    found.sight[20 * width + 22] = 2
+    found.frame.sight[20 * width + 22] = 2
     assert Crosses(found).ask().size == 8
-    found.sight[20 * width + 21] = 2
+    found.frame.sight[20 * width + 21] = 2
     assert Crosses(found).ask().size == 0
 
 

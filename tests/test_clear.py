@@ -112,9 +112,9 @@ def with_and_without(scene, monkeypatch, **settings):
 
 
 def assert_alike(film, alone):
-    for name in ("mask", "alpha"):
-        np.testing.assert_array_equal(getattr(film, name), getattr(alone, name), name)
-    for name in ("depth", "normal"):
+    np.testing.assert_array_equal(film.mask, alone.mask)
+    # pixels may be cut into other cells, whose shares add up but for rounding
+    for name in ("alpha", "depth", "normal"):
         np.testing.assert_allclose(getattr(film, name), getattr(alone, name), 1e-12, 1e-12, name)
     off = np.sqrt(((film.color - alone.color) ** 2).mean())
     assert off <= SHARE * TOLERANCE * np.abs(alone.color).mean()

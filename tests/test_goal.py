@@ -9,7 +9,16 @@ import numpy as np
 import pytest
 
 from adaptive_drt.frame import Frame
-from adaptive_drt.goal import FIRST, GRID, GROWTH, REACHED, RESERVE, make_goal
+from adaptive_drt.goal import (
+    FIRST,
+    GRID,
+    GROWTH,
+    REACHED,
+    RESERVE,
+    STILL_REACHED,
+    Motion,
+    make_goal,
+)
 from adaptive_drt.render import render_image
 from adaptive_drt.resolve import RAISED
 from adaptive_drt.settings import Settings
@@ -25,11 +34,18 @@ def picture(seed, spread):
     return color, error, np.zeros(n, dtype=np.bool_)
 
 
-def left(error, goal):
-    """What pixels are off by in the end, if n cells leave FIRST c / n of an error of c."""
+def left(error, goal, moves):
+    """What pixels are off by in the end, if stars leave a fifth of what moves not."""
     power = GROWTH / (1.0 + GROWTH)
-    refined = REACHED * goal * np.maximum(FIRST * error / goal, 1.0) ** power
-    return np.where(error > goal, refined, error)
+    still = STILL_REACHED * goal * (0.2 * error / goal) ** power
+    moving = REACHED * goal * np.maximum(FIRST * error / goal, 1.0) ** power
+    return np.where(error > goal, np.where(moves, moving, still), error)
+
+
+def motion(moves, hard, steps=0.0, standing=0.0):
+    """What is known of pixels in which something moves."""
+    nothing = np.zeros(hard.size)
+    return Motion(moves & (hard >= 0.0), hard, nothing + standing, nothing + steps)
 
 
 @pytest.mark.parametrize("spread", [0.5, 2.0, 4.0])
@@ -37,9 +53,11 @@ def left(error, goal):
 def test_the_whole_keeps_its_tolerance_and_the_next_goal_would_not(spread, tolerance):
     for seed in range(20):
         color, error, cut = picture(seed, spread)
+        moves = np.arange(error.size) % 3 < seed % 4
         target = RESERVE * tolerance * color.mean()
-        goal = make_goal(tolerance, color, error, error, cut).error
-        over = [np.sqrt((left(error, g) ** 2).mean()) / target for g in (goal, GRID * goal)]
+        some = motion(moves, error) if moves.any() else None
+        goal = make_goal(tolerance, color, error, 0.2 * error, cut, motion=some).error
+        over = [np.sqrt((left(error, g, moves) ** 2).mean()) / target for g in (goal, GRID * goal)]
         assert over[0] <= 1.0 + 1e-12 or goal < 0.02 * tolerance * color.mean(), f"seed {seed}"
         assert over[1] > 1.0 or goal > 500.0 * tolerance * color.mean(), f"seed {seed}"
 
@@ -53,12 +71,20 @@ def test_pixels_that_outlines_cut_ask_for_a_goal_of_their_own():
 
 def test_only_steps_that_stand_are_left_to_cells():
     color, error, cut = picture(2, 2.0)
-    hard, more = 0.1 * error, 0.9 * error
-    fast = make_goal(1e-3, color, error, hard, cut, steps=(0.0 * error, more)).error
-    slow = make_goal(1e-3, color, error, hard, cut, steps=(error, more)).error
-    assert fast == make_goal(1e-3, color, error, hard, cut).error
+
+    def goal(*known):
+        return make_goal(1e-3, color, error, error, cut, motion=motion(~cut, *known)).error
+
+    fast = goal(0.1 * error, 0.9 * error, 0.0)
+    assert fast == goal(0.1 * error)
     # pixels above the goal have steps above it
-    assert slow == make_goal(1e-3, color, error, error, cut).error < fast
+    assert goal(0.1 * error, 0.9 * error, error) == goal(error) < fast
+
+
+def test_what_stars_settle_lets_the_goal_rise():
+    color, error, cut = picture(3, 2.0)
+    hard, easy = (make_goal(1e-3, color, error, part * error, cut).error for part in (0.5, 0.005))
+    assert easy > 1.15 * hard
 
 
 def test_darkness_asks_for_nothing_and_no_pixels_either():
