@@ -31,7 +31,8 @@ class Cells:
     color : (3, c) mean radiance.  alpha : (c,) mean coverage.
     deviation : (4, 3, c) estimated deviation of the mean by kind and axis: see `variation`.
     edge : (c,) estimated deviation by the shape of the regions.
-    star : (c,) whether regions are sampled by stars of points rather than by their centroids.
+    star : (c,) whether stars of points may sample regions, or have where they were worth it; else
+        their centroids do.
     """
 
     pixel: Ints

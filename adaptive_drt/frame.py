@@ -18,7 +18,7 @@ from .columns import columns, place
 from .correction import Middles
 from .exact import Lawn, Sheet
 from .film import NO_DEPTH, Film
-from .goal import GROWTH, Goal, Motion, make_goal
+from .goal import GROWTH, LEAST, Goal, Motion, make_goal
 from .lines import TIME
 from .plan import Plan
 from .primary import Pairs
@@ -156,21 +156,30 @@ class Frame:
         color = self._part(color)[:, rows[self.own[0]]]
         settled = self.settled[index]
         done, index = self.error[index[settled]], index[~settled]
-        deviation, motion = columns(self.deviation, index, -1), None
-        starred = left_by_stars(deviation, np.full(index.size, 2))
-        # those have theirs
-        starred = np.where(self._star[index], self.error[index], starred)
+        motion = None
         if self.plan.motion:
+            deviation = columns(self.deviation, index, -1)
             hard, steps = deviation[:, :TIME].sum(axis=(0, 1)), deviation[STEPS, TIME]
             motion = Motion(self.mask[1, index], hard, standing(deviation), steps)
         rest = float((done * done).sum()), done.size
         tolerance = self.plan.settings.tolerance
+        starred = self._starred(index, LEAST * tolerance * float(np.abs(color).mean()))
         cut = (self._unknown & (self.sight < 0))[index]
         goal = make_goal(tolerance, color, self.error[index], starred, cut, rest, motion)
         if self.plan.transparent:
             return goal
         # outlines may show a bright background in a dark picture, and regions ask by this
         return replace(goal, contrast=max(goal.contrast, float(rms(self.plan.background))))
+
+    def _starred(self, index: Ints, least: float) -> Array:
+        """What stars leave of the errors of some pixels, as far as these are above the least."""
+        starred = self.error[index]
+        # those of regions that have been sampled by stars are so
+        rows = np.flatnonzero((starred > least) & ~self._star[index])
+        more = index[rows]
+        left = left_by_stars(columns(self.deviation, more, -1), np.full(more.size, 2))
+        starred[rows] = left + self._edge[more]
+        return starred
 
     def outlines(self, rows: Mask | None = None) -> Ints:
         """The pixels of the region, in some of the frame's rows, of which outlines are all that

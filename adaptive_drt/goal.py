@@ -14,7 +14,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Goal", "Motion", "make_goal"]
+__all__ = ["GROWTH", "LEAST", "Goal", "Motion", "make_goal"]
 
 Array: TypeAlias = NDArray[np.float64]
 Mask: TypeAlias = NDArray[np.bool_]

@@ -166,7 +166,7 @@ def refine(plan: Plan, occluders: Occluders, task: Task) -> Refined:
             split_up = np.unique(cells.pixel[chosen])
             kept = np.ones(cells.pixel.size, dtype=np.bool_)
             kept[chosen] = False
-            cells, finer = cells.take(kept), split(cells.take(chosen), parts)
+            cells, finer = cells.take(kept), _finer(cells.take(chosen), parts)
             limits = _Limits.of(task, np.concatenate([cells.pixel, finer.pixel]))
             done, points = _shaded(plan, occluders, task, finer, limits)
             samples += points
@@ -234,6 +234,11 @@ def _choose(task: Task, cells: Cells, error: Array) -> tuple[Ints, Ints]:
     return chosen[some], columns(parts, some)
 
 
+def _finer(cells: Cells, parts: Ints) -> Cells:
+    """Blank cells in place of some: their parts, or the same to be sampled by stars."""
+    return split(replace(cells, star=np.ones(cells.pixel.size, dtype=np.bool_)), parts)
+
+
 def _shaded(
     plan: Plan, occluders: Occluders, task: Task, cells: Cells, limits: _Limits
 ) -> tuple[Cells, Ints]:
@@ -255,16 +260,16 @@ def _shaded(
     if filled.pixel.size:
         ones = np.ones(filled.pixel.size)
         color, deviation = light.color[:, rest], light.deviation[..., rest]
-        done.append(
-            replace(filled, color=color, alpha=ones, deviation=deviation, star=~samples.vain[rest])
-        )
+        star = filled.star & ~samples.vain[rest]
+        whole = replace(filled, color=color, alpha=ones, deviation=deviation, star=star)
+        done.append(whole)
     if crossed.pixel.size:
         light = Shaded(light.color[:, own], light.deviation[..., own])
         light.deviation[STEPS] += (
             STRAY * task.goal.contrast * samples.lost[own] * (parts.half[:, own] > 0.0)
         )
-        star = np.ones(crossed.pixel.size, dtype=np.bool_)
-        star[found.box[hit]] = ~samples.vain[own]
+        star = crossed.star.copy()
+        star[found.box[hit]] &= ~samples.vain[own]
         crossed = replace(crossed, star=star)
         done.append(_assembled(plan, task, crossed, found, hit, light))
     pixel = np.concatenate([crossed.pixel[found.box[hit]], filled.pixel])
@@ -285,7 +290,8 @@ def _whole_parts(task: Task, cells: Cells, before: Cells, limits: _Limits) -> Pa
     spread = np.zeros((6, cells.pixel.size))
     spread[[0, 2, 5]] = half / np.sqrt(3.0)
     number = before.pixel.size + np.arange(cells.pixel.size)
-    return Parts(middle, spread, half, task.item[cells.pixel], number, *limits.stakes(cells))
+    item = task.item[cells.pixel]
+    return Parts(middle, spread, half, item, number, cells.star, *limits.stakes(cells))
 
 
 def _region_parts(cells: Cells, found: Regions, hit: Ints, limits: _Limits) -> Parts:
@@ -294,7 +300,8 @@ def _region_parts(cells: Cells, found: Regions, hit: Ints, limits: _Limits) -> P
     half = np.minimum(0.5 * columns(cells.high - cells.low, box), _extent(spread))
     stake, crowd = limits.stakes(cells)
     stake = found.weight[hit] * stake[box]
-    return Parts(columns(found.place, hit), spread, half, found.item[hit], box, stake, crowd[box])
+    place, item = columns(found.place, hit), found.item[hit]
+    return Parts(place, spread, half, item, box, cells.star[box], stake, crowd[box])
 
 
 def _assembled(

@@ -64,6 +64,7 @@ class Parts:
     place : (3, m) centroids in x, y, t.  spread : (6, m) lower triangular roots of their second
         moments: xx, yx, yy, tx, ty, tt.  half : (3, m) half the extents of their boxes.
     item : (m,) objects.  cell : (m,) the cells' numbers.
+    star : (m,) whether stars may sample them.
     stake : (m,) of its pixel's goal, what an error of 1 in the radiance of the part is.
     crowd : (m,) cells of its pixel.
     """
@@ -73,6 +74,7 @@ class Parts:
     half: Array
     item: Ints
     cell: Ints
+    star: Mask
     stake: Array
     crowd: Ints
 
@@ -202,7 +204,7 @@ def _worth(parts: Parts, foreseen: Array, axes: Ints, box: Mask) -> tuple[Mask, 
         needed |= lasting & ~box
         left = parts.stake * left_by_stars(foreseen, axes)
         vain = sums(parts.cell, left, int(parts.cell.max(initial=-1)) + 1) > IN_VAIN
-    return needed, vain[parts.cell]
+    return parts.star & needed, vain[parts.cell]
 
 
 def left_by_stars(foreseen: Array, axes: Ints) -> Array:
