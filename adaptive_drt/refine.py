@@ -16,6 +16,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from .arms import turns
 from .cells import Cells, merge, split, sums
 from .columns import columns
 from .goal import Goal
@@ -290,8 +291,8 @@ def _whole_parts(task: Task, cells: Cells, before: Cells, limits: _Limits) -> Pa
     spread = np.zeros((6, cells.pixel.size))
     spread[[0, 2, 5]] = half / np.sqrt(3.0)
     number = before.pixel.size + np.arange(cells.pixel.size)
-    item = task.item[cells.pixel]
-    return Parts(middle, spread, half, item, number, cells.star, *limits.stakes(cells))
+    item, stakes = task.item[cells.pixel], limits.stakes(cells)
+    return Parts(middle, spread, half, item, number, cells.star, turns(middle), *stakes)
 
 
 def _region_parts(cells: Cells, found: Regions, hit: Ints, limits: _Limits) -> Parts:
@@ -301,7 +302,8 @@ def _region_parts(cells: Cells, found: Regions, hit: Ints, limits: _Limits) -> P
     stake, crowd = limits.stakes(cells)
     stake = found.weight[hit] * stake[box]
     place, item = columns(found.place, hit), found.item[hit]
-    return Parts(place, spread, half, item, box, cells.star[box], stake, crowd[box])
+    turn = turns(0.5 * (cells.low + cells.high))[box]
+    return Parts(place, spread, half, item, box, cells.star[box], turn, stake, crowd[box])
 
 
 def _assembled(

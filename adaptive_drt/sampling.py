@@ -15,7 +15,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["points", "shifts"]
+__all__ = ["mix", "points", "shifts"]
 
 Array: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
@@ -37,8 +37,8 @@ def shifts(seed: int, pixel: Ints, stream: int, dimension: int) -> Array:
     -------
     (n,) float64. Source: SplitMix64 (Steele, Lea and Flood 2014).
     """
-    key = _mix(np.uint64(seed % 2**64)) ^ np.uint64((stream * 64 + dimension) % 2**64)
-    bits = _mix(_mix(key) ^ pixel.astype(np.uint64))
+    key = mix(np.uint64(seed % 2**64)) ^ np.uint64((stream * 64 + dimension) % 2**64)
+    bits = mix(mix(key) ^ pixel.astype(np.uint64))
     return (bits >> np.uint64(11)).astype(np.float64) * TWO_TO_MINUS_53
 
 
@@ -70,7 +70,7 @@ def _generator(dimensions: int) -> float:
     return x
 
 
-def _mix(z: NDArray[np.uint64] | np.uint64) -> NDArray[np.uint64]:
+def mix(z: NDArray[np.uint64] | np.uint64) -> NDArray[np.uint64]:
     with np.errstate(over="ignore"):  # arithmetic modulo 2^64 is the point
         z = np.asarray(z, dtype=np.uint64) + np.uint64(0x9E3779B97F4A7C15)
         z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)

@@ -64,7 +64,7 @@ class Parts:
     place : (3, m) centroids in x, y, t.  spread : (6, m) lower triangular roots of their second
         moments: xx, yx, yy, tx, ty, tt.  half : (3, m) half the extents of their boxes.
     item : (m,) objects.  cell : (m,) the cells' numbers.
-    star : (m,) whether stars may sample them.
+    star : (m,) whether stars may sample them.  turn : (m,) how those are turned.
     stake : (m,) of its pixel's goal, what an error of 1 in the radiance of the part is.
     crowd : (m,) cells of its pixel.
     """
@@ -75,6 +75,7 @@ class Parts:
     item: Ints
     cell: Ints
     star: Mask
+    turn: Ints
     stake: Array
     crowd: Ints
 
@@ -126,7 +127,7 @@ def sample(plan: Plan, occluders: Occluders, parts: Parts, found: Regions, hit: 
     axes, box = wide.sum(axis=0), np.arange(size) >= hit.size
     centers = _look(plan, occluders, parts)
     needed, vain = _worth(parts, centers.light.deviation, axes, box)
-    arms = make_arms(parts.place, parts.spread, wide, needed & ~vain, box)
+    arms = make_arms(parts.place, parts.spread, wide, needed & ~vain, box, parts.turn)
     left, stray = _kept(plan, parts, found, hit, arms)
     star, part = arms.count > 1, 1.0 / arms.count[arms.region]
     points, lost = arms.count + star, sums(arms.region, part * stray, size)

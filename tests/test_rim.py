@@ -27,7 +27,7 @@ def boxes(axes, reach, rng):
     spread[[0, 2, 5]] = half / np.sqrt(3.0)
     place = np.array([[0.3], [-0.2], [1.0]]) + np.zeros((3, BOXES))
     star = np.ones(BOXES, dtype=bool)
-    arms = make_arms(place, spread, wide, star, star)
+    arms = make_arms(place, spread, wide, star, star, np.zeros(star.size, dtype=np.int64))
     slope = np.where(wide, rng.normal(size=(3, BOXES)), 0.0)
     slope /= np.abs(slope).sum(axis=0)
     beyond = rng.uniform(*reach, BOXES)
