@@ -36,8 +36,8 @@ Array: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
 Mask: TypeAlias = NDArray[np.bool_]
 
-ROUNDS = 24
-"""Splits of a cell at most: an axis is cut into 2^24 parts at the very most."""
+ROUNDS = 32
+"""Splits of a cell at most: an axis is cut into 2^32 parts at the very most."""
 MOST_CELLS = 4096
 """Cells of a pixel at most ..."""
 MORE_CELLS = 16_384

@@ -68,3 +68,9 @@ def test_small_balls_that_touch_a_side_of_a_quad_light(beside, foreseen):
     shape = plan.shadow_light(plan.lights[0])
     found = past_spheres(plan, hits, patch, shape, Pairs(nothing, nothing), 0.0)
     assert (found.depth[0] > 0.0) == foreseen
+
+
+def test_what_late_rounds_find_is_refined_as_well():
+    """Samples met another object after 24 rounds: the estimate was 8.5 tolerances."""
+    film = render_image(random_scene(7023), Settings(tolerance=1e-4))
+    assert film.stats["error_estimate"] < 1.5e-4
