@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from .columns import columns
 from .lines import TIME
 from .primary import places
-from .sampling import mix
+from .sampling import generator, mix
 
 __all__ = ["Arms", "make_arms", "turns"]
 
@@ -125,8 +125,7 @@ def _turned() -> Array:
     Rotations come from even points in a cube (Shoemake 1992, "Uniform random rotations"; the points
     are Roberts', see `sampling`). Kept are those whose arms all end in boxes.
     """
-    root = 1.2207440846057596
-    i = np.arange(16 * TURNS)
+    root, i = generator(3), np.arange(16 * TURNS)
     a, b, c = (0.5 + i / root**power for power in (1, 2, 3))
     a, b, c = a % 1.0, 2.0 * np.pi * b, 2.0 * np.pi * c
     p, q = np.sqrt(1.0 - a), np.sqrt(a)

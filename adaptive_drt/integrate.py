@@ -104,7 +104,10 @@ class Resolver:
         if not chosen.size:
             return factor
         part = hits.take(chosen)
-        pairs = self._plain_pairs(shape, part) if source is None else _narrow(source, keep[chosen])
+        if source is None:
+            pairs = self._plain_pairs(shape, part)
+        else:
+            pairs = source.of(keep[chosen], self.center.rows.size)
         spots = None
         if shape.extended:
             pixel = self.tile.index[rows[chosen]]
@@ -207,7 +210,7 @@ class Resolver:
                 pixel = self.tile.index[at[some]]
                 spots = light_points(plan, pixel, index, rays.count, light_rays)
             part, when, used = hits.take(some), rays.time[rows[some]], kept[rows[some]]
-            sums = gather_light(plan, part, light, _narrow(pairs, some), spots, when, used)
+            sums = gather_light(plan, part, light, pairs.of(some, rows.size), spots, when, used)
             self.out.count("light", some.size * rays.count * light_rays)
             factor[some] = sums.estimate()
             total[:, rows] += light.power[:, None] * factor
@@ -353,15 +356,6 @@ class _Rays:
             item[row, sample],
             self.time[row, sample],
         )
-
-
-def _narrow(pairs: Pairs, rows: Ints) -> Pairs:
-    """The pairs of the given (ascending) points, numbered anew."""
-    first = np.searchsorted(pairs.pixel, rows, side="left")
-    last = np.searchsorted(pairs.pixel, rows, side="right")
-    size = last - first
-    offset = places(size)
-    return Pairs(np.repeat(np.arange(rows.size), size), pairs.item[np.repeat(first, size) + offset])
 
 
 def resolve(plan: Plan, occluders: Occluders, tile: Tile, center: Center, flags: Flags) -> Pixels:

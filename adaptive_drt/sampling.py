@@ -15,7 +15,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["mix", "points", "shifts"]
+__all__ = ["generator", "mix", "points", "shifts"]
 
 Array: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
@@ -52,7 +52,7 @@ def points(seed: int, pixel: Ints, stream: int, count: int, dimensions: int) -> 
     index = np.arange(count, dtype=np.float64)
     base = [index / count]
     if dimensions > 1:
-        root = _generator(dimensions - 1)
+        root = generator(dimensions - 1)
         base += [index * root ** -(k + 1.0) % 1.0 for k in range(dimensions - 1)]
     out = []
     for k in range(dimensions):
@@ -62,7 +62,7 @@ def points(seed: int, pixel: Ints, stream: int, count: int, dimensions: int) -> 
     return out
 
 
-def _generator(dimensions: int) -> float:
+def generator(dimensions: int) -> float:
     """The root above 1 of x^(d + 1) = x + 1."""
     x = 1.5
     for _ in range(NEWTON_STEPS):
@@ -71,6 +71,7 @@ def _generator(dimensions: int) -> float:
 
 
 def mix(z: NDArray[np.uint64] | np.uint64) -> NDArray[np.uint64]:
+    """Numbers spread over 64 bits (...): SplitMix64 (Steele, Lea and Flood 2014)."""
     with np.errstate(over="ignore"):  # arithmetic modulo 2^64 is the point
         z = np.asarray(z, dtype=np.uint64) + np.uint64(0x9E3779B97F4A7C15)
         z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)

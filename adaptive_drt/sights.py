@@ -22,6 +22,7 @@ from .forms import Boxes, make_forms
 from .lines import TIME, Lattice, intervals
 from .plan import Plan
 from .primary import Pairs
+from .sampling import mix
 
 __all__ = ["NO_SIGHT", "find_sights"]
 
@@ -71,7 +72,8 @@ def find_sights(plan: Plan, place: Array, half: float, pairs: Pairs) -> Ints:
         # what is that small may pass between all the middles
         refused[pairs.pixel[mover[~seen & (columns(reach, mover).min(axis=0) < SMALL)]]] = True
     total = np.zeros(count, dtype=np.uint64)
-    np.add.at(total, pairs.pixel, _mixed(code.astype(np.uint64)))
+    # spread over 64 bits, so that sums tell lists apart
+    np.add.at(total, pairs.pixel, mix(code.astype(np.uint64)))
     sight = (total >> np.uint64(1)).astype(np.int64)
     return np.where(refused, NO_SIGHT, sight)
 
@@ -91,12 +93,3 @@ def _phases(plan: Plan, place: Array, half: float, pairs: Pairs) -> tuple[Ints, 
     phase, met = phases[lines // 2, lines // 2], seen[lines // 2, lines // 2]
     differs: Mask = ((seen != met) | (met & (phases != phase))).any(axis=(0, 1))
     return phase, met, differs
-
-
-def _mixed(number: NDArray[np.uint64]) -> NDArray[np.uint64]:
-    """Numbers spread over 64 bits, so that sums tell lists apart (Steele, Lea, Flood 2014)."""
-    z = number * np.uint64(0x9E3779B97F4A7C15)
-    z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-    z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    mixed: NDArray[np.uint64] = z ^ (z >> np.uint64(31))
-    return mixed

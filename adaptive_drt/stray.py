@@ -18,7 +18,7 @@ from .ahead import hits_or_near
 from .columns import columns
 from .patch import make_patch
 from .plan import Plan
-from .primary import pair_hits, places, surface
+from .primary import Pairs, pair_hits, surface
 from .regions import Regions
 from .vector import dot
 
@@ -60,9 +60,8 @@ def kept_parts(
         part[open_] = length
         at = columns(middle, open_) + length * columns(arm, open_)
         lost = np.zeros(int(lot[-1]) + 1, dtype=np.bool_)
-        lost[lot[open_[_behind(plan, found, number, region[open_], at, columns(half, open_))]]] = (
-            True
-        )
+        own = region[open_], at, columns(half, open_)
+        lost[lot[open_[_behind(plan, found, number.size, *own)]]] = True
         open_ = open_[lost[lot[open_]]]
     stray = np.zeros(region.size, dtype=np.bool_)
     stray[open_] = True
@@ -70,21 +69,19 @@ def kept_parts(
 
 
 def _behind(
-    plan: Plan, found: Regions, number: Ints, region: Ints, place: Array, half: Array
+    plan: Plan, found: Regions, boxes: int, region: Ints, place: Array, half: Array
 ) -> Ints:
     """Which samples, at m places, other objects of their boxes lie just before.
 
-    number : of regions in each box.  The rest as `kept_parts`.
+    boxes : how many there are.  The rest as `kept_parts`.
     """
     w = plan.lens.directions(place[0], place[1])
     time: Array | float = place[2] if plan.motion else 0.0
     item, box = found.item[region], found.box[region]
     own = hits_or_near(plan, w, item, time)
-    sample = np.repeat(np.arange(region.size), number[box])
-    first = np.cumsum(number) - number
-    rival = found.item[np.repeat(first[box], number[box]) + places(number[box])]
-    other = np.flatnonzero((rival >= 0) & (rival != item[sample]))
-    sample, rival = sample[other], rival[other]
+    shown = Pairs(found.box, found.item).of(box, boxes)
+    shown = shown.take((shown.item >= 0) & (shown.item != item[shown.pixel]))
+    sample, rival = shown.pixel, shown.item
     when = place[2, sample][:, None] if plan.motion else 0.0
     front = np.full(region.size, np.inf)
     np.minimum.at(front, sample, pair_hits(plan, columns(w, sample[:, None]), rival, when)[:, 0])

@@ -45,7 +45,7 @@ def left(error, goal, moves):
 def motion(moves, hard, steps=0.0, standing=0.0):
     """What is known of pixels in which something moves."""
     nothing = np.zeros(hard.size)
-    return Motion(moves & (hard >= 0.0), hard, nothing + standing, nothing + steps)
+    return Motion(moves, hard, nothing + standing, nothing + steps)
 
 
 @pytest.mark.parametrize("spread", [0.5, 2.0, 4.0])
