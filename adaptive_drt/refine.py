@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from .arms import turns
 from .cells import Cells, merge, split, sums
-from .columns import columns
+from .columns import columns, place
 from .goal import Goal
 from .occluder import Occluders
 from .plan import Plan
@@ -27,7 +27,7 @@ from .regions import Boxes, Regions, find_regions, no_regions
 from .shade import Shaded
 from .stars import IN_VAIN, Parts, join, left_by_stars, sample
 from .strain import learn
-from .variation import BENDS, KINKS, ROOTS, STEPS
+from .variation import BENDS, KINKS, ROOTS, STEPS, no_variation
 from .vector import rms
 
 __all__ = ["Begun", "Refined", "Task", "begin", "refine"]
@@ -142,7 +142,8 @@ def _roots(plan: Plan, occluders: Occluders, task: Task) -> tuple[Cells, Ints]:
     blank = np.flatnonzero(task.blank)
     if blank.size:
         limits = _Limits.of(task, cells.pixel)
-        done, points = _shaded(plan, occluders, task, cells.take(blank), limits)
+        blanks, known = cells.take(blank), np.zeros(blank.size, dtype=np.bool_)
+        done, points = _shaded(plan, occluders, task, blanks, limits, known)
         cells = merge([cells.take(~task.blank), done])
         samples += points
     return cells, samples
@@ -167,9 +168,9 @@ def refine(plan: Plan, occluders: Occluders, task: Task) -> Refined:
             split_up = np.unique(cells.pixel[chosen])
             kept = np.ones(cells.pixel.size, dtype=np.bool_)
             kept[chosen] = False
-            cells, finer = cells.take(kept), _finer(cells.take(chosen), parts)
+            cells, (finer, known) = cells.take(kept), _finer(cells.take(chosen), parts)
             limits = _Limits.of(task, np.concatenate([cells.pixel, finer.pixel]))
-            done, points = _shaded(plan, occluders, task, finer, limits)
+            done, points = _shaded(plan, occluders, task, finer, limits, known)
             samples += points
             cells = merge([cells, done])
             before, mean = mean, _means(cells, count)
@@ -235,15 +236,28 @@ def _choose(task: Task, cells: Cells, error: Array) -> tuple[Ints, Ints]:
     return chosen[some], columns(parts, some)
 
 
-def _finer(cells: Cells, parts: Ints) -> Cells:
-    """Blank cells in place of some: their parts, or the same to be sampled by stars."""
-    return split(replace(cells, star=np.ones(cells.pixel.size, dtype=np.bool_)), parts)
+def _finer(cells: Cells, parts: Ints) -> tuple[Cells, Mask]:
+    """Cells to shade in place of some: their parts, or the same to be sampled by stars.
+
+    Returns with them (c,) which are the same: their centroids are shaded, if nothing cuts them.
+    """
+    finer = split(replace(cells, star=np.ones(cells.pixel.size, dtype=np.bool_)), parts)
+    size = parts.prod(axis=0)
+    same = np.flatnonzero(size == 1)
+    rows = np.cumsum(size)[same] - 1
+    place(finer.color, rows, columns(cells.color, same))
+    place(finer.deviation, rows, columns(cells.deviation, same, -1))
+    known = np.zeros(finer.pixel.size, dtype=np.bool_)
+    known[rows] = True
+    return finer, known
 
 
 def _shaded(
-    plan: Plan, occluders: Occluders, task: Task, cells: Cells, limits: _Limits
+    plan: Plan, occluders: Occluders, task: Task, cells: Cells, limits: _Limits, known: Mask
 ) -> tuple[Cells, Ints]:
     """The cells with their colours and errors, and the points (n,) shaded in each pixel.
+
+    known : (c,) which have the colours and deviations of their centroids, if nothing cuts them.
 
     Those that one object fills and the regions of the others are shaded together.
     """
@@ -252,7 +266,8 @@ def _shaded(
     found = _find_regions(plan, task, crossed) if crossed.pixel.size else no_regions()
     hit = np.flatnonzero(found.item >= 0)
     parts = join(
-        _region_parts(crossed, found, hit, limits), _whole_parts(task, filled, crossed, limits)
+        _region_parts(crossed, found, hit, limits),
+        _whole_parts(task, filled, crossed, limits, known[~cut]),
     )
     samples = sample(plan, occluders, parts, found, hit)
     light = samples.light
@@ -285,14 +300,15 @@ def _find_regions(plan: Plan, task: Task, cells: Cells) -> Regions:
     return find_regions(plan, Boxes(cells.low, cells.high), rivals, accuracy, LINES)
 
 
-def _whole_parts(task: Task, cells: Cells, before: Cells, limits: _Limits) -> Parts:
+def _whole_parts(task: Task, cells: Cells, before: Cells, limits: _Limits, known: Mask) -> Parts:
     """Cells that one object fills, numbered after those `before`."""
     middle, half = 0.5 * (cells.low + cells.high), 0.5 * (cells.high - cells.low)
     spread = np.zeros((6, cells.pixel.size))
     spread[[0, 2, 5]] = half / np.sqrt(3.0)
     number = before.pixel.size + np.arange(cells.pixel.size)
     item, stakes = task.item[cells.pixel], limits.stakes(cells)
-    return Parts(middle, spread, half, item, number, cells.star, turns(middle), *stakes)
+    turn, light = turns(middle), (cells.color, cells.deviation)
+    return Parts(middle, spread, half, item, number, cells.star, turn, *stakes, known, *light)
 
 
 def _region_parts(cells: Cells, found: Regions, hit: Ints, limits: _Limits) -> Parts:
@@ -301,9 +317,11 @@ def _region_parts(cells: Cells, found: Regions, hit: Ints, limits: _Limits) -> P
     half = np.minimum(0.5 * columns(cells.high - cells.low, box), _extent(spread))
     stake, crowd = limits.stakes(cells)
     stake = found.weight[hit] * stake[box]
-    place, item = columns(found.place, hit), found.item[hit]
+    centroid, item = columns(found.place, hit), found.item[hit]
     turn = turns(0.5 * (cells.low + cells.high))[box]
-    return Parts(place, spread, half, item, box, cells.star[box], turn, stake, crowd[box])
+    star, each, known = cells.star[box], (stake, crowd[box]), np.zeros(hit.size, dtype=np.bool_)
+    light = np.zeros((3, hit.size)), no_variation(hit.size)
+    return Parts(centroid, spread, half, item, box, star, turn, *each, known, *light)
 
 
 def _assembled(

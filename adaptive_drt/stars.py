@@ -38,18 +38,23 @@ Array: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
 Mask: TypeAlias = NDArray[np.bool_]
 
-STAR = np.array([[0.02, 0.05, 0.09, 0.35], [0.02, 0.09, 0.15, 0.5], [0.02, 0.13, 0.2, 0.5]])
+STAR = np.array([[0.005, 0.05, 0.09, 0.35], [0.02, 0.09, 0.15, 0.5], [0.02, 0.13, 0.2, 0.5]])
 """Of the deviation of a centroid's sample: that of a star's mean, by number of axes and by kind. Of
-a power 3/2, a kink and a step at random places stars leave 0.035, 0.088 and 0.34 in an interval,
-0.071, 0.15 and 0.35 in a square, 0.13, 0.22 and 0.38 in a cube; of bends what was measured."""
+a power 3/2, a kink and a step at random places stars leave 0.032, 0.088 and 0.35 in an interval,
+0.071, 0.15 and 0.35 in a square, 0.13, 0.22 and 0.38 in a cube; of bends what was measured. (Means
+over the shutter at 0.01 %, as blocks use them: at 0.02 for an interval they were off by 0.1 to 0.4
+of what was estimated, with a tenth more points a pixel; at 0.005 by 0.4 to 0.7.)"""
 MARGIN = 1.6
 """Of a part's extent: how far shadows' edges are looked for from its centroid. Patches are laid out
 as steps on a plane, and an occluder's angle as if it grew by steps; near contact both do faster
 (135 random scenes at 0.1 %: the worst at 1.21 of the tolerance without, 0.97 with)."""
-NEEDED = 0.01
+NEEDED = 0.1
 """Of a pixel's goal, over the root of its cells' number: what may be foreseen of a part without a
 star. Stars see what was not foreseen (400 spheres, 0.01 %: at 0.01, 0.05 and 0.2 the picture is
-off by 0.46, 0.50 and 0.64 of the tolerance, with 19.2, 18.6 and 18.1 points a pixel)."""
+off by 0.46, 0.50 and 0.64 of the tolerance, with 19.2, 18.6 and 18.1 points a pixel; 210 random
+scenes are as far off at 0.1 as at 0.01)."""
+NOWHERE = -1.0
+"""Metres: how far what was found around a centroid serves, where nothing was looked for."""
 IN_VAIN = 1.5
 """Times its pixel's goal: what is foreseen of a cell's stars when it is split in any case."""
 TINY = float(np.finfo(np.float64).tiny)
@@ -67,6 +72,7 @@ class Parts:
     star : (m,) whether stars may sample them.  turn : (m,) how those are turned.
     stake : (m,) of its pixel's goal, what an error of 1 in the radiance of the part is.
     crowd : (m,) cells of its pixel.
+    known : (m,) whether the centroid has been shaded, to `color` (3, m) and `deviation` (4, 3, m).
     """
 
     place: Array
@@ -78,6 +84,9 @@ class Parts:
     turn: Ints
     stake: Array
     crowd: Ints
+    known: Mask
+    color: Array
+    deviation: Array
 
 
 @dataclass(frozen=True)
@@ -87,7 +96,7 @@ class Samples:
     Attributes
     ----------
     light : their mean radiance, and what that may be off by.
-    points : (m,) shaded for each.
+    points : (m,) shaded for each, besides the centroids that were known.
     vain : (m,) whether no star was tried, as it would not have settled the part's cell.
     lost : (m,) part of a part's points that none saw where it should be.
     """
@@ -100,8 +109,8 @@ class Samples:
 
 @dataclass(frozen=True)
 class _Centers:
-    """The centroids of m parts: `hits` there, their `light`, how far their patches `reach`, metres,
-    and the cosines between normals and rays (`slant`)."""
+    """The centroids of m parts: `hits` there, their `light`, how far (m,) its candidates serve
+    (`reach`, metres), and the cosines between normals and rays (`slant`)."""
 
     hits: Surface
     light: Shaded
@@ -130,7 +139,7 @@ def sample(plan: Plan, occluders: Occluders, parts: Parts, found: Regions, hit: 
     arms = make_arms(parts.place, parts.spread, wide, needed & ~vain, box, parts.turn)
     left, stray = _kept(plan, parts, found, hit, arms)
     star, part = arms.count > 1, 1.0 / arms.count[arms.region]
-    points, lost = arms.count + star, sums(arms.region, part * stray, size)
+    points, lost = arms.count + star - parts.known, sums(arms.region, part * stray, size)
     light = centers.light
     if star.any():
         light = _by_stars(plan, occluders, parts, centers, arms, left, axes)
@@ -239,11 +248,23 @@ def _shown(
 def _look(plan: Plan, occluders: Occluders, parts: Parts) -> _Centers:
     """The centroids of m parts, and what is foreseen of the parts from there."""
     hits, w, t, time = _hits(plan, parts.place, parts.item)
+    slant, reach = _slant(hits, w), np.full(parts.item.size, NOWHERE)
+    rows = np.flatnonzero(~parts.known)
+    whole = rows.size == reach.size
+    near = hits if whole else hits.take(rows)
     with np.errstate(over="ignore", invalid="ignore"):  # sizes that only estimates hang on
-        patch = make_patch(plan, w, t, hits, parts.half)
+        patch = make_patch(plan, columns(w, rows), t[rows], near, columns(parts.half, rows))
     patch = replace(patch, margin=MARGIN)
-    light = shade(plan, occluders, hits, time, patch)
-    return _Centers(hits, light, patch.reach, _slant(hits, w))
+    when = time[rows] if isinstance(time, np.ndarray) else time
+    light = shade(plan, occluders, near, when, patch)
+    reach[rows] = patch.reach
+    if whole:
+        return _Centers(hits, light, reach, slant)
+    color, deviation = parts.color.copy(), parts.deviation.copy()
+    place(color, rows, light.color)
+    place(deviation, rows, light.deviation)
+    found = tuple(Pairs(rows[pairs.pixel], pairs.item) for pairs in light.candidates)
+    return _Centers(hits, Shaded(color, deviation, found), reach, slant)
 
 
 def _look_around(

@@ -3,13 +3,22 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from adaptive_drt.arms import TURNS, make_arms, turns
+from adaptive_drt.occluder import Occluders
+from adaptive_drt.plan import make_plan
+from adaptive_drt.primary import Pairs, nearest, pair_hits
+from adaptive_drt.regions import no_regions
+from adaptive_drt.settings import Settings
+from adaptive_drt.stars import Parts, sample
 from adaptive_drt.strain import MOST, learn
 from adaptive_drt.surprise import LEFT, SURPRISE, UNMET, weigh
 from adaptive_drt.variation import BENDS, KINKS, STEPS, no_variation
+from random_scenes import random_scene
 
 DIAGONAL = (0, 2, 5)
 
@@ -166,3 +175,42 @@ def test_means_that_move_farther_than_foreseen_raise_a_pixels_error():
 
 def test_an_error_of_nothing_is_no_error():
     assert np.array_equal(learn(np.ones(2), np.array([[0.0, 1.0]] * 3), np.zeros(2)), [1.0, MOST])
+
+
+def test_centroids_that_are_known_are_not_shaded_again():
+    """Every other part's is: stars come out the same, for a point less."""
+    plan = make_plan(random_scene(5), Settings())
+    width, height = plan.picture
+    y, x = (each.ravel() for each in np.mgrid[0:height, 0:width])
+    place = np.stack([x + 0.5, y + 0.5, np.zeros(x.size)])
+    objects = np.arange(plan.object_count)
+    pairs = Pairs(np.tile(np.arange(x.size), objects.size), np.repeat(objects, x.size))
+    w = plan.lens.directions(place[0], place[1])
+    _, item = nearest(x.size, pairs, pair_hits(plan, w[:, pairs.pixel], pairs.item))
+    place, item = place[:, item >= 0], item[item >= 0]
+    m = item.size
+    half = np.repeat([[0.5], [0.5], [0.0]], m, axis=1)
+    spread = np.zeros((6, m))
+    spread[list(DIAGONAL)] = half / np.sqrt(3.0)
+    no, one = np.zeros(m, dtype=bool), np.ones(m)
+    bare = Parts(
+        place, spread, half, item, np.arange(m), no, turns(place), one, np.ones(m, dtype=int),
+        no, np.zeros((3, m)), no_variation(m),
+    )  # fmt: skip
+    occluders, nothing = Occluders(plan), np.zeros(0, dtype=int)
+
+    def sampled(parts):
+        return sample(plan, occluders, parts, no_regions(), nothing)
+
+    light = sampled(bare).light
+    starred = replace(bare, star=~no, stake=np.full(m, 1e3 / light.color.mean()))
+    known = np.arange(m) % 2 == 0
+    kept = np.where(known, light.color, -9.0), np.where(known, light.deviation, -9.0)
+    fresh = sampled(starred)
+    again = sampled(replace(starred, known=known, color=kept[0], deviation=kept[1]))
+    assert (fresh.points[known] > 1).mean() > 0.2
+    np.testing.assert_array_equal(again.points, fresh.points - known)
+    np.testing.assert_array_equal(again.vain, fresh.vain)
+    size = {"rtol": 1e-12, "atol": 1e-12 * light.color.mean()}
+    np.testing.assert_allclose(again.light.color, fresh.light.color, **size)
+    np.testing.assert_allclose(again.light.deviation, fresh.light.deviation, **size)
