@@ -153,20 +153,21 @@ def refine(plan: Plan, occluders: Occluders, task: Task) -> Refined:
     """Resolve pixels to their goal."""
     count = task.cut.size
     cells, samples = _roots(plan, occluders, task)
-    color, alpha, error = np.zeros((3, count)), np.zeros(count), np.zeros(count)
+    refined = Refined(np.zeros((3, count)), np.zeros(count), samples, np.zeros(count))
     strain = np.ones(count)
     crowds = [(cells, 0)]
     while crowds:
         cells, rounds = crowds.pop()
-        mean = _means(cells, count)
+        limits, mean = _Limits.of(task, cells.pixel), _means(cells, count)
         for turn in range(rounds, ROUNDS):
             plan.go_on()
             off = _error(cells, count)
-            chosen, parts = _choose(task, cells, off * strain)
+            chosen, parts = _choose(limits, cells, off * strain)
+            split_up = np.unique(cells.pixel[chosen])
+            kept = np.isin(cells.pixel, split_up)
+            _enter(refined, cells.take(~kept))
             if not chosen.size:
                 break
-            split_up = np.unique(cells.pixel[chosen])
-            kept = np.ones(cells.pixel.size, dtype=np.bool_)
             kept[chosen] = False
             cells, (finer, known) = cells.take(kept), _finer(cells.take(chosen), parts)
             limits = _Limits.of(task, np.concatenate([cells.pixel, finer.pixel]))
@@ -181,10 +182,17 @@ def refine(plan: Plan, occluders: Occluders, task: Task) -> Refined:
                 # pixels know nothing of each other: one half after the other
                 crowds.append((cells.take(later), turn + 1))
                 cells = cells.take(~later)
-        color += _means(cells, count)
-        alpha += sums(cells.pixel, cells.share * cells.alpha, count)
-        error += _error(cells, count)
-    return Refined(color, alpha, samples, error)
+        else:
+            _enter(refined, cells)
+    return refined
+
+
+def _enter(refined: Refined, cells: Cells) -> None:
+    """Enter pixels whose cells are all there."""
+    count = refined.alpha.size
+    refined.color[:] += _means(cells, count)
+    refined.alpha[:] += sums(cells.pixel, cells.share * cells.alpha, count)
+    refined.error[:] += _error(cells, count)
 
 
 def _means(cells: Cells, count: int) -> Array:
@@ -201,18 +209,16 @@ def _error(cells: Cells, count: int) -> Array:
     return error
 
 
-def _choose(task: Task, cells: Cells, error: Array) -> tuple[Ints, Ints]:
+def _choose(limits: _Limits, cells: Cells, error: Array) -> tuple[Ints, Ints]:
     """Cells to split, and into how many parts along each axis: (k,) and (3, k).
 
     error : (count,) of pixels.
     """
-    count = error.size
-    limits = _Limits.of(task, cells.pixel)
     limit = limits.error
     most = np.where(error < NEARLY * limit, MORE_CELLS, MOST_CELLS)
     open_ = (error > limit) & (limits.cells < most)
     own = cells.error
-    worst = np.zeros(count)
+    worst = np.zeros(error.size)
     np.maximum.at(worst, cells.pixel, own)
     chosen = np.flatnonzero(open_[cells.pixel] & (own >= WORST * worst[cells.pixel]) & (own > 0.0))
     part = cells.take(chosen)
