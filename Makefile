@@ -41,7 +41,7 @@ format: $(READY)  ## format the code, fix what ruff can fix
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
-bench: $(READY)  ## time against error beside Cycles and Mitsuba, write docs/benchmark.md (half an hour)
+bench: $(READY)  ## time against error beside Cycles and Mitsuba, write docs/benchmark.md (three quarters of an hour)
 	@bash benchmarks/bench_setup.sh $(abspath $(VENV))
 	$(BIN)/python benchmarks/bench.py $(BENCH)
 
