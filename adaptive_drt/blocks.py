@@ -32,7 +32,7 @@ LEFT = 1.2
 MADE_UP = 0.2
 """Of what the quadratic is off there: the same, however well cubics make up for it. Four places
 say little of what has a kink. (Blocks' means at 0.01 to 1 %, benchmark and random scenes: off by
-0.3 to 0.5 of these, RMS; at 2 and 1/3 by 0.15 to 0.3, for 2 % more points where things move.)"""
+0.1 to 0.7 of these, RMS, most by 0.2 to 0.5; at 2 and 1/3 by 0.1 to 0.4, for 2 % more points.)"""
 
 
 class Blocks:

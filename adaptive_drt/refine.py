@@ -313,7 +313,7 @@ def _whole_parts(task: Task, cells: Cells, before: Cells, limits: _Limits, known
     spread[[0, 2, 5]] = half / np.sqrt(3.0)
     number = before.pixel.size + np.arange(cells.pixel.size)
     item, stakes = task.item[cells.pixel], limits.stakes(cells)
-    turn, light = turns(middle), (cells.color, cells.deviation)
+    turn, light = turns(middle), (columns(cells.color, known), columns(cells.deviation, known, -1))
     return Parts(middle, spread, half, item, number, cells.star, turn, *stakes, known, *light)
 
 
@@ -326,7 +326,7 @@ def _region_parts(cells: Cells, found: Regions, hit: Ints, limits: _Limits) -> P
     centroid, item = columns(found.place, hit), found.item[hit]
     turn = turns(0.5 * (cells.low + cells.high))[box]
     star, each, known = cells.star[box], (stake, crowd[box]), np.zeros(hit.size, dtype=np.bool_)
-    light = np.zeros((3, hit.size)), no_variation(hit.size)
+    light = np.zeros((3, 0)), no_variation(0)
     return Parts(centroid, spread, half, item, box, star, turn, *each, known, *light)
 
 

@@ -30,6 +30,7 @@ from .rim import rim_gains
 from .shade import Shaded, shade, shade_among
 from .stray import kept_parts
 from .surprise import weigh
+from .variation import no_variation
 from .vector import dot
 
 __all__ = ["IN_VAIN", "Parts", "Samples", "join", "left_by_stars", "sample"]
@@ -43,7 +44,7 @@ STAR = np.array([[0.005, 0.05, 0.09, 0.35], [0.02, 0.09, 0.15, 0.5], [0.02, 0.13
 a power 3/2, a kink and a step at random places stars leave 0.032, 0.088 and 0.35 in an interval,
 0.071, 0.15 and 0.35 in a square, 0.13, 0.22 and 0.38 in a cube; of bends what was measured. (Means
 over the shutter at 0.01 %, as blocks use them: at 0.02 for an interval they were off by 0.1 to 0.4
-of what was estimated, with a tenth more points a pixel; at 0.005 by 0.4 to 0.7.)"""
+of what was estimated, with a tenth more points a pixel; at 0.005 by 0.3 to 0.6.)"""
 MARGIN = 1.6
 """Of a part's extent: how far shadows' edges are looked for from its centroid. Patches are laid out
 as steps on a plane, and an occluder's angle as if it grew by steps; near contact both do faster
@@ -72,7 +73,8 @@ class Parts:
     star : (m,) whether stars may sample them.  turn : (m,) how those are turned.
     stake : (m,) of its pixel's goal, what an error of 1 in the radiance of the part is.
     crowd : (m,) cells of its pixel.
-    known : (m,) whether the centroid has been shaded, to `color` (3, m) and `deviation` (4, 3, m).
+    known : (m,) whether the centroid has been shaded; those k that have, to `color` (3, k) and
+        `deviation` (4, 3, k).
     """
 
     place: Array
@@ -248,23 +250,39 @@ def _shown(
 def _look(plan: Plan, occluders: Occluders, parts: Parts) -> _Centers:
     """The centroids of m parts, and what is foreseen of the parts from there."""
     hits, w, t, time = _hits(plan, parts.place, parts.item)
-    slant, reach = _slant(hits, w), np.full(parts.item.size, NOWHERE)
-    rows = np.flatnonzero(~parts.known)
-    whole = rows.size == reach.size
-    near = hits if whole else hits.take(rows)
-    with np.errstate(over="ignore", invalid="ignore"):  # sizes that only estimates hang on
-        patch = make_patch(plan, columns(w, rows), t[rows], near, columns(parts.half, rows))
-    patch = replace(patch, margin=MARGIN)
-    when = time[rows] if isinstance(time, np.ndarray) else time
-    light = shade(plan, occluders, near, when, patch)
-    reach[rows] = patch.reach
-    if whole:
+    slant, known = _slant(hits, w), parts.known
+    if not known.any():
+        light, reach = _foreseen(plan, occluders, hits, w, t, time, parts.half)
         return _Centers(hits, light, reach, slant)
-    color, deviation = parts.color.copy(), parts.deviation.copy()
+    rows, same = np.flatnonzero(~known), np.flatnonzero(known)
+    when = time[rows] if isinstance(time, np.ndarray) else time
+    near = hits.take(rows), columns(w, rows), t[rows], when, columns(parts.half, rows)
+    light, far = _foreseen(plan, occluders, *near)
+    reach = np.full(known.size, NOWHERE)
+    reach[rows] = far
+    color, deviation = np.empty((3, known.size)), no_variation(known.size)
     place(color, rows, light.color)
+    place(color, same, parts.color)
     place(deviation, rows, light.deviation)
+    place(deviation, same, parts.deviation)
     found = tuple(Pairs(rows[pairs.pixel], pairs.item) for pairs in light.candidates)
     return _Centers(hits, Shaded(color, deviation, found), reach, slant)
+
+
+def _foreseen(
+    plan: Plan,
+    occluders: Occluders,
+    hits: Surface,
+    w: Array,
+    t: Array,
+    time: Array | float,
+    half: Array,
+) -> tuple[Shaded, Array]:
+    """Light at hits, with what is foreseen of boxes of half extents (3, m) around them, and how
+    far, metres, its candidates serve: (m,)."""
+    with np.errstate(over="ignore", invalid="ignore"):  # sizes that only estimates hang on
+        patch = replace(make_patch(plan, w, t, hits, half), margin=MARGIN)
+    return shade(plan, occluders, hits, time, patch), patch.reach
 
 
 def _look_around(

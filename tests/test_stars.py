@@ -195,7 +195,7 @@ def test_centroids_that_are_known_are_not_shaded_again():
     no, one = np.zeros(m, dtype=bool), np.ones(m)
     bare = Parts(
         place, spread, half, item, np.arange(m), no, turns(place), one, np.ones(m, dtype=int),
-        no, np.zeros((3, m)), no_variation(m),
+        no, np.zeros((3, 0)), no_variation(0),
     )  # fmt: skip
     occluders, nothing = Occluders(plan), np.zeros(0, dtype=int)
 
@@ -205,7 +205,7 @@ def test_centroids_that_are_known_are_not_shaded_again():
     light = sampled(bare).light
     starred = replace(bare, star=~no, stake=np.full(m, 1e3 / light.color.mean()))
     known = np.arange(m) % 2 == 0
-    kept = np.where(known, light.color, -9.0), np.where(known, light.deviation, -9.0)
+    kept = light.color[:, known], light.deviation[..., known]
     fresh = sampled(starred)
     again = sampled(replace(starred, known=known, color=kept[0], deviation=kept[1]))
     assert (fresh.points[known] > 1).mean() > 0.2
