@@ -23,7 +23,7 @@ def hits_or_near(plan: Plan, w: Array, item: Ints, time: Array | float) -> Array
     """Ray parameters (m,) of objects; where a ray just misses a sphere, of its nearest point."""
     when = time[:, None] if isinstance(time, np.ndarray) else time
     t = pair_hits(plan, w[:, :, None], item, when)[:, 0]
-    missed = np.flatnonzero(~np.isfinite(t))
+    missed = (~np.isfinite(t)).nonzero()[0]
     if missed.size:
         t[missed] = _nearest_point(plan, columns(w, missed), item[missed], _at(time, missed))
     return t
@@ -32,10 +32,10 @@ def hits_or_near(plan: Plan, w: Array, item: Ints, time: Array | float) -> Array
 def _nearest_point(plan: Plan, w: Array, item: Ints, time: Array | float) -> Array:
     """Ray parameters where rays pass spheres, or cut the planes of quads."""
     t = np.empty(item.size)
-    ball = np.flatnonzero(item < plan.sphere_count)
+    ball = (item < plan.sphere_count).nonzero()[0]
     v = plan.spheres.moved(item[ball], _at(time, ball))
     t[ball] = dot(columns(w, ball), v) / dot(columns(w, ball), columns(w, ball))
-    flat = np.flatnonzero(item >= plan.sphere_count)
+    flat = (item >= plan.sphere_count).nonzero()[0]
     ids = item[flat] - plan.sphere_count
     corner = plan.quads.moved(ids, _at(time, flat))
     u, v = columns(plan.quads.edge_u, ids), columns(plan.quads.edge_v, ids)

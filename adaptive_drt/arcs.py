@@ -225,7 +225,8 @@ def gaps(low: Array, high: Array, spans: Spans) -> Spans:
 
 def _sorted(rows: Array) -> Array:
     """Numbers (j, ...) in order along the first axis."""
-    count = rows.shape[0]
+    if (count := rows.shape[0]) < 2:
+        return rows
     if count > NETWORK:
         return np.sort(rows, axis=0)
     # a sorting network: compares whole rows, many times faster than sorting short columns
@@ -233,7 +234,7 @@ def _sorted(rows: Array) -> Array:
     for last in range(count - 1, 0, -1):
         for i in range(last):
             row[i], row[i + 1] = np.minimum(row[i], row[i + 1]), np.maximum(row[i], row[i + 1])
-    return np.stack(row)
+    return np.array(row)
 
 
 def circle_gaps(center: Array, half: Array, spans: Spans | None = None) -> Spans:
@@ -395,4 +396,4 @@ def _across(axis: Array) -> Array:
     x, y, z = axis
     flat = np.abs(z) < np.maximum(np.abs(x), np.abs(y))
     zero = np.zeros_like(x)
-    return np.where(flat, np.stack([y, -x, zero]), np.stack([zero, z, -y]))
+    return np.where(flat, np.array([y, -x, zero]), np.array([zero, z, -y]))

@@ -93,7 +93,7 @@ def make_arms(place: Array, spread: Array, wide: Mask, star: Mask, box: Mask, tu
     number = places(count)
     inner = cube[region]
     unit = _unit_arms(wide, count, region, number, turn)
-    rows = np.flatnonzero(inner)
+    rows = inner.nonzero()[0]
     unit[:, rows] = _TETRAHEDRA[:, turn[region[rows]] % TURNS, number[rows]]
     unit[TIME, rows] *= side[region[rows]]
     inward = (axes == 1) | (box & (cube | (axes == 2)))
@@ -101,7 +101,7 @@ def make_arms(place: Array, spread: Array, wide: Mask, star: Mask, box: Mask, tu
     unit *= INSIDE / np.sqrt(1.0 - middle[region])
     xx, yx, yy, tx, ty, tt = columns(spread, region)
     x, y, t = unit
-    offset = np.stack([xx * x, yx * x + yy * y, tx * x + ty * y + tt * t])
+    offset = np.array([xx * x, yx * x + yy * y, tx * x + ty * y + tt * t])
     first = np.where(inner, number == 0, number % 2 == 0)
     return Arms(region, count, offset, np.cumsum(first) - 1, middle)
 
@@ -115,9 +115,9 @@ def _unit_arms(wide: Mask, count: Ints, region: Ints, number: Ints, turn: Ints) 
     own = wide[:, region] & (order[:, region] == along) & (count[region] > 1)
     unit: Array = np.where(own, sign * np.sqrt(axes[region]), 0.0)
     flat = (axes == 2) & ~wide[TIME] & (count > 1)
-    rows = np.flatnonzero(flat[region])
+    rows = flat[region].nonzero()[0]
     angle = (0.5 * np.pi) * ((turn % TURNS / TURNS)[region[rows]] + along[rows])
-    unit[:TIME, rows] = np.sqrt(2.0) * sign[rows] * np.stack([np.cos(angle), np.sin(angle)])
+    unit[:TIME, rows] = np.sqrt(2.0) * sign[rows] * np.array([np.cos(angle), np.sin(angle)])
     return unit
 
 
@@ -143,7 +143,7 @@ def _turned() -> Array:
     corners = (rotation[..., None] * CORNERS.T[None, :, None, :]).sum(axis=1)
     longest = np.sqrt(3.0 * (1.0 - MIDDLE[2]))
     fits = np.abs(corners).max(axis=(0, 2)) <= longest
-    kept: Array = corners[:, np.flatnonzero(fits)[:TURNS]]
+    kept: Array = corners[:, fits.nonzero()[0][:TURNS]]
     return kept
 
 

@@ -63,7 +63,7 @@ class Blocks:
         off = np.maximum(
             LEFT * points.size(left).max(axis=0), MADE_UP * points.size(miss).max(axis=0)
         )
-        smooth = np.flatnonzero(off <= points.allowed)
+        smooth = (off <= points.allowed).nonzero()[0]
         if not smooth.size:
             return
         whole = bool(points.frame.plan.edges)
@@ -110,7 +110,7 @@ class Blocks:
         spacing = side // 2
         rough = spacing**1.5 * points.root + spacing * points.kink + points.step
         fine = windows(rough, side + 1)[at_y, at_x].max(axis=(1, 2)) <= points.allowed
-        keep = np.flatnonzero((low == high) & (low >= 0) & fine)
+        keep = ((low == high) & (low >= 0) & fine).nonzero()[0]
         origin: Ints = (first_y + side * at_y[keep]) * frame.width + first_x + side * at_x[keep]
         return origin
 
@@ -160,7 +160,7 @@ def _means(values: Array, side: int, whole: bool) -> Array:
 def _weights(x: Array, more: float = 0.0) -> Array:
     """(3, p) of the nodes at 0, 1 and 2 in the quadratic at x, whose square is `more`."""
     square = x * x + more
-    return np.stack([0.5 * square - 1.5 * x + 1.0, 2.0 * x - square, 0.5 * (square - x)])
+    return np.array([0.5 * square - 1.5 * x + 1.0, 2.0 * x - square, 0.5 * (square - x)])
 
 
 def _through(values: Array, up: Array, across: Array) -> Array:

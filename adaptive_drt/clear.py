@@ -67,12 +67,12 @@ def survey(
             center = trace_center(rough, *squares.middles, squares.pairs)
             found = detect_clear(rough, occluders, center, clock)
             squares = Squares(side, squares.x, squares.y, found.pairs)
-            some = np.flatnonzero(found.clear)
+            some = found.clear.nonzero()[0]
             lawn, smooth, count = _mow(plan, squares, some, found)
             lawns.append(lawn)
             points += count
             cut[some[smooth]] = False
-        squares = squares.cut(np.flatnonzero(cut), smaller, plan.region)
+        squares = squares.cut(cut.nonzero()[0], smaller, plan.region)
         clock("clear squares")
     squares = squares.within(bounds)
     rest = []
@@ -92,7 +92,7 @@ def _mow(plan: Plan, squares: Squares, some: Ints, found: Clear) -> tuple[Lawn, 
     seen, late = np.ones(some.size, dtype=np.bool_), np.zeros(some.size)
     points = 0
     for rows, times in ((~moving & (item >= 0), (0.0,)), (moving, TIMES)):
-        hit = np.flatnonzero(rows)
+        hit = rows.nonzero()[0]
         if hit.size:
             across, up = squares.middles
             x, y = nodes(across[some[hit]], up[some[hit]], side)
@@ -107,7 +107,7 @@ def _mow(plan: Plan, squares: Squares, some: Ints, found: Clear) -> tuple[Lawn, 
     off = roughness(coefficients) + late * size
     smooth = seen & (off <= ALLOWED * plan.settings.tolerance * size)
     # by object: each lot of squares is one piece of the arrays
-    index = np.flatnonzero(smooth)
+    index = smooth.nonzero()[0]
     index = index[np.argsort(item[index], kind="stable")]
     # never below 0, whatever a bicubic says
     mean = np.maximum(means(columns(coefficients, index, -1), side), 0.0)
@@ -148,7 +148,7 @@ def _shade(
     found = np.isfinite(t)
     hits = surface(plan, w, np.where(found, t, 1.0), item)
     light = [unshadowed(plan, hits, time, hidden) for time in times]
-    return np.stack(light), found
+    return np.array(light), found
 
 
 def _lawn(
@@ -166,7 +166,7 @@ def _lawn(
     depth, normal = np.full(mean.shape[1:], np.inf), np.zeros_like(mean)
     place = np.arange(side) + 0.5
     across, up = side * x + place[None, :, None], side * y + place[:, None, None]
-    ends = np.append(np.flatnonzero(np.diff(item)) + 1, item.size)
+    ends = np.append(np.diff(item).nonzero()[0] + 1, item.size)
     first = 0
     for last in ends.tolist():
         part = np.s_[..., first:last]

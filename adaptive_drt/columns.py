@@ -36,7 +36,10 @@ def place(values: NDArray[Any], index: NDArray[Any], parts: Any) -> None:
 
     values : (..., n) in one piece.  parts : (..., *index.shape), or anything that spreads to that.
     """
-    rows = values.reshape(-1, values.shape[-1])
-    spread = np.broadcast_to(parts, (*values.shape[:-1], *index.shape))
+    if values.ndim == 1:
+        values[index] = parts
+        return
+    rows, shape = values.reshape(-1, values.shape[-1]), (*values.shape[:-1], *index.shape)
+    spread = parts if np.shape(parts) == shape else np.broadcast_to(parts, shape)
     for row, part in zip(rows, spread.reshape(len(rows), *index.shape), strict=True):
         row[index] = part

@@ -63,9 +63,10 @@ class Middles:
 
     def _along(self, index: Ints, axis: int, step: int) -> Array:
         """The same of what is along one axis, whose pixels are a step apart."""
-        deviation = self.deviation[:STEPS, axis, index]
+        kinds = [kind[axis] for kind in self.deviation[:STEPS]]
+        deviation = np.array([kind.take(index) for kind in kinds])
         foreseen, shadow = deviation.sum(axis=0), self.shadow[index]
-        near = np.flatnonzero(self._alike(index, step))
+        near = self._alike(index, step).nonzero()[0]
         bend = np.zeros((3, index.size))
         bend[:, near] = bends(self.color, index[near], step)
         own = rms(bend)
@@ -80,7 +81,8 @@ class Middles:
         known[far] = np.where(shadow[far], off, np.minimum(off, foreseen[far]))
         deviation *= np.minimum(known, foreseen) / np.where(foreseen > 0.0, foreseen, 1.0)
         deviation[KINKS] += np.maximum(known - foreseen, 0.0)
-        self.deviation[:STEPS, axis, index] = deviation
+        for kind, changed in zip(kinds, deviation, strict=True):
+            kind[index] = changed
         likely = np.where(shadow, np.inf, LIKELY * foreseen)
         too_large = MEAN * own > likely
         change: Array = bend * np.where(too_large, likely, MEAN) / np.where(too_large, own, 1.0)
@@ -105,6 +107,6 @@ class Middles:
         y, x = np.divmod(index, self.width)
         place, count = (x, self.width) if step == 1 else (y, self.item.size // self.width)
         alike: Mask = (place >= 2) & (place < count - 2)
-        rows = np.flatnonzero(alike)
+        rows = alike.nonzero()[0]
         alike[rows] = self._alike(index[rows], 2 * step)
         return alike

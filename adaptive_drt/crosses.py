@@ -32,7 +32,7 @@ class Crosses:
     def ask(self) -> Ints:
         """Pixels whose values are needed and that are not known: ascending."""
         points = self.points
-        rows = np.flatnonzero(points.wanted)
+        rows: Ints = points.wanted.nonzero()[0]
         if not rows.size:
             return rows
         sight = points.frame.sight[rows]
@@ -57,7 +57,7 @@ class Crosses:
                 bend = bends(points.value, rows, step)
                 mean = mean + MEAN * bend
                 off = np.maximum(off, self._off(rows, step, bend))
-        sure = np.flatnonzero(off <= points.allowed)
+        sure = (off <= points.allowed).nonzero()[0]
         rows = rows[sure]
         points.settle(rows, mean[:, sure], np.hypot(points.error[rows], off[sure]))
 

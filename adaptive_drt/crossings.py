@@ -58,7 +58,7 @@ def find_crossings(table: Array, is_ball: Mask, lattice: Lattice) -> Array:
         for j in range(i + 1, k):
             one, other = table[:, i], table[:, j]
             events += _pair(one, other, is_ball[i], is_ball[j], lattice)
-    return np.stack(events)
+    return np.array(events)
 
 
 def _pair(
@@ -82,7 +82,7 @@ def _pair(
         events = [np.where(other_ball, NOWHERE, event) for event in events]
     if timed and single:
         quartic = [np.full(events[0].shape, NOWHERE) for _ in range(4)]
-        rows = np.flatnonzero(other_ball)
+        rows = other_ball.nonzero()[0]
         if rows.size:
             a, b = columns(one, rows, -1), columns(other, rows, -1)
             found = _quartic_roots(_on_sphere(a, *_radical(a, b, timed), timed))
@@ -147,7 +147,7 @@ def _roots(c: Array, slope: Array, a: Array) -> tuple[Array, Array]:
 
 def _quartic_roots(coefficients: Polynomial) -> list[Array]:
     """Real parts of a quartic's roots within a line, by its companion matrix: one line a box."""
-    c = np.stack(coefficients)
+    c = np.array(coefficients)
     largest = np.maximum(np.max(np.abs(c), axis=0), np.finfo(np.float64).tiny)
     c = c / largest
     lead = np.where(np.abs(c[4]) < LEAST_LEAD, LEAST_LEAD, c[4])

@@ -95,9 +95,9 @@ def trace_center(plan: Plan, x: Array, y: Array, pairs: Pairs) -> Center:
     depth, item = nearest(count, pairs, t)
     depth_still, item_still = depth, item
     if plan.motion:
-        still = np.flatnonzero(~plan.moves[pairs.item])
+        still = (~plan.moves[pairs.item]).nonzero()[0]
         depth_still, item_still = nearest(count, pairs.take(still), t[still])
-    rows = np.flatnonzero(item >= 0)
+    rows = (item >= 0).nonzero()[0]
     hits = surface(plan, columns(w, rows), depth[rows], item[rows])
     return Center(w, pairs, t, depth, item, depth_still, item_still, rows, hits)
 
@@ -212,7 +212,7 @@ def detect_clear(plan: Plan, occluders: Occluders, center: Center, clock: Clock)
     found = _find_outlines(plan, center, clock)
     assert found.test is not None
     clear = ~found.outline & ~found.motion
-    rows = np.flatnonzero(clear[center.rows])
+    rows = clear[center.rows].nonzero()[0]
     hits = center.hits.take(rows)
     reach = np.minimum(*_reach(plan, center, found.test))[rows]
     bend = curvature(plan, hits)
@@ -242,7 +242,7 @@ def detect_clear(plan: Plan, occluders: Occluders, center: Center, clock: Clock)
         if light.displacement is not None:
             moving[center.rows[rows]] |= ~(dark | blocked)
     clear[center.rows[rows]] &= dull
-    whole = np.flatnonzero(~found.outline & (center.item >= 0))
+    whole = (~found.outline & (center.item >= 0)).nonzero()[0]
     rivals = _rivals(plan, center.pairs, found.test, found.outline)
     item = np.concatenate([rivals.item, center.item[whole]])
     order = np.argsort(item, kind="stable")
@@ -301,7 +301,7 @@ def _reach(plan: Plan, center: Center, test: EdgeTest) -> tuple[Array, Array]:
     """
     rows, pairs = center.rows, center.pairs
     w = columns(center.w, rows)
-    own = np.flatnonzero(pairs.item == center.item[pairs.pixel])
+    own = (pairs.item == center.item[pairs.pixel]).nonzero()[0]
     deep = np.zeros(center.depth.size)
     t = center.depth[pairs.pixel[own]]
     deep[pairs.pixel[own]] = np.maximum(test.far[own] - t, t - test.near[own])
@@ -323,7 +323,7 @@ def _outline_light(
     changes = np.zeros(mask.shape[1], dtype=np.bool_)
     open_ = mask[2] & ~mask[1]
     rests = ~moves_in_sight(plan, pairs.item)
-    rows = np.flatnonzero(test.seen & open_[pairs.pixel] & rests)
+    rows = (test.seen & open_[pairs.pixel] & rests).nonzero()[0]
     if not rows.size:
         return changes
     w = columns(center.w, pairs.pixel[rows])

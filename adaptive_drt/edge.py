@@ -92,7 +92,7 @@ def detect_edges(plan: Plan, count: int, pairs: Pairs, w: Array, t: Array) -> Ed
     """
     cover = _covers(plan, pairs, w)
     front = np.full(count, np.inf)
-    full = np.flatnonzero(cover.full)
+    full = cover.full.nonzero()[0]
     np.minimum.at(front, pairs.pixel[full], cover.far[full])
     still = full[~plan.moves[pairs.item[full]]]
     front_still = np.full(count, np.inf)
@@ -103,7 +103,7 @@ def detect_edges(plan: Plan, count: int, pairs: Pairs, w: Array, t: Array) -> Ed
     both = seen & cover.full
     edge |= _seams(plan, count, pairs.take(both), w, t, both)
     nearest_still = np.full(count, np.inf)
-    some_still = np.flatnonzero(cover.some & ~plan.moves[pairs.item])
+    some_still = (cover.some & ~plan.moves[pairs.item]).nonzero()[0]
     np.minimum.at(nearest_still, pairs.pixel[some_still], cover.near[some_still])
     far = np.minimum(cover.far, front[pairs.pixel])
     return EdgeTest(edge, front, front_still, nearest_still, cover.some, seen, cover.near, far)
@@ -117,7 +117,7 @@ def _seams(plan: Plan, count: int, pairs: Pairs, w: Array, t: Array, chosen: Mas
     w, t = columns(w, chosen), t[chosen]
     rivals = np.bincount(pairs.pixel, minlength=count)
     _, front = nearest(count, pairs, t)
-    rows = np.flatnonzero((rivals[pairs.pixel] > 1) & (pairs.item != front[pairs.pixel]))
+    rows = ((rivals[pairs.pixel] > 1) & (pairs.item != front[pairs.pixel])).nonzero()[0]
     seam = np.zeros(count, dtype=np.bool_)
     other = front[pairs.pixel[rows]]
     # no hit at the centre, though the pixel is covered: rounding has the last word
@@ -155,7 +155,7 @@ def _sphere_cover(plan: Plan, item: NDArray[np.int64], w: Array) -> tuple[Mask, 
     # a step of length h changes D by no more than this
     change = 2.0 * h * (r * r * length + np.sqrt(square * vv)) + h * h * (r * r + vv)
     low, high = d - change, d + change
-    unsure = np.flatnonzero((low <= 0.0) & (high >= 0.0))
+    unsure = ((low <= 0.0) & (high >= 0.0)).nonzero()[0]
     if unsure.size:
         which = unsure if item.size > 1 else np.zeros_like(unsure)
         low[unsure], high[unsure] = _discriminant_range(

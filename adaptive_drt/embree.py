@@ -81,7 +81,7 @@ class ProxyScene:
         stop = ((end - self._middle[:, None]) / self._size).T
         way = stop - begin
         length = np.sqrt(way[:, 0] ** 2 + way[:, 1] ** 2 + way[:, 2] ** 2)
-        alive = np.flatnonzero(length > 0.0)
+        alive = (length > 0.0).nonzero()[0]
         way[alive] /= length[alive, None]
         gone = np.zeros(length.size)
         found: list[Ints] = []
@@ -91,7 +91,7 @@ class ProxyScene:
             hit = self._scene.run(
                 origin.astype(np.float32), way[alive].astype(np.float32), output=1
             )
-            met = np.flatnonzero(hit["primID"] >= 0)
+            met = (hit["primID"] >= 0).nonzero()[0]
             alive, prim = alive[met], hit["primID"][met].astype(np.int64)
             item = prim // self._faces
             found.append(alive * self._count + item)

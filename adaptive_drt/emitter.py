@@ -248,8 +248,8 @@ def _frame(axis: Array, normal: Array, point: Array) -> tuple[Array, Array]:
     sign = np.where(z < 0.0, -1.0, 1.0)
     p = -1.0 / (sign + z)
     q = x * y * p
-    u = np.stack([1.0 + sign * x * x * p, sign * q, -sign * x])
-    v = np.stack([q, sign + y * y * p, -y])
+    u = np.array([1.0 + sign * x * x * p, sign * q, -sign * x])
+    v = np.array([q, sign + y * y * p, -y])
     lean = normal - dot(normal, axis) * axis
     size = np.sqrt(dot(lean, lean))
     leans = size > ASLANT

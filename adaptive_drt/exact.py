@@ -21,7 +21,7 @@ from .patch import make_patch
 from .plan import Plan
 from .primary import Pairs
 from .shade import Shaded, shade
-from .variation import no_variation
+from .variation import STEPS, no_variation
 
 __all__ = ["Lawn", "Sheet", "first_pass"]
 
@@ -38,6 +38,7 @@ class Sheet:
     ----------
     color : (3, n) radiance at the centres.  alpha : (n,) coverage there.
     deviation : (4, 3, n) estimated, by kind and axis: see `variation`.
+    error, across : (n,) the sum of those, and of what middles around may tell more of.
     mask : (3, n).  outline : (n,).  item : (n,) object at the centre, -1 for none.
     depth : (n,), normal : (3, n) of the hits.
     rivals : objects that may be seen in pixels with outlines, sorted by pixel.
@@ -46,6 +47,8 @@ class Sheet:
     color: Array
     alpha: Array
     deviation: Array
+    error: Array
+    across: Array
     mask: Mask
     outline: Mask
     item: Ints
@@ -77,7 +80,8 @@ def first_pass(
     clock("exact light")
     order = np.argsort(flags.rivals.pixel, kind="stable")
     return Sheet(
-        color, alpha, deviation, flags.mask, flags.outline,
+        color, alpha, deviation, deviation.sum(axis=(0, 1)),
+        deviation[:STEPS, :2].sum(axis=(0, 1)), flags.mask, flags.outline,
         center.item, center.depth, normal, flags.rivals.take(order),
     )  # fmt: skip
 

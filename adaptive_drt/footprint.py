@@ -104,7 +104,7 @@ def make_footprint(plan: Plan, surface: Surface, reach: Array) -> Footprint:
         held = np.isfinite(wide)
         off = np.where(held, off, np.inf)
         sides = [np.where(held, step * grow, 0.0) for step in steps]
-    rim = np.flatnonzero(~np.isfinite(off))
+    rim = (~np.isfinite(off)).nonzero()[0]
     if rim.size:
         off[rim], (sides[0][:, rim], sides[1][:, rim]) = _along_rays(
             plan, columns(point, rim), t[rim], reach[rim]

@@ -143,7 +143,7 @@ class Forms:
     def take(self, rows: Ints) -> Forms:
         """The candidates at an index, renumbered."""
         is_ball, place = self.is_ball[rows], self.place[rows]
-        ball, flat = np.flatnonzero(is_ball), np.flatnonzero(~is_ball)
+        ball, flat = is_ball.nonzero()[0], (~is_ball).nonzero()[0]
         index = np.empty(rows.size, dtype=np.int64)
         index[ball], index[flat] = np.arange(ball.size), np.arange(flat.size)
         return Forms(
@@ -160,7 +160,7 @@ class Forms:
             (balls.row, (balls.discriminant, balls.along, balls.square)),
             (flats.row, (*flats.edges, flats.facing)),
         ):
-            index = np.flatnonzero(some[row])
+            index = some[row].nonzero()[0]
             if not index.size:
                 continue
             for form in forms:
@@ -181,7 +181,7 @@ def make_forms(plan: Plan, boxes: Boxes, pairs: Pairs) -> tuple[Forms, Cover]:
         np.zeros(m),
     )
     is_ball = pairs.item < plan.sphere_count
-    ball, flat = np.flatnonzero(is_ball), np.flatnonzero(~is_ball)
+    ball, flat = is_ball.nonzero()[0], (~is_ball).nonzero()[0]
     place = np.empty(m, dtype=np.int64)
     place[ball], place[flat] = np.arange(ball.size), np.arange(flat.size)
     middle, size = boxes.middle, boxes.size
@@ -225,9 +225,9 @@ def _square_form(a: tuple[Array, Array, Array], b: tuple[Array, Array, Array]) -
     if a is b:
         pairs = ((0, 1), (0, 2), (1, 2))
         x, y, xy = (2.0 * dot(a[i], a[j]) for i, j in pairs)
-        return np.stack([dot(a[0], a[0]), x, y, dot(a[1], a[1]), xy, dot(a[2], a[2])])
+        return np.array([dot(a[0], a[0]), x, y, dot(a[1], a[1]), xy, dot(a[2], a[2])])
     x, y, xy = (dot(a[i], b[j]) + dot(a[j], b[i]) for i, j in ((0, 1), (0, 2), (1, 2)))
-    return np.stack([dot(a[0], b[0]), x, y, dot(a[1], b[1]), xy, dot(a[2], b[2])])
+    return np.array([dot(a[0], b[0]), x, y, dot(a[1], b[1]), xy, dot(a[2], b[2])])
 
 
 def _balls(
@@ -240,14 +240,14 @@ def _balls(
     square = _square_form(ray, ray)
     c = (cross(ray[0], v), cross(ray[1], v), cross(ray[2], v))
     d = [rr * square - _square_form(c, c)]
-    along = [np.stack([dot(part, v) for part in ray])]
+    along = [np.array([dot(part, v) for part in ray])]
     gap = [(dot(v, v) - rr)[None]]
     if change is not None:
         e = (cross(ray[0], change), cross(ray[1], change), cross(ray[2], change))
         d += [-2.0 * _square_form(c, e), -_square_form(e, e)]
-        along.append(np.stack([dot(part, change) for part in ray]))
+        along.append(np.array([dot(part, change) for part in ray]))
         gap += [2.0 * dot(v, change)[None], dot(change, change)[None]]
-    return Balls(row, np.stack(d), np.stack(along), square[None], np.stack(gap))
+    return Balls(row, np.array(d), np.array(along), square[None], np.array(gap))
 
 
 def _flats(
@@ -258,20 +258,20 @@ def _flats(
     q, change = _placed(quads.corner, quads.displacement, boxes, pairs.pixel, ids)
     a, b = columns(quads.edge_u, ids), columns(quads.edge_v, ids)
     normal = cross(a, b)
-    facing = np.stack([dot(part, normal) for part in ray])[None]
+    facing = np.array([dot(part, normal) for part in ray])[None]
     height = [dot(q, normal)[None]]
     planes = [(cross(b, q), cross(q, a))]
     if change is not None:
         height.append(dot(change, normal)[None])
         planes.append((cross(b, change), cross(change, a)))
     first, second = (
-        np.stack([np.stack([dot(part, plane[k]) for part in ray]) for plane in planes])
+        np.array([np.array([dot(part, plane[k]) for part in ray]) for plane in planes])
         for k in (0, 1)
     )
     third, fourth = -first, -second
     third[:1] += facing
     fourth[:1] += facing
-    return Flats(row, (first, second, third, fourth), facing, np.stack(height))
+    return Flats(row, (first, second, third, fourth), facing, np.array(height))
 
 
 def form_range(form: Array) -> tuple[Array, Array]:
@@ -296,7 +296,7 @@ def form_range(form: Array) -> tuple[Array, Array]:
 def _slopes(form: Array) -> Array:
     """Change (3, m) of a form across the box along x, y, t at its middle."""
     time = form[1, 0] if form.shape[0] > 1 else np.zeros(form.shape[2])
-    return np.stack([np.abs(form[0, 1]), np.abs(form[0, 2]), np.abs(time)])
+    return np.array([np.abs(form[0, 1]), np.abs(form[0, 2]), np.abs(time)])
 
 
 def _unit(slopes: Array) -> Array:

@@ -95,7 +95,7 @@ class Frame:
         self.settled = np.zeros(n, dtype=np.bool_)
         # of pixels with outlines: whether their regions are shaded, by stars; the edges' errors
         self.begun, self._star = np.zeros((2, n), dtype=np.bool_)
-        self._edge = np.zeros(n)
+        self._across, self._edge = np.zeros((2, n))
         self._traced = np.zeros(n, dtype=np.bool_)
         self._corrected, self._change = np.zeros(0, dtype=np.int64), np.zeros((3, 0))
         # a picture that is all clear squares has no pixel with rivals
@@ -105,8 +105,11 @@ class Frame:
     def add(self, x: Ints, y: Ints, sheet: Sheet) -> None:
         """Enter pixels that have been traced."""
         index = self.numbers(x, y)
-        for name in ("color", "alpha", "deviation", "mask", "outline", "item", "depth", "normal"):
+        for name in (
+            "color", "alpha", "deviation", "error", "mask", "outline", "item", "depth", "normal",
+        ):  # fmt: skip
             place(getattr(self, name), index, getattr(sheet, name))
+        self._across[index] = sheet.across
         self.sight[index] = np.where(sheet.outline, NO_SIGHT, sheet.item + 1)
         self._traced[index] = True
         self._rivals.append(Pairs(index[sheet.rivals.pixel], sheet.rivals.item))
@@ -133,19 +136,18 @@ class Frame:
 
     def correct(self) -> None:
         """Give smooth pixels their means: where nothing is cut or moves."""
-        traced = np.flatnonzero(self._traced)
         if self.plan.edges:
-            foreseen = self.deviation[:STEPS, :2, traced].sum(axis=(0, 1))
+            traced = self._traced.nonzero()[0]
             flat = FLAT * self.plan.settings.tolerance * rms(columns(self.color, traced))
             # the outermost have no neighbours to one side
             inside = np.zeros((self.height, self.width), dtype=np.bool_)
             inside[1:-1, 1:-1] = True
-            some = (foreseen > flat) | self.mask[0, traced]
+            some = (self._across[traced] > flat) | self.mask[0, traced]
             some &= inside.ravel()[traced] & ~self.outline[traced] & ~self.mask[1, traced]
             index = traced[some]
             middles = Middles(self.width, self.color, self.item, self.mask[0], self.deviation)
             self._corrected, self._change = index, middles.correct(index)
-        self.error[traced] = columns(self.deviation, traced, -1).sum(axis=(0, 1))
+            self.error[index] = columns(self.deviation, index, -1).sum(axis=(0, 1))
 
     def goal(self, rows: Mask, found: tuple[Ints, Array] | None = None) -> Goal:
         """The goal, from `rows` (height,) of pixels; `found` : colours (3, m) of some, if known."""
@@ -175,7 +177,7 @@ class Frame:
         """What stars leave of the errors of some pixels, as far as these are above the least."""
         starred = self.error[index]
         # those of regions that have been sampled by stars are so
-        rows = np.flatnonzero((starred > least) & ~self._star[index])
+        rows = ((starred > least) & ~self._star[index]).nonzero()[0]
         more = index[rows]
         left = left_by_stars(columns(self.deviation, more, -1), np.full(more.size, 2))
         starred[rows] = left + self._edge[more]
@@ -184,13 +186,17 @@ class Frame:
     def outlines(self, rows: Mask | None = None) -> Ints:
         """The pixels of the region, in some of the frame's rows, of which outlines are all that
         is known."""
-        index = np.flatnonzero(self.inner()) if rows is None else self.some(rows)
+        index = self.inner().nonzero()[0] if rows is None else self.some(rows)
         rest: Ints = index[(self._unknown & ~self.settled)[index]]
         return rest
 
+    def lit(self, rows: Mask) -> bool:
+        """Whether any pixel of the region itself, in some of the frame's rows, is known to be."""
+        return bool(self._part(self.color)[:, rows[self.own[0]]].any())
+
     def some(self, rows: Mask) -> Ints:
         """The pixels of the region itself in some of the frame's rows."""
-        return np.flatnonzero(self.inner().reshape(self.height, self.width) & rows[:, None])
+        return (self.inner().reshape(self.height, self.width) & rows[:, None]).ravel().nonzero()[0]
 
     def estimate(self) -> float:
         """RMS error of the region over its mean, as estimated."""
@@ -225,7 +231,8 @@ class Frame:
         some = self.outline & self.mask[1]
         if rows is not None:
             some &= np.repeat(rows, self.width)
-        return np.flatnonzero(some)
+        unseen: Ints = some.nonzero()[0]
+        return unseen
 
     def sight_task(self, rows: Ints) -> tuple[Array, float, Pairs]:
         """What `find_sights` wants to know of some pixels."""
@@ -241,13 +248,13 @@ class Frame:
     def tasks(self, goal: Goal, size: int) -> list[tuple[Ints, Task]]:
         """What is to be refined: numbers of pixels, and the task; smooth pixels are corrected."""
         chosen = self.chosen(goal)
-        kept = np.flatnonzero(~(chosen | self.settled)[self._corrected])
+        kept = (~(chosen | self.settled)[self._corrected]).nonzero()[0]
         rows = self._corrected[kept]
         # a mean of light is never below 0, whatever differences say
         self.color[:, rows] = np.maximum(
             columns(self.color, rows) + columns(self._change, kept), 0.0
         )
-        return self.in_parts(np.flatnonzero(chosen), goal, size, True)
+        return self.in_parts(chosen.nonzero()[0], goal, size, True)
 
     def point_tasks(self, rows: Ints, goal: Goal, size: int) -> list[tuple[Ints, Task]]:
         """What is to be integrated over the shutter, at the middles of pixels only."""
@@ -263,7 +270,7 @@ class Frame:
         number = np.full(self.item.size, -1)
         number[rows] = np.arange(rows.size)
         own = [number[pairs.pixel] for pairs in self._rivals]
-        kept = [np.flatnonzero(each >= 0) for each in own]
+        kept = [(each >= 0).nonzero()[0] for each in own]
         pixel = np.concatenate([each[index] for each, index in zip(own, kept, strict=True)])
         item = np.concatenate(
             [pairs.item[index] for pairs, index in zip(self._rivals, kept, strict=True)]
@@ -274,7 +281,7 @@ class Frame:
     def _middles(self, rows: Ints) -> Array:
         """The middles (3, m) of pixels and shutter."""
         y, x = np.divmod(rows, self.width)
-        return np.stack([self.left + x + 0.5, self.bottom + y + 0.5, np.zeros(rows.size)])
+        return np.array([self.left + x + 0.5, self.bottom + y + 0.5, np.zeros(rows.size)])
 
     def _task(self, part: Ints, goal: Goal, whole: bool) -> Task:
         middle, half = self._middles(part), np.zeros((3, part.size))
@@ -325,8 +332,8 @@ class Frame:
 
     def show_band(self, film: Film, y: int, height: int) -> None:
         """Write a band of the picture, from a row of the whole picture's on."""
-        band = np.arange(y, y + height) - self.bottom - self.own[0].start
-        rows = slice(max(int(band[0]), 0), min(int(band[-1]) + 1, film.height))
+        first = y - self.bottom - self.own[0].start
+        rows = slice(max(first, 0), min(first + height, film.height))
         if rows.stop > rows.start:
             film.color[:, rows] = self._part(self.color)[:, rows]
             film.alpha[rows] = self._part(self.alpha)[rows]

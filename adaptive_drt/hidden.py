@@ -48,9 +48,11 @@ def hide(
     factor: Array,
 ) -> None:
     """Take from unblocked factors (n,) what the occluders of `pairs` hide in part, in place."""
-    rows, index = np.unique(pairs.pixel, return_inverse=True)
+    some = np.zeros(factor.size, dtype=np.bool_)
+    some[pairs.pixel] = True
+    rows = some.nonzero()[0]
     if rows.size:
-        part = Pairs(index.astype(np.int64, copy=False), pairs.item)
+        part = Pairs((some.cumsum() - 1)[pairs.pixel], pairs.item)
         factor[rows] = _partial(plan, surface.take(rows), light, part, _at(time, rows))
 
 
@@ -72,7 +74,7 @@ def _partial(
         to = light.moved(time) - surface.point
         rays |= np.sqrt(dot(to, to)) <= light.radius
     keep = (kind != DROP) & ~rays[pairs.pixel]
-    balls = np.flatnonzero(keep & (kind == BALL))
+    balls = (keep & (kind == BALL)).nonzero()[0]
     keep[balls] = ~nested(plan, surface, pairs.take(balls), _at(time, pairs.pixel[balls]))
     chosen, kind = pairs.take(keep), kind[keep]
     # points with as many occluders of each kind go together
@@ -82,13 +84,13 @@ def _partial(
         key = key * (number.max(initial=0) + 1) + number
     key[rays] = -1
     for group in np.unique(key):
-        rows = np.flatnonzero(key == group)
+        rows = (key == group).nonzero()[0]
         if group < 0:
             factor[rows] = _by_rays(plan, surface, light, pairs, time, rows)
             continue
         number = np.full(count, -1)
         number[rows] = np.arange(rows.size)
-        mine = np.flatnonzero(number[chosen.pixel] >= 0)
+        mine = (number[chosen.pixel] >= 0).nonzero()[0]
         own = Pairs(number[chosen.pixel[mine]], chosen.item[mine])
         part = surface.take(rows)
         factor[rows] = _closed(plan, part, light, own, kind[mine], _at(time, rows))
@@ -106,19 +108,19 @@ def _closed(
     def balls(which: int) -> tuple[Array, Array]:
         items = pairs.item[kind == which].reshape(n, -1).T
         place = plan.spheres.moved(items, when) - surface.point[:, None]
-        return np.moveaxis(place, 0, 1), plan.spheres.radius[items]
+        return place.swapaxes(0, 1), plan.spheres.radius[items]
 
     ids = pairs.item[kind == FLAT].reshape(n, -1).T - plan.sphere_count
     q = plan.quads.moved(ids, when) - surface.point[:, None]
     a, b = columns(plan.quads.edge_u, ids), columns(plan.quads.edge_v, ids)
     plane = backdrop(light, to)
-    quads = clip_quads(plane, np.moveaxis(np.stack([q, q + a, q + a + b, q + b]), 2, 0))
+    quads = clip_quads(plane, np.array([q, q + a, q + a + b, q + b]).transpose(2, 0, 1, 3))
     cut = balls(CUT)
     if cut[1].shape[0]:
         quads = _together(quads, ball_polygons(plane, *cut))
     outline: Array | RoundOutline
     if light.kind == QUAD:
-        outline = np.stack([to + su * light.half_u + sv * light.half_v for su, sv in CORNERS])
+        outline = np.array([to + su * light.half_u + sv * light.half_v for su, sv in CORNERS])
     else:
         cone = view_cone(light, light.moved(time), surface.point)
         outline = RoundOutline(cone.axis, cone.cosine, cone.sine)
@@ -137,11 +139,11 @@ def _place(plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, time: Arr
     """How each occluder is counted: DROP, BALL, FLAT, CUT or RAYS (m,)."""
     kind = np.full(pairs.item.size, FLAT)
     point, center = columns(surface.point, pairs.pixel), light.moved(time)
-    rows = np.flatnonzero(pairs.item < plan.sphere_count)
+    rows = (pairs.item < plan.sphere_count).nonzero()[0]
     if rows.size:
         when = _at(time, rows)
         kind[rows] = _place_spheres(plan, surface, light, pairs.take(rows), when)
-    rows = np.flatnonzero(kind == FLAT)
+    rows = (kind == FLAT).nonzero()[0]
     if rows.size and light.kind == SPHERE:
         ids = pairs.item[rows] - plan.sphere_count
         gap = plan.quads.moved(ids, _at(time, rows)) - columns(center + np.zeros_like(point), rows)

@@ -73,7 +73,7 @@ class Resolver:
     def plain(self) -> None:
         """Pixels that keep their camera ray; penumbrae are distributed over the lights."""
         plan, center, mask = self.plan, self.center, self.flags.mask
-        keep = np.flatnonzero(~(mask[1, center.rows] | mask[2, center.rows]))
+        keep = (~(mask[1, center.rows] | mask[2, center.rows])).nonzero()[0]
         rows = center.rows[keep]
         hits = center.hits.take(keep)
         total = np.zeros((3, rows.size))
@@ -96,7 +96,7 @@ class Resolver:
         if self.flags.shadows:
             shadow = self.flags.shadows[index]
             factor = np.where(shadow.blocked[keep], 0.0, factor)
-            chosen = np.flatnonzero(shadow.partial[keep])
+            chosen = shadow.partial[keep].nonzero()[0]
             source = shadow.pairs if self.lean else None
         else:
             chosen, source = np.arange(rows.size), None
@@ -129,9 +129,9 @@ class Resolver:
     def distributed(self) -> None:
         """Pixels flagged for motion or edges."""
         motion, edge = self.flags.mask[1], self.flags.mask[2]
-        self._class(np.flatnonzero(edge & ~motion), moves=False, spreads=True)
-        self._class(np.flatnonzero(edge & motion), moves=True, spreads=True)
-        self._class(np.flatnonzero(~edge & motion), moves=True, spreads=False)
+        self._class((edge & ~motion).nonzero()[0], moves=False, spreads=True)
+        self._class((edge & motion).nonzero()[0], moves=True, spreads=True)
+        self._class((~edge & motion).nonzero()[0], moves=True, spreads=False)
 
     def _class(self, pixels: Ints, moves: bool, spreads: bool) -> None:
         plan, settings = self.plan, self.plan.settings
@@ -186,7 +186,7 @@ class Resolver:
         """Radiance (3, n) summed over the samples that hit what the pixel sees standing still."""
         plan = self.plan
         total = np.zeros((3, rays.pixel.size))
-        rows = np.flatnonzero(kept.any(axis=1))
+        rows = kept.any(axis=1).nonzero()[0]
         if not rows.size:
             return total
         at = rays.pixel[rows]
@@ -200,11 +200,11 @@ class Resolver:
             busy[pairs.pixel] = True
             busy |= light.displacement is not None
             busy &= ~blocked
-            calm = np.flatnonzero(~busy & ~blocked)
+            calm = (~busy & ~blocked).nonzero()[0]
             rest = hits.take(calm)
             known = unblocked(light, shape, light.center, rest)
             factor[calm] = known * kept[rows[calm]].sum(axis=1)
-            some = np.flatnonzero(busy)
+            some = busy.nonzero()[0]
             spots = None
             if shape.extended:
                 pixel = self.tile.index[at[some]]
@@ -227,7 +227,7 @@ class Resolver:
         blocked = np.zeros(hits.item.size, dtype=np.bool_)
         if shape.displacement is not None:
             return pairs, blocked
-        still = np.flatnonzero(~plan.moves[pairs.item])
+        still = (~plan.moves[pairs.item]).nonzero()[0]
         none, full = classify_pairs(plan, hits, shape, pairs.take(still), 0.0)
         blocked[pairs.pixel[still[full]]] = True
         keep = np.ones(pairs.item.size, dtype=np.bool_)
@@ -271,7 +271,7 @@ class Resolver:
 
         `row` (m,) is ascending: the pixel of each sample.
         """
-        starts = np.flatnonzero(np.diff(row, prepend=-1))
+        starts = np.diff(row, prepend=-1).nonzero()[0]
         sizes = np.diff(starts, append=row.size)
         low = np.minimum.reduceat(flat.point, starts, axis=1)
         high = np.maximum.reduceat(flat.point, starts, axis=1)

@@ -306,7 +306,7 @@ def quadratic(function: Callable[[Array, Array], Array], a: Jet) -> Jet:
 
 def take(a: Batch, index: NDArray[np.intp] | NDArray[np.bool_]) -> Batch:
     """Points of a batch, over the last axis, by position or by mask."""
-    positions = np.flatnonzero(index) if index.dtype == np.bool_ else index
+    positions = index.nonzero()[0] if index.dtype == np.bool_ else index
     if isinstance(a, Jet):
         # An entry that is the same for all points stays as it is.
         return a.map(

@@ -90,11 +90,11 @@ def _quad_factor(to: Array, a: Array, b: Array, normal: Array) -> Array:
         total = facing * _quadrature(to, a, b, height, rise_a, rise_b)
     else:
         total = 0.5 * _edge_sum(to, a, b, normal)
-        rows = np.flatnonzero(small & seen)
+        rows = (small & seen).nonzero()[0]
         if rows.size:
             rises = (x[rows] for x in (height, rise_a, rise_b))
             total[rows] = facing[rows] * _quadrature(columns(to, rows), a, b, *rises)
-    rows = np.flatnonzero(cut)
+    rows = cut.nonzero()[0]
     if rows.size:
         total[rows] = _cut_factor(columns(to, rows), a, b, columns(normal, rows), small[rows])
     return np.where(seen, np.maximum(total, 0.0), 0.0)
@@ -146,7 +146,7 @@ def _cut_factor(to: Array, a: Array, b: Array, normal: Array, small: Mask) -> Ar
     """Factors (n,) of quads that the horizon cuts, seen from their front."""
     total = np.zeros(to.shape[1])
     for chosen, small_ones in ((small, True), (~small, False)):
-        rows = np.flatnonzero(chosen)
+        rows = chosen.nonzero()[0]
         if not rows.size:
             continue
         place, n = columns(to, rows), columns(normal, rows)
@@ -178,7 +178,7 @@ def polygon_factor(corners: list[Array], normal: Array) -> Array:
     total = np.zeros_like(lowest)
     for k, corner in enumerate(corners):
         total += _edge_term(corner, corners[(k + 1) % len(corners)], normal)
-    cut = np.flatnonzero((lowest < 0.0) & (highest > 0.0))
+    cut = ((lowest < 0.0) & (highest > 0.0)).nonzero()[0]
     if cut.size:
         total[cut] = _clipped(
             [columns(c, cut) for c in corners], [h[cut] for h in heights], columns(normal, cut)
@@ -287,7 +287,7 @@ def cap_factor(cosine: Array, sine_half: Array, cosine_half: Array) -> Array:
     """
     square = sine_half * sine_half
     full: Array = np.pi * square * np.maximum(cosine, 0.0)
-    cut = np.flatnonzero(np.abs(cosine) < sine_half)
+    cut = (np.abs(cosine) < sine_half).nonzero()[0]
     if cut.size:
         full = full + np.zeros_like(square)
         c, x = cosine[cut], cosine_half[cut] / sine_half[cut]
@@ -296,7 +296,7 @@ def cap_factor(cosine: Array, sine_half: Array, cosine_half: Array) -> Array:
         root = s * np.sqrt((1.0 - y) * (1.0 + y))
         swing = c * np.arccos(y)
         part = (swing - x * root) * square[cut] + np.arctan2(root, x)
-        tiny = np.flatnonzero(root < SERIES * x)
+        tiny = (root < SERIES * x).nonzero()[0]
         if tiny.size:
             q = root[tiny] / x[tiny]
             part[tiny] = (swing[tiny] + q) * square[cut[tiny]] - _less_atan(q)

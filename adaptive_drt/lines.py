@@ -111,11 +111,11 @@ def intervals(forms: Forms, full: Mask, lattice: Lattice) -> tuple[Array, Array]
     """
     shape = (lattice.rows, lattice.columns, full.size)
     low, high = np.full(shape, -0.5), np.full(shape, 0.5)
-    index = np.flatnonzero(~full[forms.balls.row])
+    index = (~full[forms.balls.row]).nonzero()[0]
     if index.size:
         balls = forms.balls.take(index, forms.balls.row[index])
         low[:, :, balls.row], high[:, :, balls.row] = _meet_ball(balls, lattice)
-    index = np.flatnonzero(~full[forms.flats.row])
+    index = (~full[forms.flats.row]).nonzero()[0]
     if index.size:
         flats = forms.flats.take(index, forms.flats.row[index])
         low[:, :, flats.row], high[:, :, flats.row] = _meet_flat(flats, lattice)
@@ -131,7 +131,7 @@ def _meet_ball(balls: Balls, lattice: Lattice) -> tuple[Array, Array]:
     low = balls.gap[0, 0].copy()
     if balls.gap.shape[0] > 1:
         low -= 0.5 * np.abs(balls.gap[1, 0])
-    around = np.flatnonzero(low < 0.0)
+    around = (low < 0.0).nonzero()[0]
     if around.size:
         part = balls.take(around, around)
         _add_inside(part, lattice, first, last)

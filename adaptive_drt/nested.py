@@ -41,13 +41,15 @@ def nested(plan: Plan, surface: Surface, pairs: Pairs, time: Array | float) -> M
     """
     hidden = np.zeros(pairs.item.size, dtype=np.bool_)
     number = np.bincount(pairs.pixel, minlength=surface.item.size)
+    if number.max(initial=0) < LEAST:
+        return hidden
     start = np.cumsum(number) - number
     v = plan.spheres.moved(pairs.item, time) - columns(surface.point, pairs.pixel)
     r, length = plan.spheres.radius[pairs.item], np.sqrt(dot(v, v))
     axis, sine = v / length, r / length
     cosine = np.sqrt(np.maximum((length - r) * (length + r), 0.0)) / length
     for k in np.unique(number[number >= LEAST]).tolist():
-        points = np.flatnonzero(number == k)
+        points = (number == k).nonzero()[0]
         step = max(1, CHUNK // (k * k))
         for first in range(0, points.size, step):
             index = start[points[first : first + step]] + np.arange(k)[:, None]

@@ -37,6 +37,9 @@ BLOCKS = (256, 32, 8)
 CURVE_BITS = 10
 CURVE_CELLS = 1 << CURVE_BITS
 """Cells on a side of that curve."""
+FEW_PAIRS = 6_144
+"""Up to so many pairs of points and objects all are tested at once: the calls count, not the pairs
+(7 objects: 30 points in 0.3 of the time, 1,000 in 0.9; 33 objects: 30 in 0.3, 150 in 0.6)."""
 DENSE_OBJECTS = 16
 """Up to so many objects each is tested against all points: 15 ns a pair, where gathering the points
 of pairs costs 80 (48 took a fifth longer: all at once)."""
@@ -90,6 +93,8 @@ class Occluders:
         reach = np.broadcast_to(np.asarray(reach, dtype=np.float64), (count,))
         sight = _Sight.make(light, surface, reach, curvature(self._plan, surface))
         proxies = None if (reach > 0.0).any() else self._proxies.get(_key(light))
+        if proxies is None and count * self.radius.size <= FEW_PAIRS:
+            return self._kept(sight, _all_pairs(count, self.radius.size))
         first = 0
         parts: list[Pairs] = []
         if proxies is not None:
@@ -123,7 +128,7 @@ class Occluders:
         for begin in range(0, count, CACHED):
             rows = slice(begin, min(begin + CACHED, count))
             for item in range(first, self.radius.size):
-                pixel = begin + np.flatnonzero(self._matters(sight, rows, item))
+                pixel = begin + self._matters(sight, rows, item).nonzero()[0]
                 parts.append(Pairs(pixel, np.full(pixel.size, item)))
         return parts
 
@@ -317,11 +322,14 @@ def _sorted(parts: list[Pairs], objects: int) -> Pairs:
 
 def every_pair(plan: Plan, surface: Surface) -> Pairs:
     """All pairs of points and objects, but a point's own object: what a plain tracer tests."""
-    count, objects = surface.item.size, plan.object_count
-    pixel = np.repeat(np.arange(count), objects)
-    item = np.tile(np.arange(objects), count)
-    keep = (item != surface.item[pixel]) | surface.inside[pixel]
-    return Pairs(pixel[keep], item[keep])
+    pairs = _all_pairs(surface.item.size, plan.object_count)
+    return pairs.take((pairs.item != surface.item[pairs.pixel]) | surface.inside[pairs.pixel])
+
+
+def _all_pairs(points: int, objects: int) -> Pairs:
+    """All pairs of points and objects, by point and then by object."""
+    pair = np.arange(points * objects)
+    return Pairs(*np.divmod(pair, objects))
 
 
 def _swept(light: Emitter) -> Emitter:

@@ -76,7 +76,7 @@ def open_variation(
     bends = result[BENDS]
     bends += factor * NEAR * moves**2
     bends += np.where(risen, most * ROUND, 0.0) * np.minimum(bent * bent, 1.0)
-    rows = np.flatnonzero(risen & (patch.bend > 0.0))
+    rows = (risen & (patch.bend > 0.0)).nonzero()[0]
     _add_rim(result, rows, patch, to, surface, most, bent)
     _add_setting(result, sine, half, most, turns)
     if light.kind == QUAD:
@@ -123,7 +123,7 @@ def _add_setting(result: Array, sine: Array, half: Array, most: Array, turns: Ar
     turns : (3, n) radians that it moves against the plane over the half extents.
     """
     turn = np.sqrt(dot(turns, turns))
-    rows = np.flatnonzero((np.abs(sine) < turn + np.sin(half)) & (most > 0.0))
+    rows = ((np.abs(sine) < turn + np.sin(half)) & (most > 0.0)).nonzero()[0]
     if not rows.size:
         return
     size = SET * most[rows] / np.maximum(turn[rows] + half[rows], TINY) * columns(turns, rows) ** 2

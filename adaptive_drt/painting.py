@@ -30,8 +30,10 @@ SLIVER = 2.0**-40
 """Of a box: spans too short to count, whichever object is nearest."""
 
 
-def fold(values: Array) -> Array:
-    """Sum over the first axis, in an order that no other axis has a say in (as it has in `sum`)."""
+def fold(values: Array, axis: int = 0) -> Array:
+    """Sum over an axis, in an order that no other axis has a say in (as it has in `sum`)."""
+    if axis:
+        values = values.transpose(axis, *(other for other in range(values.ndim) if other != axis))
     while values.shape[0] > 1:
         half = values.shape[0] // 2
         folded = values[:half] + values[half : 2 * half]
@@ -55,7 +57,7 @@ def paint(forms: Forms, full: Mask, lattice: Lattice, k: int, settled: bool) -> 
     (3, k + 1, rows, columns, n): length and moments of the candidates, then of the background.
     """
     low, high = (
-        np.moveaxis(end.reshape(lattice.rows, lattice.columns, k, -1), 2, 0)
+        end.reshape(lattice.rows, lattice.columns, k, -1).transpose(2, 0, 1, 3)
         for end in intervals(forms, full, lattice)
     )
     sums = np.zeros((3, k + 1, *low.shape[1:]))
@@ -71,11 +73,11 @@ def paint(forms: Forms, full: Mask, lattice: Lattice, k: int, settled: bool) -> 
     table = events = None
     if not settled:
         table = depth_along(forms, lattice)
-        table = np.moveaxis(table.reshape(*table.shape[:3], k, -1), 3, 1)
+        table = table.reshape(*table.shape[:3], k, -1).transpose(0, 3, 1, 2, 4)
         events = find_crossings(table, forms.is_ball.reshape(k, -1), lattice)
     start, end = _spans(low, high, events)
     nearest = _nearest(low, high, start, end, table)
-    parts = np.moveaxis(_moments(start, end), 0, 1)
+    parts = _moments(start, end).swapaxes(0, 1)
     for j in range(k + 1):
         sums[:, j] = fold(np.where((nearest == j)[:, None], parts, 0.0))
     return sums

@@ -55,8 +55,8 @@ def outlines_pass(
     front = np.full(count, np.inf)
     ball = pairs.item < plan.sphere_count
     for rows, part in (
-        (np.flatnonzero(ball), _sphere_passes),
-        (np.flatnonzero(~ball), _quad_passes),
+        (ball.nonzero()[0], _sphere_passes),
+        ((~ball).nonzero()[0], _quad_passes),
     ):
         if not rows.size:
             continue

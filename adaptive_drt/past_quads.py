@@ -62,7 +62,7 @@ def past_quads(
     depth[(beyond + light.radius * size < -light_slack) & (height > point_slack)] = 0.0
     before = (beyond - light.radius * size > light_slack) & (height > point_slack)
     covers = shadows.covers & before & (height > 0.0) & ~own
-    cut = np.flatnonzero((height <= point_slack) & ~own)
+    cut = ((height <= point_slack) & ~own).nonzero()[0]
     beside = distance_to(*(columns(x, cut) for x in (q, u, v)))
     touched = beside <= _reach(plan, patch, pairs.take(cut))
     edge_on = cut[~touched]
@@ -180,7 +180,7 @@ def _through(plan: Plan, patch: Patch, pairs: Pairs, normal: Array) -> Array:
     """How far (3, m) patches reach through the planes of quads, by axis."""
     steps = [columns(patch.steps[axis], pairs.pixel) for axis in range(3)]
     steps[2] = steps[2] - _drift(plan, patch, pairs)
-    through: Array = np.abs(np.stack([dot(step, normal) for step in steps]))
+    through: Array = np.abs(np.array([dot(step, normal) for step in steps]))
     return through
 
 

@@ -74,10 +74,10 @@ def past_spheres(
     enclosed = (vv <= r * r) | (pairs.item == surface.item[pairs.pixel])
     depth = np.minimum(1.0, opening / np.maximum(half, SMALLEST * opening)) ** 2
     depth = np.where(crosses & before & ~enclosed, depth * np.where(inside, 1.0, BEYOND), 0.0)
-    bounds = np.abs(np.stack([angle - opening - half, opening - farthest, inner]))
+    bounds = np.abs(np.array([angle - opening - half, opening - farthest, inner]))
     power, away, ends = _touch(light, bounds, whole, half, opening)
     covers = (opening - farthest >= whole) & ~enclosed & (tangent < far - light.radius)
-    some = np.flatnonzero(enclosed)
+    some = enclosed.nonzero()[0]
     if some.size:
         covers[some] = _holds(
             plan, surface, patch, light, pairs.take(some), columns(v, some), columns(to, some)
@@ -99,7 +99,7 @@ def _touch(
     else:
         most = np.maximum(half, opening)
         inside = most / np.abs(half - opening)
-        round_ = np.stack([most / (half + opening), inside, inside])
+        round_ = np.array([most / (half + opening), inside, inside])
     away = np.maximum(bounds, whole)
     number = (round_ / away).argmax(axis=0)
     each = np.arange(whole.size)

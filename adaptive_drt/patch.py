@@ -76,12 +76,12 @@ def make_patch(plan: Plan, w: Array, t: Array, surface: Surface, half: Array) ->
     length = np.sqrt(dot(w, w))
     along = dot(normal, w)
     bend, least = np.zeros(t.size), np.full(t.size, FLAT)
-    ball = np.flatnonzero(surface.item < plan.sphere_count)
+    ball = (surface.item < plan.sphere_count).nonzero()[0]
     bend[ball], least[ball] = 1.0 / plan.spheres.radius[surface.item[ball]], RIM
     slant = np.maximum(np.abs(along) / length, least)
     safe = np.where(along <= least * length, -slant, slant) * length
     steps, slides, cross = np.zeros((3, 3, t.size)), np.zeros((3, t.size)), np.zeros((3, t.size))
-    axes = tuple(np.flatnonzero((half > 0.0).any(axis=1)).tolist())
+    axes = tuple((half > 0.0).any(axis=1).nonzero()[0].tolist())
     for axis, step in ((0, lens.right), (1, lens.up)):
         if axis not in axes:
             continue
@@ -124,7 +124,7 @@ def _drift(plan: Plan, item: Ints) -> Array:
         (plan.spheres, item < count, 0),
         (plan.quads, item >= count, count),
     ):
-        rows = np.flatnonzero(chosen)
+        rows = chosen.nonzero()[0]
         if part.displacement is not None and rows.size:
             drift[:, rows] = part.displacement[:, item[rows] - first]
     return drift

@@ -51,7 +51,7 @@ def classify_patches(
     """
     none, full = np.zeros((2, pairs.item.size), dtype=np.bool_)
     own = surface.item[pairs.pixel] == pairs.item
-    rows = np.flatnonzero((pairs.item < plan.sphere_count) & ~own)
+    rows = ((pairs.item < plan.sphere_count) & ~own).nonzero()[0]
     if light.kind not in (POINT, QUAD):
         # a disk faces who looks at it: wherever that is, it is in this ball
         light = replace(light, kind="BALL")
@@ -65,7 +65,7 @@ def classify_patches(
     none[rows] = _hides(plan, light, point, place, around)[0]
     # where a ball may hold both a point and the light, it hides nothing
     apart = (norm(place - point) >= around) | (norm(light.center - place) - light.radius >= around)
-    some = np.flatnonzero(~none[rows] & (within > 0.0) & apart)
+    some = (~none[rows] & (within > 0.0) & apart).nonzero()[0]
     full[rows[some]] = _hides(
         plan, light, columns(point, some), columns(place, some), within[some]
     )[1]

@@ -65,7 +65,8 @@ class Points:
         every = np.zeros(self.known.size, dtype=np.bool_)
         for some in rows:
             every[some] = True
-        return np.flatnonzero(every & ~self.known)
+        unknown: Ints = (every & ~self.known).nonzero()[0]
+        return unknown
 
     def enter(self, rows: Ints, refined: Refined) -> None:
         """Enter the means over the shutter of some."""

@@ -151,7 +151,7 @@ def screen_bounds(plan: Plan) -> Ints:
             last = np.floor(np.clip(last + BOUND_PADDING, low - 1, high - 1)) + 1.0
         spans.append((first, np.maximum(first, last)))
     (x0, x1), (y0, y1) = spans
-    bounds: Ints = np.stack([x0, y0, x1, y1]).astype(np.int64)
+    bounds: Ints = np.array([x0, y0, x1, y1]).astype(np.int64)
     return bounds
 
 
@@ -197,7 +197,7 @@ def _quad_span(plan: Plan, lens: Lens) -> tuple[tuple[Array, Array], tuple[Array
     for time in ends:
         q = quads.moved(np.arange(count), time)
         corners += [q, q + quads.edge_u, q + quads.edge_v, q + quads.edge_u + quads.edge_v]
-    depth = np.stack([dot(lens.forward[:, None], c) for c in corners])
+    depth = np.array([dot(lens.forward[:, None], c) for c in corners])
     behind = (depth <= 0.0).all(axis=0)
     whole = (depth <= 0.0).any(axis=0) & ~behind
     # rows of the inverse of (base, right, up): LAPACK's would wake threads that spin for 20 ms
@@ -208,7 +208,7 @@ def _quad_span(plan: Plan, lens: Lens) -> tuple[tuple[Array, Array], tuple[Array
     for row in rows:
         safe = np.where(depth > 0.0, depth, 1.0)
         with np.errstate(over="ignore"):  # a corner at the camera's plane: its image is at infinity
-            at = np.stack([dot(row / volume, c) for c in corners]) / safe
+            at = np.array([dot(row / volume, c) for c in corners]) / safe
         first = np.where(whole, -np.inf, np.where(behind, np.inf, at.min(axis=0, initial=np.inf)))
         last = np.where(whole, np.inf, np.where(behind, -np.inf, at.max(axis=0, initial=-np.inf)))
         spans.append((first, last))
@@ -228,7 +228,7 @@ def find_pairs(plan: Plan, bounds: Ints, tile: Tile) -> Pairs:
     start = bottom + tile.first
     k0 = np.maximum(-((start - bounds[1]) // tile.step), 0)
     k1 = np.maximum(-((start - bounds[3]) // tile.step), 0)
-    items = np.flatnonzero((bounds[2] > bounds[0]) & (k1 > k0))
+    items = ((bounds[2] > bounds[0]) & (k1 > k0)).nonzero()[0]
     x0, y0 = bounds[0][items], k0[items]
     wide = bounds[2][items] - x0
     count = wide * (k1[items] - y0)
@@ -277,11 +277,11 @@ def object_runs(plan: Plan, item: Ints) -> list[tuple[slice | Ints, Ints]]:
     """
     if not item.size:
         return []
-    starts = np.flatnonzero(np.diff(item, prepend=-1))
-    ends = np.append(starts[1:], item.size)
-    if item.size >= LONG_RUN * starts.size:
-        return [(slice(int(a), int(b)), item[a : a + 1]) for a, b in zip(starts, ends, strict=True)]
-    kinds = (np.flatnonzero(item < plan.sphere_count), np.flatnonzero(item >= plan.sphere_count))
+    starts = [0, *((item[1:] != item[:-1]).nonzero()[0] + 1).tolist()]
+    if item.size >= LONG_RUN * len(starts):
+        ends = [*starts[1:], item.size]
+        return [(slice(a, b), item[a : a + 1]) for a, b in zip(starts, ends, strict=True)]
+    kinds = ((item < plan.sphere_count).nonzero()[0], (item >= plan.sphere_count).nonzero()[0])
     return [(rows, item[rows]) for rows in kinds if rows.size]
 
 
@@ -306,7 +306,7 @@ def nearest(count: int, pairs: Pairs, t: Array) -> tuple[Array, Ints]:
     best = np.full(count, np.inf)
     np.minimum.at(best, pairs.pixel, t)
     item = np.full(count, np.iinfo(np.int64).max)
-    first = np.flatnonzero((t == best[pairs.pixel]) & np.isfinite(t))
+    first = ((t == best[pairs.pixel]) & np.isfinite(t)).nonzero()[0]
     np.minimum.at(item, pairs.pixel[first], pairs.item[first])
     return best, np.where(np.isfinite(best), item, -1)
 
@@ -322,7 +322,7 @@ def surface(plan: Plan, w: Array, t: Array, item: Ints, time: Array | float = 0.
     point = t * w
     normal = np.empty_like(point)
     inside = np.zeros(item.shape, dtype=np.bool_)
-    ball = np.flatnonzero(item < plan.sphere_count)
+    ball = (item < plan.sphere_count).nonzero()[0]
     if ball.size:
         ids = item[ball]
         center = plan.spheres.moved(ids, _at(time, ball))
@@ -334,7 +334,7 @@ def surface(plan: Plan, w: Array, t: Array, item: Ints, time: Array | float = 0.
         point[:, ball] = center + radius * out
         normal[:, ball] = np.where(within, -out, out)
         inside[ball] = within
-    flat = np.flatnonzero(item >= plan.sphere_count)
+    flat = (item >= plan.sphere_count).nonzero()[0]
     if flat.size:
         ids = item[flat] - plan.sphere_count
         unit = cross(plan.quads.edge_u, plan.quads.edge_v)

@@ -51,10 +51,10 @@ def find_ranks(
     settled = np.ones(number.size, dtype=np.bool_)
     balls = np.zeros(number.size, dtype=np.bool_)
     for step in range(1, int(number.max(initial=1))):
-        one = np.flatnonzero(box[step:] == box[:-step])
+        one = (box[step:] == box[:-step]).nonzero()[0]
         other = one + step
         behind = other.copy()
-        unsure = np.flatnonzero(cover.far[one] >= cover.near[other])
+        unsure = (cover.far[one] >= cover.near[other]).nonzero()[0]
         a, b = one[unsure], other[unsure]
         ahead = _compare(plan, boxes, box[a], pairs.item[a], pairs.item[b])
         behind[unsure] = np.where(ahead < 0, a, b)
@@ -77,14 +77,14 @@ def _compare(plan: Plan, boxes: Boxes, box: Ints, a: Ints, b: Ints) -> Ints:
     times = boxes.low[2, box], boxes.high[2, box]
     ball, other_ball = a < plan.sphere_count, b < plan.sphere_count
     # spheres come first, so `a` is a sphere wherever one of the two is
-    rows = np.flatnonzero(other_ball)
+    rows = other_ball.nonzero()[0]
     if rows.size:
         known[rows] = _balls(plan, a[rows], b[rows], (times[0][rows], times[1][rows]))
-    rows = np.flatnonzero(~other_ball)
+    rows = (~other_ball).nonzero()[0]
     if rows.size:
         ends = times[0][rows], times[1][rows]
         known[rows] = _side(plan, a[rows], b[rows], ends)
-    rows = np.flatnonzero(~ball & (known == 0))
+    rows = (~ball & (known == 0)).nonzero()[0]
     if rows.size:
         ends = times[0][rows], times[1][rows]
         known[rows] = -_side(plan, b[rows], a[rows], ends)
@@ -144,13 +144,13 @@ def _size(plan: Plan, item: Ints) -> Array:
 def _extent(plan: Plan, item: Ints, time: Array, normal: Array) -> tuple[Array, Array]:
     """Least and greatest product of objects' points with vectors (3, m)."""
     low, high = np.empty(item.size), np.empty(item.size)
-    rows = np.flatnonzero(item < plan.sphere_count)
+    rows = (item < plan.sphere_count).nonzero()[0]
     middle = dot(plan.spheres.moved(item[rows], time[rows]), columns(normal, rows))
     reach = plan.spheres.radius[item[rows]] * np.sqrt(
         dot(columns(normal, rows), columns(normal, rows))
     )
     low[rows], high[rows] = middle - reach, middle + reach
-    rows = np.flatnonzero(item >= plan.sphere_count)
+    rows = (item >= plan.sphere_count).nonzero()[0]
     ids = item[rows] - plan.sphere_count
     corner = dot(plan.quads.moved(ids, time[rows]), columns(normal, rows))
     u = dot(columns(plan.quads.edge_u, ids), columns(normal, rows))

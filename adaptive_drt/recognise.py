@@ -139,7 +139,7 @@ def _as_uv_sphere(
     triangle_corners = corners[(starts[sizes == 3][:, None] + np.arange(3))]
     in_quad = np.zeros(count, dtype=np.bool_)
     in_quad[quad_corners] = True
-    poles = np.flatnonzero(~in_quad)
+    poles = (~in_quad).nonzero()[0]
     ball = _fit_sphere(points, slack) if len(poles) == 2 else None
     if ball is None:
         return None
@@ -236,7 +236,7 @@ def _as_icosphere(
     if not (uses == 2).all():
         return None
     valence = np.bincount(edges.ravel(), minlength=count)
-    roots = np.flatnonzero(valence == 5)
+    roots = (valence == 5).nonzero()[0]
     if len(roots) != 12 or not np.isin(valence, (5, 6)).all():
         return None
     ball = _fit_sphere(points, slack)

@@ -139,7 +139,7 @@ def _roots(plan: Plan, occluders: Occluders, task: Task) -> tuple[Cells, Ints]:
     count = task.cut.size
     samples = np.ones(count, dtype=np.int64)
     cells = task.cells
-    blank = np.flatnonzero(task.blank)
+    blank = task.blank.nonzero()[0]
     if blank.size:
         limits = _Limits.of(task, cells.pixel)
         blanks, known = cells.take(blank), np.zeros(blank.size, dtype=np.bool_)
@@ -197,7 +197,7 @@ def _enter(refined: Refined, cells: Cells) -> None:
 
 def _means(cells: Cells, count: int) -> Array:
     """Mean radiance (3, count) of pixels."""
-    return np.stack([sums(cells.pixel, cells.share * c, count) for c in cells.color])
+    return np.array([sums(cells.pixel, cells.share * c, count) for c in cells.color])
 
 
 def _error(cells: Cells, count: int) -> Array:
@@ -220,7 +220,7 @@ def _choose(limits: _Limits, cells: Cells, error: Array) -> tuple[Ints, Ints]:
     own = cells.error
     worst = np.zeros(error.size)
     np.maximum.at(worst, cells.pixel, own)
-    chosen = np.flatnonzero(open_[cells.pixel] & (own >= WORST * worst[cells.pixel]) & (own > 0.0))
+    chosen = (open_[cells.pixel] & (own >= WORST * worst[cells.pixel]) & (own > 0.0)).nonzero()[0]
     part = cells.take(chosen)
     wide = part.high > part.low
     by_axis = part.deviation.sum(axis=0) * wide
@@ -249,7 +249,7 @@ def _finer(cells: Cells, parts: Ints) -> tuple[Cells, Mask]:
     """
     finer = split(replace(cells, star=np.ones(cells.pixel.size, dtype=np.bool_)), parts)
     size = parts.prod(axis=0)
-    same = np.flatnonzero(size == 1)
+    same = (size == 1).nonzero()[0]
     rows = np.cumsum(size)[same] - 1
     place(finer.color, rows, columns(cells.color, same))
     place(finer.deviation, rows, columns(cells.deviation, same, -1))
@@ -268,9 +268,9 @@ def _shaded(
     Those that one object fills and the regions of the others are shaded together.
     """
     cut = task.cut[cells.pixel]
-    crossed, filled = cells.take(np.flatnonzero(cut)), cells.take(np.flatnonzero(~cut))
+    crossed, filled = cells.take(cut.nonzero()[0]), cells.take((~cut).nonzero()[0])
     found = _find_regions(plan, task, crossed) if crossed.pixel.size else no_regions()
-    hit = np.flatnonzero(found.item >= 0)
+    hit = (found.item >= 0).nonzero()[0]
     parts = join(
         _region_parts(crossed, found, hit, limits),
         _whole_parts(task, filled, crossed, limits, known[~cut]),
@@ -339,9 +339,9 @@ def _assembled(
     color = np.empty((3, found.box.size))
     color[:] = backdrop[:, None]
     color[:, hit] = light.color
-    mean = np.stack([sums(found.box, found.weight * c, count) for c in color])
+    mean = np.array([sums(found.box, found.weight * c, count) for c in color])
     box, weight = found.box[hit], found.weight[hit]
-    deviation = np.stack(
+    deviation = np.array(
         [[sums(box, weight * row, count) for row in kind] for kind in light.deviation]
     )
     away = color - columns(mean, found.box)
@@ -357,5 +357,5 @@ def _assembled(
 def _extent(spread: Array) -> Array:
     """Half the extents (3, m) of even regions with these roots of second moments."""
     xx, yx, yy, tx, ty, tt = spread * spread
-    extent: Array = np.sqrt(3.0 * np.stack([xx, yx + yy, tx + ty + tt]))
+    extent: Array = np.sqrt(3.0 * np.array([xx, yx + yy, tx + ty + tt]))
     return extent

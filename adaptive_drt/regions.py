@@ -135,8 +135,8 @@ def find_regions(
     found = _candidates(plan, boxes, pairs)
     m = found.pairs.item.size
     sums = Sums.of(m + count)
-    alone = np.flatnonzero(found.closed & (found.number == 1))
-    empty = np.flatnonzero(found.number == 0)
+    alone = (found.closed & (found.number == 1)).nonzero()[0]
+    empty = (found.number == 0).nonzero()[0]
     sums.weight[found.start[alone]] = 1.0
     sums.weight[m + empty] = 1.0
     whole = np.concatenate([found.start[alone], m + empty])
@@ -145,7 +145,7 @@ def find_regions(
     todo = np.ones(count, dtype=np.bool_)
     todo[alone] = todo[empty] = False
     goal = np.broadcast_to(np.asarray(accuracy, dtype=np.float64), (count,))
-    _refine(plan, found, goal, most, np.flatnonzero(todo), sums)
+    _refine(plan, found, goal, most, todo.nonzero()[0], sums)
     late = np.where(found.fast > STEEPEST, np.minimum(KINK * found.fast / most, JUMP) / most, 0.0)
     return _regions(boxes, found, sums, late)
 
@@ -154,9 +154,9 @@ def _candidates(plan: Plan, boxes: Boxes, pairs: Pairs) -> _Candidates:
     forms, cover = make_forms(plan, boxes, pairs)
     count = boxes.low.shape[1]
     front = np.full(count, np.inf)
-    full = np.flatnonzero(cover.full)
+    full = cover.full.nonzero()[0]
     np.minimum.at(front, pairs.pixel[full], cover.far[full])
-    kept = np.flatnonzero(cover.some & (cover.near <= front[pairs.pixel]))
+    kept = (cover.some & (cover.near <= front[pairs.pixel])).nonzero()[0]
     # where two begin equally deep, what ends first: the scene's own order has no say
     by = (pairs.item, cover.far, cover.near, pairs.pixel)
     kept = kept[np.lexsort([key[kept] for key in by])]
@@ -169,7 +169,7 @@ def _candidates(plan: Plan, boxes: Boxes, pairs: Pairs) -> _Candidates:
     moving[box[plan.moves[pairs.item]]] = True
     wide = boxes.size > 0.0
     wide[TIME] &= moving
-    overlap = np.flatnonzero((box[1:] == box[:-1]) & ~settled[box[1:]])
+    overlap = ((box[1:] == box[:-1]) & ~settled[box[1:]]).nonzero()[0]
     # along t the seam of two spheres has degree four: only where there is no other axis
     allowed = wide.copy()
     allowed[TIME] &= ~balls | ~(wide[0] | wide[1])
@@ -179,12 +179,12 @@ def _candidates(plan: Plan, boxes: Boxes, pairs: Pairs) -> _Candidates:
     forms, cover, pairs = forms.take(order), cover.take(order), pairs.take(order)
     start = np.cumsum(number) - number
     fast = np.zeros(count)
-    held = np.flatnonzero((wide[TIME] & ~allowed[TIME])[box])
+    held = (wide[TIME] & ~allowed[TIME])[box].nonzero()[0]
     slope = cover.across[TIME, held] / np.maximum(cover.across[axis[box[held]], held], DUST)
     np.maximum.at(fast, box[held], slope)
     # lines along x and along y go together: half as many groups of boxes
     turned, timed = axis == 1, axis == TIME
-    own = np.flatnonzero(turned[box])
+    own = turned[box].nonzero()[0]
     if own.size:
         forms.turn(turned[box])
         for pair in (cover.across, cover.reach):
@@ -266,7 +266,7 @@ def _smooth(found: _Candidates, todo: Ints, goal: Array) -> Mask:
     asked = np.zeros(count, dtype=np.bool_)
     asked[todo] = goal[todo] * LEAST_LINES**2 < KINK * found.steep[todo]
     asked &= found.timed & found.settled
-    rows = np.flatnonzero(asked[found.pairs.pixel])
+    rows = asked[found.pairs.pixel].nonzero()[0]
     if not rows.size:
         return asked
     box, full = found.pairs.pixel[rows], found.cover.full[rows]
@@ -277,7 +277,7 @@ def _groups(key: Ints, some: Ints) -> Iterator[Ints]:
     """The boxes `some` by equal keys."""
     order = some[np.argsort(key[some], kind="stable")]
     if order.size:
-        yield from np.split(order, np.flatnonzero(np.diff(key[order])) + 1)
+        yield from np.split(order, np.diff(key[order]).nonzero()[0] + 1)
 
 
 def _measure(found: _Candidates, group: Ints, goal: Array, lines: int, sums: Sums) -> None:
@@ -304,7 +304,7 @@ def _measure(found: _Candidates, group: Ints, goal: Array, lines: int, sums: Sum
         # one place in so many is beside the outermost lines
         along = (found.steep[some] >= STEEPEST) & (goal[some] < JUMP / lines**1.5)
         along &= sums.error[place].max(axis=0) <= goal[some]
-        along = np.flatnonzero(along)
+        along = along.nonzero()[0]
         if along.size:
             _look_beside(found, place[:, along], seen[0][..., along], lattice, settled, sums)
         none = m + some[found.closed[some]]
@@ -338,11 +338,11 @@ def _regions(boxes: Boxes, found: _Candidates, sums: Sums, late: Array) -> Regio
     count, pairs = boxes.low.shape[1], found.pairs
     every = np.concatenate([pairs.pixel, np.arange(count)])
     item = np.concatenate([pairs.item, np.full(count, BACKGROUND)])
-    kept = np.flatnonzero(sums.weight > DUST)
+    kept = (sums.weight > DUST).nonzero()[0]
     kept = kept[np.lexsort((item[kept], every[kept]))]
     box, item, weight = every[kept], item[kept], sums.weight[kept]
     moment, second = columns(sums.moment, kept), columns(sums.second, kept)
-    turned = np.flatnonzero(found.turned[box])
+    turned = found.turned[box].nonzero()[0]
     for values, one, other in ((moment, 0, 1), (second, 0, 2), (second, 3, 4)):
         values[one, turned], values[other, turned] = values[other, turned], values[one, turned]
     place = np.clip(moment / weight, -0.5, 0.5)
@@ -352,9 +352,9 @@ def _regions(boxes: Boxes, found: _Candidates, sums: Sums, late: Array) -> Regio
     place = columns(boxes.middle, box) + columns(boxes.size, box) * place
     total = np.bincount(box, weight, minlength=count)
     missed = np.zeros(count)
-    unseen = np.flatnonzero(sums.weight <= DUST)
+    unseen = (sums.weight <= DUST).nonzero()[0]
     # what comes and goes sooner than it moves across the box is for shorter times to tell
-    own = np.flatnonzero(unseen < pairs.item.size)
+    own = (unseen < pairs.item.size).nonzero()[0]
     x, y, t = columns(found.cover.across, unseen[own])
     soon = np.zeros(unseen.size, dtype=np.bool_)
     soon[own] = (t > np.maximum(x, y)) & found.wide[TIME, every[unseen[own]]]
@@ -366,7 +366,7 @@ def _regions(boxes: Boxes, found: _Candidates, sums: Sums, late: Array) -> Regio
 def _root(second: Array, place: Array) -> Array:
     """Lower triangular roots (6, m) of second moments about centroids, given those about 0."""
     x, y, t = place
-    xx, yx, yy, tx, ty, tt = second - np.stack([x * x, x * y, y * y, t * x, t * y, t * t])
+    xx, yx, yy, tx, ty, tt = second - np.array([x * x, x * y, y * y, t * x, t * y, t * t])
     out = np.zeros_like(second)
     out[0] = np.sqrt(np.maximum(xx, 0.0))
     a = np.maximum(out[0], DUST)

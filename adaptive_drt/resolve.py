@@ -243,7 +243,7 @@ class Exact:
                 for _ in self._tell_sights(frame, frame.unseen(inside)):
                     yield 0.0
         self._take_goal(frame, inside)
-        if not frame.color[:, frame.some(inside)].any():
+        if not frame.lit(inside):
             for _ in self._look(frame, inside):
                 yield 0.0
         elif not self.plan.motion:

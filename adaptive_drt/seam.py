@@ -50,13 +50,13 @@ def detect_seams(plan: Plan, w: Array, first: Ints, second: Ints, half: float) -
     seam = np.ones(a.size, dtype=np.bool_)
     # spheres come first, so `a` is a sphere wherever one of the two is
     for rows, plane in (
-        (np.flatnonzero(ball & other_ball), _radical_plane),
-        (np.flatnonzero(ball & ~other_ball), _plane_of_second),
+        ((ball & other_ball).nonzero()[0], _radical_plane),
+        ((ball & ~other_ball).nonzero()[0], _plane_of_second),
     ):
         if rows.size:
             normal, k = _evened(plan, a[rows], *plane(plan, a[rows], b[rows]))
             seam[rows] = _on_sphere(plan, columns(w, rows), a[rows], normal, k, half)
-    rows = np.flatnonzero(~ball)
+    rows = (~ball).nonzero()[0]
     if rows.size:
         seam[rows] = _on_plane(plan, columns(w, rows), a[rows], b[rows])
     return seam

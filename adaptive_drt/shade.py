@@ -169,7 +169,7 @@ def _variation(
         shadows, hidden = shadow_variation(plan, surface, patch, shape, pairs, when)
     varies[..., hidden] = 0.0
     # a shadow that is only beside the point: no difference between points shows it
-    aside = np.flatnonzero(~shadow.partial)
+    aside = (~shadow.partial).nonzero()[0]
     shadows[KINKS][:, aside] += columns(shadows[BENDS], aside)
     shadows[BENDS][:, aside] = 0.0
     varies += whole * shadows

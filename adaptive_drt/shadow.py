@@ -170,7 +170,7 @@ def _tilt(light: Emitter, to: Array, reach: Array | float, bend: Array | float) 
 def curvature(plan: Plan, surface: Surface) -> Array:
     """Curvature (n,) of the surfaces, 1 / m; 0 for planes and where it is not said (item -1)."""
     bend = np.zeros(surface.item.size)
-    ball = np.flatnonzero((surface.item >= 0) & (surface.item < plan.sphere_count))
+    ball = ((surface.item >= 0) & (surface.item < plan.sphere_count)).nonzero()[0]
     bend[ball] = 1.0 / plan.spheres.radius[surface.item[ball]]
     return bend
 
@@ -192,7 +192,7 @@ def classify_pairs(
     m = pairs.item.size
     none, full = np.zeros(m, dtype=np.bool_), np.zeros(m, dtype=np.bool_)
     ball = pairs.item < plan.sphere_count
-    for all_rows, part in ((np.flatnonzero(ball), _by_sphere), (np.flatnonzero(~ball), _by_quad)):
+    for all_rows, part in ((ball.nonzero()[0], _by_sphere), ((~ball).nonzero()[0], _by_quad)):
         for rows in in_cache(all_rows):
             chosen = pairs.take(rows)
             when = time[rows] if isinstance(time, np.ndarray) else time
@@ -250,7 +250,7 @@ def ball_hides(
     full |= norm(center - place) + light.radius <= r
     if light.kind == QUAD:
         none |= dot(light.normal, place - center) <= -r
-        unsure = np.flatnonzero(~none & ~full & ~enclosed)
+        unsure = (~none & ~full & ~enclosed).nonzero()[0]
         if unsure.size:
             some = _over_quad(
                 plan,
@@ -285,7 +285,7 @@ def _over_quad(
     full = (low > rounding) & (along - spread > 0.0)
     # between for sure: the light is farther than any hit, or behind the centre's foot
     plane = np.abs(dot(light.normal, to))
-    unsure = np.flatnonzero(full & (tangent > plane))
+    unsure = (full & (tangent > plane)).nonzero()[0]
     if unsure.size:
         near = Jet.linear(columns(to, unsure), (light.half_u, light.half_v), order)
         foot = dot(near, columns(v, unsure)) - squared_norm(near)

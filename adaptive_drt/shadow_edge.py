@@ -54,7 +54,7 @@ def patch_reach(plan: Plan, surface: Surface, w: Array) -> Array:
     # the normal of a plane stays; the direction turns by at most h / |w|
     turn = h / np.maximum(length - h, 0.5 * length)
     least = cosine - turn
-    ball = np.flatnonzero(surface.item < plan.sphere_count)
+    ball = (surface.item < plan.sphere_count).nonzero()[0]
     if ball.size:
         r = plan.spheres.radius[surface.item[ball]]
         v = columns(plan.spheres.center, surface.item[ball])
@@ -97,7 +97,7 @@ def detect_steep_light(
     else:
         distance = np.maximum(np.sqrt(dot(away, away)) - light.radius, 0.0)
     steep: Mask = reach > LARGEST_PATCH * distance
-    rows = np.flatnonzero(steep)
+    rows = steep.nonzero()[0]
     if plan is None or plan.settings.order == 1 or not rows.size:
         return steep
     # a sphere's light falls off from its centre
@@ -127,11 +127,11 @@ def detect_shadow_edges(
     if plan.settings.order == 2 and pairs.item.size:
         patch = make_footprint(plan, surface, reach)
     ball = pairs.item < plan.sphere_count
-    for rows, part in ((np.flatnonzero(ball), _by_sphere), (np.flatnonzero(~ball), _by_quad)):
+    for rows, part in ((ball.nonzero()[0], _by_sphere), ((~ball).nonzero()[0], _by_quad)):
         if rows.size:
             chosen = pairs.take(rows)
             wide = reach[chosen.pixel]
-            sharp = np.flatnonzero(part(plan, surface, light, chosen, wide, patch))
+            sharp = part(plan, surface, light, chosen, wide, patch).nonzero()[0]
             if patch is not None and light.kind != POINT and sharp.size:
                 sharp = sharp[
                     _most_crosses(
@@ -200,7 +200,7 @@ def _most_crosses(
 
     rows = np.arange(pairs.item.size)
     result = crosses(np.broadcast_to(light.center, point.shape), rows)
-    rows = np.flatnonzero(result & ~odd)
+    rows = (result & ~odd).nonzero()[0]
     # all probes at once: what crosses a line is few, and many calls
     u, v = (columns(np.broadcast_to(side, point.shape), rows) for side in sides)
     probes = [light.center + a * u + b * v for a, b in PROBES]
@@ -244,10 +244,10 @@ def _odd_disk(
     near = np.maximum(np.sqrt(dot(to, to)) - reach, 0.0)
     odd: Mask = light.radius * reach > near * near
     ball = pairs.item < plan.sphere_count
-    rows = np.flatnonzero(ball)
+    rows = ball.nonzero()[0]
     gap = light.center - columns(plan.spheres.center, pairs.item[rows])
     odd[rows] |= np.sqrt(dot(gap, gap)) <= plan.spheres.radius[pairs.item[rows]] + light.radius
-    rows = np.flatnonzero(~ball)
+    rows = (~ball).nonzero()[0]
     ids = pairs.item[rows] - plan.sphere_count
     normal = cross(columns(plan.quads.edge_u, ids), columns(plan.quads.edge_v, ids))
     height = dot(light.center - columns(plan.quads.corner, ids), normal)
@@ -288,13 +288,13 @@ def _by_sphere(
     sharp &= ~((vv < small * small) & (np.sqrt(dot(gap, gap)) + light.radius <= r))
     sharp &= pairs.item != surface.item[pairs.pixel]
     if patch is not None and light.kind == POINT:
-        rows = np.flatnonzero(sharp & np.isfinite(patch.off[pairs.pixel]))
+        rows = (sharp & np.isfinite(patch.off[pairs.pixel])).nonzero()[0]
         rows = rows[patch.clear_of(columns(v, rows), r[rows], pairs.pixel[rows])]
         if rows.size:
             to = columns(np.broadcast_to(light.center, point.shape), rows) - columns(point, rows)
             sharp[rows] = _line_crosses(to, columns(v, rows), r[rows], patch, pairs.pixel[rows])
     if light.kind == QUAD and plan.settings.order == 2:
-        rows = np.flatnonzero(sharp & (vv > large * large))
+        rows = (sharp & (vv > large * large)).nonzero()[0]
         if rows.size:
             to = light.center - columns(point, rows)
             high = _range(light, to, columns(v, rows), small[rows])[1]

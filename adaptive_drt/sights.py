@@ -54,9 +54,9 @@ def find_sights(plan: Plan, place: Array, half: float, pairs: Pairs) -> Ints:
     boxes = Boxes(np.concatenate([place - half, -time]), np.concatenate([place + half, time]))
     _, cover = make_forms(plan, boxes, pairs)
     front = np.full(count, np.inf)
-    hides = np.flatnonzero(cover.full)
+    hides = cover.full.nonzero()[0]
     np.minimum.at(front, pairs.pixel[hides], cover.far[hides])
-    kept = np.flatnonzero(cover.some & (cover.near <= front[pairs.pixel]))
+    kept = (cover.some & (cover.near <= front[pairs.pixel])).nonzero()[0]
     pairs, full, reach = pairs.take(kept), cover.full[kept], columns(cover.reach, kept)
     moves = plan.moves[pairs.item]
     refused = np.zeros(count, dtype=np.bool_)
@@ -64,7 +64,7 @@ def find_sights(plan: Plan, place: Array, half: float, pairs: Pairs) -> Ints:
     # two that stand still, neither wholly before the other: a seam
     refused |= np.bincount(pairs.pixel[~moves], minlength=count) > 1
     code = 4 * (pairs.item + 1)
-    mover = np.flatnonzero(moves)
+    mover = moves.nonzero()[0]
     if mover.size:
         phase, seen, differs = _phases(plan, place, half, pairs.take(mover))
         code[mover] += phase

@@ -89,7 +89,7 @@ class Squares:
 
     def part(self, first: int, last: int) -> Squares:
         """The squares from the `first` to before the `last`."""
-        kept = np.flatnonzero((self.pairs.pixel >= first) & (self.pairs.pixel < last))
+        kept = ((self.pairs.pixel >= first) & (self.pairs.pixel < last)).nonzero()[0]
         pairs = Pairs(self.pairs.pixel[kept] - first, self.pairs.item[kept])
         return Squares(self.side, self.x[first:last], self.y[first:last], pairs)
 
@@ -143,7 +143,7 @@ def means(coefficients: Array, side: int) -> Array:
     """Means over the pixels of squares: (k, side, side, n), y first."""
     u, h = (2.0 * np.arange(side) + 1.0) / side - 1.0, 1.0 / side
     square = u * u + h * h / 3.0
-    weights = np.stack([np.ones(side), u, 2.0 * square - 1.0, 4.0 * u * (u * u + h * h) - 3.0 * u])
+    weights = np.array([np.ones(side), u, 2.0 * square - 1.0, 4.0 * u * (u * u + h * h) - 3.0 * u])
     return _along_rows(_along_columns(coefficients, weights.T), weights.T)
 
 

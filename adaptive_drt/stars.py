@@ -178,20 +178,20 @@ def _by_stars(
     center, foreseen, offset = centers.light.color, centers.light.deviation, left * arms.offset
     part = 1.0 / arms.count[region]
     shown, slant = columns(center, region), centers.slant[region]
-    rows = np.flatnonzero(star[region])
+    rows = star[region].nonzero()[0]
     spots = columns(parts.place, region[rows]) + columns(offset, rows)
     light, slant[rows] = _look_around(plan, occluders, parts, centers, spots, region[rows])
     place(shown, rows, light)
-    color = np.stack([sums(region, part * row, size) for row in shown])
+    color = np.array([sums(region, part * row, size) for row in shown])
     color += arms.middle * (center - color)
-    round_ = np.flatnonzero(star & (parts.item < plan.sphere_count))
+    round_ = (star & (parts.item < plan.sphere_count)).nonzero()[0]
     if round_.size:
         gain = _at_rims((slant, centers.slant), round_, arms, left, axes[round_])
         off = columns(color - center, round_)
         color[:, round_] = np.maximum(columns(center, round_) + gain * off, 0.0)
     best, short = STAR[axes - 1].T, sums(region, part * (1.0 - left * left), size)
     deviation = foreseen * np.where(star, best + (1.0 - best) * short, 1.0)[:, None]
-    rows = np.flatnonzero(star)
+    rows = star.nonzero()[0]
     deviation[..., rows] = weigh(
         columns(deviation, rows, -1),
         columns(foreseen, rows, -1),
@@ -231,7 +231,7 @@ def _at_rims(slant: tuple[Array, Array], rows: Ints, arms: Arms, left: Array, ax
     number[rows] = np.arange(rows.size)
     own = number[arms.region]
     # an arm that is given up says nothing
-    some = np.flatnonzero((own >= 0) & (left > 0.0))
+    some = ((own >= 0) & (left > 0.0)).nonzero()[0]
     own, region = own[some], arms.region[some]
     weight = (1.0 - arms.middle[region]) / arms.count[region]
     return rim_gains(slant[0][some], slant[1][rows], weight, left[some], own, axes)
@@ -241,7 +241,7 @@ def _shown(
     away: Array, offset: Array, half: Array, region: Ints, star: Mask
 ) -> tuple[Ints, Array, Array]:
     """Of samples of stars: which star, their radiance less its mean, and where they lie in it."""
-    rows = np.flatnonzero(star[region])
+    rows = star[region].nonzero()[0]
     own = region[rows]
     place = columns(offset, rows) / np.maximum(columns(half, own), TINY)
     return np.cumsum(star)[own] - 1, columns(away, rows), place
@@ -254,7 +254,7 @@ def _look(plan: Plan, occluders: Occluders, parts: Parts) -> _Centers:
     if not known.any():
         light, reach = _foreseen(plan, occluders, hits, w, t, time, parts.half)
         return _Centers(hits, light, reach, slant)
-    rows, same = np.flatnonzero(~known), np.flatnonzero(known)
+    rows, same = (~known).nonzero()[0], known.nonzero()[0]
     when = time[rows] if isinstance(time, np.ndarray) else time
     near = hits.take(rows), columns(w, rows), t[rows], when, columns(parts.half, rows)
     light, far = _foreseen(plan, occluders, *near)
@@ -315,7 +315,7 @@ def _served(
     """
     # arms may end farther off than their parts do
     beyond = farthest > centers.reach
-    rows = np.flatnonzero(beyond)
+    rows = beyond.nonzero()[0]
     if not rows.size:
         return known
     more = occluders.find(light, centers.hits.take(rows), farthest[rows])

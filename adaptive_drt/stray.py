@@ -53,7 +53,7 @@ def kept_parts(
     part = np.ones(region.size)
     number = np.bincount(found.box)
     # who is alone in its box has nothing before it
-    open_ = np.flatnonzero(number[found.box[region]] > 1)
+    open_ = (number[found.box[region]] > 1).nonzero()[0]
     for length in PARTS:
         if not open_.size:
             break
@@ -85,7 +85,7 @@ def _behind(
     when = place[2, sample][:, None] if plan.motion else 0.0
     front = np.full(region.size, np.inf)
     np.minimum.at(front, sample, pair_hits(plan, columns(w, sample[:, None]), rival, when)[:, 0])
-    rows: Ints = np.flatnonzero(front < own)
+    rows: Ints = (front < own).nonzero()[0]
     w, t = columns(w, rows), own[rows]
     hits = surface(plan, w, t, item[rows], time[rows] if isinstance(time, np.ndarray) else time)
     with np.errstate(over="ignore", invalid="ignore"):  # sizes that only estimates hang on

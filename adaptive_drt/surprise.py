@@ -60,11 +60,11 @@ def weigh(
     deviation[KINKS] *= share
     deviation[STEPS] *= share
     more = found - SURPRISE * total
-    odd = np.flatnonzero(more > 0.0)
+    odd = (more > 0.0).nonzero()[0]
     if odd.size:
         place = np.full(off.shape[1], -1)
         place[odd] = np.arange(odd.size)
-        own = np.flatnonzero(place[region] >= 0)
+        own = (place[region] >= 0).nonzero()[0]
         contrast = _contrast(place[region[own]], columns(away, own), columns(offset, own), odd.size)
         along = contrast.sum(axis=0)
         along = contrast / np.where(along > 0.0, along, 1.0)
@@ -77,6 +77,6 @@ def _contrast(region: Ints, away: Array, offset: Array, count: int) -> Array:
     contrast = np.zeros((3, count))
     for axis in range(3):
         for weight in (offset[axis], offset[axis] ** 2):
-            part = np.stack([sums(region, weight * row, count) for row in away])
+            part = np.array([sums(region, weight * row, count) for row in away])
             contrast[axis] += dot(part, part)
     return np.sqrt(contrast)

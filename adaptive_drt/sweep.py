@@ -94,7 +94,7 @@ def _always_full(plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, rea
     always = ends[0] & ends[1]
     for kind, part in ((True, _sphere_hides), (False, _quad_hides)):
         wide = always & (reach[pairs.pixel] > 0.0) & ((pairs.item < plan.sphere_count) == kind)
-        rows = np.flatnonzero(wide)
+        rows = wide.nonzero()[0]
         if rows.size:
             chosen = pairs.take(rows)
             for time in ENDS:
@@ -155,8 +155,8 @@ def _touched(plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, reach: 
     touched = np.zeros(pairs.item.size, dtype=np.bool_)
     ball = pairs.item < plan.sphere_count
     for rows, part in (
-        (np.flatnonzero(ball), _sphere_touches),
-        (np.flatnonzero(~ball), _quad_touches),
+        (ball.nonzero()[0], _sphere_touches),
+        ((~ball).nonzero()[0], _quad_touches),
     ):
         if rows.size:
             chosen = pairs.take(rows)

@@ -59,8 +59,8 @@ class Sums:
         """Sum lengths and moments (3, k, rows, columns, n) over the lattice into `place` (k, n)."""
         share = 1.0 / (lattice.rows * lattice.columns)
         a, (b, c) = lattice.axis, (other for other in range(3) if other != lattice.axis)
-        by_row = fold(np.moveaxis(seen, 3, 0))
-        total = fold(np.moveaxis(by_row, 2, 0)) * share
+        by_row = fold(seen, 3)
+        total = fold(by_row, 2) * share
         self.weight[place], self.moment[a, place] = total[0], total[1]
         self.second[SQUARES[a], place] = total[2]
         u, v = lattice.u[..., 0], lattice.v.reshape(-1, 1)
@@ -74,25 +74,23 @@ class Sums:
                 self.second[SQUARES[other], place] = total[0] * inner
                 continue
             if lines is None:
-                lines = fold(np.moveaxis(seen[:2], 2, 0))
+                lines = fold(seen[:2], 2)
             length, turn = lines[0], lines[1]
-            parts = np.stack([length * at, length * (at * at + inner), turn * at])
-            moment, square, product = fold(np.moveaxis(parts, 2, 0)) * share
+            parts = np.array([length * at, length * (at * at + inner), turn * at])
+            moment, square, product = fold(parts, 2) * share
             self.moment[other, place], self.second[SQUARES[other], place] = moment, square
             self.second[PRODUCTS[a, other], place] = product
         length = seen[0]
         if min(lattice.rows, lattice.columns) > 1:
-            both = fold(np.moveaxis(length * v, 2, 0))
-            self.second[PRODUCTS[b, c], place] = fold(np.moveaxis(both * u, 1, 0)) * share
+            both = fold(length * v, 2)
+            self.second[PRODUCTS[b, c], place] = fold(both * u, 1) * share
         # kinks lie at random places and add up as such; what bends adds up, to a third of that
         kinks, bends = np.zeros(place.shape), np.zeros(place.shape)
         for axis in (1, 2):
             if length.shape[axis] > 2:
-                part = np.moveaxis(length, axis, 0)
+                part = length.transpose(axis, 0, 3 - axis, 3)
                 change = part[2:] - 2.0 * part[1:-1] + part[:-2]
-                square, bend = fold(
-                    np.moveaxis(fold(np.stack([change * change, change], axis=1)), 2, 0)
-                )
+                square, bend = (fold(fold(each), 1) for each in (change * change, change))
                 kinks, bends = kinks + square, bends + np.abs(bend)
         self.error[place] = (KINK * share) * (np.sqrt(kinks) + bends / 3.0)
 

@@ -98,7 +98,7 @@ def shadow_variation(
     total = no_variation(count)
     hidden = np.zeros(count, dtype=np.bool_)
     ball = pairs.item < plan.sphere_count
-    for rows, part in ((np.flatnonzero(ball), past_spheres), (np.flatnonzero(~ball), past_quads)):
+    for rows, part in ((ball.nonzero()[0], past_spheres), ((~ball).nonzero()[0], past_quads)):
         if not rows.size:
             continue
         found = []
@@ -122,7 +122,7 @@ def _joined(parts: list[Shadows]) -> Shadows:
 
 def _collect(total: Array, pixel: Ints, shadow: Shadows) -> None:
     """Add the deviations of shadows to their points'."""
-    live = np.flatnonzero(shadow.depth > 0.0)
+    live = (shadow.depth > 0.0).nonzero()[0]
     pixel, depth, shifts = pixel[live], shadow.depth[live], columns(shadow.shifts, live)
     width = np.maximum(shadow.width[live], shifts.max(axis=0) / SHARPEST)
     square = (shifts / np.maximum(width, TINY)) ** 2
@@ -143,7 +143,7 @@ def _collect(total: Array, pixel: Ints, shadow: Shadows) -> None:
     count = total.shape[2]
     kinds = (BENDS, ~(ends | step)), (ROOTS, ends & ~kink), (KINKS, kink), (STEPS, step)
     for kind, mask in kinds:
-        chosen = np.flatnonzero(mask)
+        chosen = mask.nonzero()[0]
         if chosen.size:
             for axis in range(3):
                 total[kind, axis] += np.bincount(

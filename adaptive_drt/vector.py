@@ -20,6 +20,11 @@ __all__ = ["cross", "dot", "norm", "normalize", "rms", "scale", "squared_norm"]
 
 FEW = 12_288
 """Numbers of so few vectors are multiplied at once: half the calls. More leave the cache."""
+FEW_CROSSED = 6_144
+"""The same of cross products, whose factors are gathered first: half the time for 1,000 vectors,
+as much for 2,000."""
+AFTER, BEFORE = np.array([1, 2, 0]), np.array([2, 0, 1])
+"""The components that follow each one, and go before it."""
 
 
 @overload
@@ -125,9 +130,15 @@ def _rows(entry: Array, ndim: int) -> tuple[Array, Array, Array]:
     return leading(entry, 0, 0), leading(entry, 0, 1), leading(entry, 0, 2)
 
 
+def _plain(a: Array, b: Array, ndim: int) -> bool:
+    """Whether these are vectors as they are; `ndim` is 0 where no partials are about."""
+    alike = a.ndim > 1 if ndim == 0 else a.ndim == b.ndim == ndim
+    return alike and len(a) == len(b) == 3
+
+
 def _dot(a: Array, b: Array, ndim: int) -> Array:
-    if ndim == 0 and a.ndim > 1 and len(a) == len(b) == 3:
-        # plain vectors: a call costs 3 us less, and a render makes tens of thousands
+    if _plain(a, b, ndim):
+        # a call costs 3 us less, and a render makes tens of thousands
         if a.ndim == b.ndim and a.size < FEW and b.size < FEW:
             each = a * b
             few: Array = each[0] + each[1]
@@ -148,7 +159,11 @@ def _dot(a: Array, b: Array, ndim: int) -> Array:
 
 
 def _cross(a: Array, b: Array, ndim: int) -> Array:
-    if ndim == 0 and a.ndim > 1 and len(a) == len(b) == 3:
+    if _plain(a, b, ndim):
+        if a.ndim == b.ndim and a.size < FEW_CROSSED and b.size < FEW_CROSSED:
+            few: Array = a.take(AFTER, 0) * b.take(BEFORE, 0)
+            few -= a.take(BEFORE, 0) * b.take(AFTER, 0)
+            return few
         (a0, a1, a2), (b0, b1, b2) = a, b
     else:
         a0, a1, a2 = _rows(a, ndim)

@@ -31,7 +31,7 @@ def ranked(count: int, pairs: Pairs) -> list[tuple[Ints, Ints]]:
     """
     sizes = np.bincount(pairs.pixel, minlength=count)
     starts = np.cumsum(sizes) - sizes
-    rows = np.flatnonzero(sizes)
+    rows = sizes.nonzero()[0]
     out = []
     rank = 0
     while rows.size:
@@ -59,7 +59,7 @@ def blocked_segments(
     blocked = np.zeros(to.shape[1:], dtype=np.bool_)
     for rows, item in ranked(to.shape[1], pairs):
         ball = item < plan.sphere_count
-        for part, is_sphere in ((np.flatnonzero(ball), True), (np.flatnonzero(~ball), False)):
+        for part, is_sphere in ((ball.nonzero()[0], True), ((~ball).nonzero()[0], False)):
             if not part.size:
                 continue
             at, ids = rows[part], item[part][:, None]

@@ -113,7 +113,7 @@ def _block(
         heights = [dot(normal, corner) for corner in light]
         low, high = np.minimum.reduce(heights), np.maximum.reduce(heights)
     for cut, chosen in ((False, low >= 0.0), (True, (low < 0.0) & (high > 0.0))):
-        rows: slice | Ints = slice(None) if chosen.all() else np.flatnonzero(chosen)
+        rows: slice | Ints = slice(None) if chosen.all() else chosen.nonzero()[0]
         n = columns(normal, rows)
         if n.shape[1]:
             outline = _take(light, rows)
