@@ -41,13 +41,21 @@ class Blocks:
     def __init__(self, points: Points, side: int) -> None:
         """Nothing is asked yet."""
         self.points, self.side = points, side
+        # the first pixels (b,) of blocks that may be smooth
         self._origin = np.zeros(0, dtype=np.int64)
+        if points.wanted.any():
+            self._origin = self._candidates()
+
+    @property
+    def pixels(self) -> Ints:
+        """All pixels (side * side, b) of the blocks, row by row."""
+        y, x = np.divmod(np.arange(self.side**2), self.side)
+        rows: Ints = self._origin + (y * self.points.frame.width + x)[:, None]
+        return rows
 
     def ask(self) -> Ints:
         """Pixels whose values blocks of this side need and that are not known: ascending."""
-        if not self.points.wanted.any():
-            return self._origin
-        self._origin = self._candidates()
+        self._origin = self._origin[self.points.wanted[self.pixels].any(axis=0)]
         return self.points.unknown(self._nodes, self._checks)
 
     def settle(self) -> None:
@@ -70,8 +78,7 @@ class Blocks:
         means = _means(columns(nodes, smooth, -1), self.side, whole)
         means += _cubic_means(up[:, smooth], across[:, smooth], self.side, whole)
         error = np.hypot(points.error[at[:, smooth]].max(axis=0), off[smooth])
-        y, x = np.divmod(np.arange(self.side**2), self.side)
-        rows = self._origin[smooth] + (y * points.frame.width + x)[:, None]
+        rows = columns(self.pixels, smooth)
         mine = points.wanted[rows]
         points.settle(rows[mine], means[:, mine], np.broadcast_to(error, rows.shape)[mine])
 

@@ -27,19 +27,23 @@ class Crosses:
     def __init__(self, points: Points) -> None:
         """Nothing is asked yet."""
         self.points = points
-        self._rows = np.zeros(0, dtype=np.int64)
+        # the pixels (m,) that may be resolved so
+        self.pixels: Ints = points.wanted.nonzero()[0]
+        if self.pixels.size:
+            self.pixels = self.pixels[self._fine(self.pixels)]
+
+    def _fine(self, rows: Ints) -> NDArray[np.bool_]:
+        points = self.points
+        sight = points.frame.sight[rows]
+        fine: NDArray[np.bool_] = (sight >= 0) & (points.left[rows] <= points.allowed)
+        for near in self._around(rows, 1):
+            fine &= self._alike(rows, near) & (points.left[near] <= points.allowed)
+        return fine
 
     def ask(self) -> Ints:
         """Pixels whose values are needed and that are not known: ascending."""
         points = self.points
-        rows: Ints = points.wanted.nonzero()[0]
-        if not rows.size:
-            return rows
-        sight = points.frame.sight[rows]
-        fine = (sight >= 0) & (points.left[rows] <= points.allowed)
-        for near in self._around(rows, 1):
-            fine &= self._alike(rows, near) & (points.left[near] <= points.allowed)
-        self._rows = rows = rows[fine]
+        self.pixels = rows = self.pixels[points.wanted[self.pixels]]
         if not points.frame.plan.edges:
             return points.unknown(rows)
         beyond = [far[self._alike(rows, far)] for far in self._around(rows, 2)]
@@ -47,7 +51,7 @@ class Crosses:
 
     def settle(self) -> None:
         """Give the pixels their means that are sure enough."""
-        points, rows = self.points, self._rows
+        points, rows = self.points, self.pixels
         if not rows.size:
             return
         mean = points.values(rows)

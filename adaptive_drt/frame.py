@@ -92,7 +92,8 @@ class Frame:
         self.sight = np.full(n, NO_SIGHT)
         self.depth, self.normal = np.full(n, np.inf), np.zeros((3, n))
         self.samples, self.error = np.ones(n, dtype=np.int64), np.zeros(n)
-        self.settled = np.zeros(n, dtype=np.bool_)
+        # pixels that need no refining, and those that are being refined already
+        self.settled, self._held = np.zeros((2, n), dtype=np.bool_)
         # of pixels with outlines: whether their regions are shaded, by stars; the edges' errors
         self.begun, self._star = np.zeros((2, n), dtype=np.bool_)
         self._across, self._edge = np.zeros((2, n))
@@ -211,8 +212,10 @@ class Frame:
         return inside.ravel()
 
     def chosen(self, goal: Goal) -> Mask:
-        """The pixels (n,) that are to be refined, as far as they are not settled."""
-        return (self._unknown | (self.error > goal.error)) & self.inner() & ~self.settled
+        """The pixels (n,) that are to be refined and are neither settled nor held."""
+        chosen: Mask = (self._unknown | (self.error > goal.error)) & self.inner()
+        chosen &= ~(self.settled | self._held)
+        return chosen
 
     @property
     def _unknown(self) -> Mask:
@@ -248,7 +251,7 @@ class Frame:
     def tasks(self, goal: Goal, size: int) -> list[tuple[Ints, Task]]:
         """What is to be refined: numbers of pixels, and the task; smooth pixels are corrected."""
         chosen = self.chosen(goal)
-        kept = (~(chosen | self.settled)[self._corrected]).nonzero()[0]
+        kept = (~(chosen | self.settled | self._held)[self._corrected]).nonzero()[0]
         rows = self._corrected[kept]
         # a mean of light is never below 0, whatever differences say
         self.color[:, rows] = np.maximum(
@@ -259,6 +262,10 @@ class Frame:
     def point_tasks(self, rows: Ints, goal: Goal, size: int) -> list[tuple[Ints, Task]]:
         """What is to be integrated over the shutter, at the middles of pixels only."""
         return self.in_parts(rows, goal, size, False)
+
+    def hold(self, rows: Ints) -> None:
+        """Choose pixels no more: they are being refined."""
+        self._held[rows] = True
 
     def in_parts(self, rows: Ints, goal: Goal, size: int, whole: bool) -> list[tuple[Ints, Task]]:
         """Tasks for pixels, whole or their middles."""

@@ -20,11 +20,12 @@ from .integrate import Pixels, Resolver, resolve
 from .occluder import Occluders
 from .plan import Plan, make_plan
 from .primary import Pairs, Tile, find_pairs, screen_bounds
-from .resolve import Clock, Exact
+from .resolve import Exact
 from .scene import Issue, Scene, validate
 from .settings import Settings
 from .shadow import Shadow
-from .threads import in_order
+from .threads import Hands
+from .work import Clock
 
 __all__ = ["Progress", "render", "render_image"]
 
@@ -102,9 +103,10 @@ def _by_rays(
     done, tiles = 0, _tile_count(plan)
     share = Share((plan, occluders, screen_bounds(plan)))
     jobs = [Call(_render_tile, share, (first, tiles)) for first in range(tiles)]
-    with closing(in_order(plan, jobs)) as results:
-        for result in results:
-            if result is not None:
+    with closing(Hands(plan)) as hands:
+        for outcome in hands.results(jobs):
+            if outcome is not None:
+                _, result = outcome
                 done += _write(film, result)
                 totals.add(result)
             yield done
@@ -118,8 +120,8 @@ def _exact(
     with closing(exact.run(film)) as steps:
         for done in steps:
             yield round(done * film.width * film.height)
-    totals.seconds.update(exact.seconds)
-    totals.rays = {"camera": film.width * film.height, "shaded": exact.shaded}
+    totals.seconds.update(exact.work.seconds)
+    totals.rays = {"camera": film.width * film.height, "shaded": exact.work.shaded}
     totals.more = {"tolerance": plan.settings.tolerance, "error_estimate": exact.error_estimate}
 
 

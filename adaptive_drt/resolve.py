@@ -3,11 +3,11 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Generator
+from collections.abc import Generator
 from contextlib import closing
 from dataclasses import dataclass, field, replace
-from typing import TypeAlias, TypeVar
+from itertools import chain
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from .blocks import SIDES, Blocks
 from .clear import Survey, survey
 from .columns import columns
+from .course import ASKED_SHARES, course
 from .crew import Call, Share, crew
 from .crosses import Crosses
 from .film import Film
@@ -24,21 +25,18 @@ from .occluder import Occluders
 from .plan import Plan
 from .points import Points
 from .primary import Pairs, Tile, screen_bounds
-from .refine import Begun, Refined, Task, begin, refine
+from .refine import begin, refine
 from .sights import find_sights
 from .squares import SIDES as SQUARES
 from .squares import Squares, coarse, coarse_bounds
-from .threads import in_order
+from .work import Clock, Work
 
-__all__ = ["Clock", "Exact"]
+__all__ = ["Exact"]
 
 Array: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
-Done = TypeVar("Done", Begun, Refined)
 Mask: TypeAlias = NDArray[np.bool_]
 
-PART = 32_768
-"""Pixels refined at a time, at most; fewer where threads would have none."""
 SURVEYED = 262_144
 """Pixels surveyed at a time, at most: most of them lie in squares and take but a few points."""
 SURVEYED_BATCHES = 8
@@ -52,49 +50,13 @@ RAISED = 4.0
 rows may just have missed the hardest pixels."""
 GOAL_RIM = 2
 """Pixels at the sides of such a row that do not count: second differences need their neighbours."""
-LEAST_PART = 16_384
-"""Pixels refined at a time, if there are as many: with fewer, two threads that wait for each other
-at every call of NumPy take longer than one (300 x 300, 1 %: 0.98 to 1.32 s)."""
 SHARED = 131_072
 """Pixels from which threads share a survey, for the same reason (0.16 to 0.21 s) ..."""
 MANY_OBJECTS = 48
 """... or objects: each pixel then takes so much that they pay sooner (1.8 to 1.35 s)."""
-CREWS_PART = 1_024
-"""Pixels refined at a time, at least, where processes share them: each call costs 5 ms."""
-STILL_REST, MOVING_REST = 1.2, 4.0
-"""Times as long as the survey the rest takes in a picture of `MEASURED` pixels at a tolerance of
-0.001: on the benchmark's scenes, most of them within a factor of 2. By square roots it is more
-where the tolerance is smaller, and less where pixels are more, since outlines grow as sides do.
-Nothing but the progress bar goes by this, so that it moves as the time does."""
-MEASURED = 480 * 320
-BLOCKS_SHARE = 0.5
-"""Of that rest, what blocks take in a moving scene (0.4 to 0.6)."""
-OUTLINES_SHARE = 0.4
-"""In a still one, what outlines' regions take."""
-ASKED_SHARES = (0.2, 0.25, 0.55)
-"""Of what blocks take, the coarsest first."""
 LOOK = 1.0
 """Tolerance where no centre is lit, until light is found: some 7 % of the errors foreseen. To ask
 a tolerance of darkness itself would split all of it to the end."""
-
-
-class Clock:
-    """Seconds by stage: each call ends a stage."""
-
-    def __init__(self) -> None:
-        """Start."""
-        self.seconds: dict[str, float] = {}
-        self._last = time.perf_counter()
-
-    def __call__(self, stage: str) -> None:
-        """End a stage."""
-        now = time.perf_counter()
-        self.seconds[stage] = self.seconds.get(stage, 0.0) + now - self._last
-        self._last = now
-
-    def restart(self) -> None:
-        """Begin a stage here: what was since the last is counted elsewhere."""
-        self._last = time.perf_counter()
 
 
 @dataclass
@@ -104,28 +66,29 @@ class Exact:
     Attributes
     ----------
     plan, occluders : of the region itself.
-    seconds : by stage, of all threads together.
     goal : set once the first pass is done.
-    shaded : points shaded in all.
+    work : who does it, and what it took.
     error_estimate : RMS error of the picture over its mean, as the renderer sees it.
     """
 
     plan: Plan
     occluders: Occluders
-    seconds: dict[str, float] = field(default_factory=dict)
     goal: Goal = field(default_factory=lambda: Goal(0.0, 1.0))
-    shaded: int = 0
     error_estimate: float = 0.0
 
     def __post_init__(self) -> None:
-        """Prepare what refining shares."""
-        self._share = Share((self.plan, self.occluders))
+        """Nothing is done yet."""
+        self.work = Work(self.plan, self.occluders)
 
     def run(self, film: Film) -> Generator[float, None, None]:
         """Fill a film; yields what part of the work is done, 0 to 1, at least once a heartbeat."""
+        with closing(self.work):
+            yield from self._run(film)
+
+    def _run(self, film: Film) -> Generator[float, None, None]:
         wide = widened(self.plan, self.plan.region)
         frame = Frame(wide, self.plan.region)
-        surveyed, settled = self._course()
+        surveyed, settled = course(self.plan)
         with closing(self._survey(frame, wide, 0, 1)) as steps:
             for done, bands in steps:
                 for band in bands:
@@ -140,32 +103,20 @@ class Exact:
             for done in self._interpolate(frame):
                 yield surveyed + (settled - surveyed) * done
         clock.restart()
-        tasks = frame.tasks(self.goal, self._part(int(frame.chosen(self.goal).sum())))
+        tasks = frame.tasks(self.goal, self.work.part(int(frame.chosen(self.goal).sum())))
         frame.show(film)
         clock("means of smooth pixels")
-        self._add(clock.seconds)
-        rest, done = sum(rows.size for rows, _ in tasks), 0
+        self.work.add(clock.seconds)
+        rest, done = sum(rows.size for rows, _ in [*tasks, *self.work.aside]), 0
         yield settled if rest else 1.0
-        with closing(self._worked(refine, tasks)) as outcomes:
-            for outcome in outcomes:
-                if outcome is not None:
-                    rows, refined = outcome
-                    frame.enter(rows, refined)
-                    frame.show_pixels(film, rows)
-                    done += rows.size
-                yield settled + (1.0 - settled) * done / rest
+        for outcome in chain(self.work.results(refine, tasks), self.work.gathered()):
+            if outcome is not None:
+                rows, refined = outcome
+                frame.enter(rows, refined)
+                frame.show_pixels(film, rows)
+                done += rows.size
+            yield settled + (1.0 - settled) * done / rest
         self.error_estimate = frame.estimate()
-
-    def _course(self) -> tuple[float, float]:
-        """What part of the work the survey is, and what part with outlines or blocks besides."""
-        rest, first = STILL_REST, OUTLINES_SHARE
-        if self.plan.motion:
-            rest, first = MOVING_REST, BLOCKS_SHARE
-        left, bottom, right, top = self.plan.region
-        size = (right - left) * (top - bottom)
-        rest *= (0.001 / self.plan.settings.tolerance * MEASURED / size) ** 0.5
-        surveyed = 1.0 / (1.0 + rest)
-        return surveyed, surveyed + first * (1.0 - surveyed)
 
     def _survey(
         self, frame: Frame, wide: Plan, first: int, step: int
@@ -193,18 +144,18 @@ class Exact:
             Call(_first, share, (Squares.of_tile(rough, side, bounds, tile),)) for tile in tiles
         ]
         done = 0
-        with closing(in_order(wide, jobs)) as results:
+        with closing(self.work.hands.results(jobs)) as results:
             for result in results:
                 bands: list[int] = []
                 if result is not None:
-                    found, seconds = result
-                    self._add(seconds)
+                    number, (found, seconds) = result
+                    self.work.add(seconds)
                     for lawn in found.lawns:
                         frame.lay(lawn)
                     for rest in found.rest:
                         frame.add(*rest)
-                    self.shaded += found.points + sum(x.size for x, _, _ in found.rest)
-                    bands = (side * np.unique(np.floor(tiles[done].y)).astype(int)).tolist()
+                    self.work.shaded += found.points + sum(x.size for x, _, _ in found.rest)
+                    bands = (side * np.unique(np.floor(tiles[number].y)).astype(int)).tolist()
                     done += 1
                 yield done / count, bands
 
@@ -259,15 +210,15 @@ class Exact:
         clock = Clock()
         self.goal = frame.goal(inside)
         clock("goal")
-        self._add(clock.seconds)
+        self.work.add(clock.seconds)
 
     def _begin(
         self, frame: Frame, rows: Ints, film: Film | None = None
     ) -> Generator[float, None, None]:
         """Shade the regions of pixels with outlines; yields the part that is done."""
-        tasks = frame.in_parts(rows, self.goal, self._part(rows.size), True)
+        tasks = frame.in_parts(rows, self.goal, self.work.part(rows.size), True)
         done = 0
-        with closing(self._worked(begin, tasks, "outlines")) as outcomes:
+        with closing(self.work.results(begin, tasks, "outlines")) as outcomes:
             for outcome in outcomes:
                 if outcome is not None:
                     own, begun = outcome
@@ -285,9 +236,9 @@ class Exact:
         some = some[cut | (error > goal.error)]
         if not some.size:
             return
-        tasks = frame.in_parts(some, goal, self._part(some.size), True)
+        tasks = frame.in_parts(some, goal, self.work.part(some.size), True)
         found: list[tuple[Ints, Array]] = []
-        with closing(self._worked(refine, tasks)) as outcomes:
+        with closing(self.work.results(refine, tasks)) as outcomes:
             for outcome in outcomes:
                 if outcome is not None:
                     rows, refined = outcome
@@ -308,6 +259,13 @@ class Exact:
         points = Points(frame, self.goal)
         levels: list[Blocks | Crosses] = [Blocks(points, side) for side in SIDES]
         levels.append(Crosses(points))
+        hard = frame.chosen(self.goal)
+        for level in levels:
+            hard[level.pixels] = False
+        rows = hard.nonzero()[0]
+        if rows.size and (size := self.work.part_aside(rows.size)):
+            self.work.put_aside(frame.in_parts(rows, self.goal, size, True))
+            frame.hold(rows)
         before = 0.0
         for level, share in zip(levels, ASKED_SHARES, strict=True):
             wanted = level.ask()
@@ -318,16 +276,17 @@ class Exact:
             clock.restart()
             level.settle()
             clock("blocks")
-        self._add(clock.seconds)
+        self.work.add(clock.seconds)
 
     def _tell_sights(self, frame: Frame, rows: Ints) -> Generator[None, None, None]:
         """Find out what pixels with outlines see."""
-        parts = alike(rows, self._part(rows.size))
-        todo = [Call(_see, self._share, frame.sight_task(part)) for part in parts]
-        with closing(in_order(self.plan, todo)) as outcomes:
-            for sight in outcomes:
-                if sight is not None:
-                    frame.sight[parts.pop(0)] = sight
+        parts = alike(rows, self.work.part(rows.size))
+        todo = [Call(_see, self.work.share, frame.sight_task(part)) for part in parts]
+        with closing(self.work.hands.results(todo)) as outcomes:
+            for outcome in outcomes:
+                if outcome is not None:
+                    number, sight = outcome
+                    frame.sight[parts[number]] = sight
                 yield
 
     def _integrate(
@@ -335,40 +294,13 @@ class Exact:
     ) -> Generator[float, None, None]:
         """Integrate over the shutter at the middles of pixels; yields the part that is done."""
         done = 0
-        tasks = frame.point_tasks(wanted, self.goal, self._part(wanted.size))
-        with closing(self._worked(refine, tasks, "nodes of blocks")) as outcomes:
+        tasks = frame.point_tasks(wanted, self.goal, self.work.part(wanted.size))
+        with closing(self.work.results(refine, tasks, "nodes of blocks")) as outcomes:
             for outcome in outcomes:
                 if outcome is not None:
                     points.enter(*outcome)
                     done += outcome[0].size
                 yield done / wanted.size
-
-    def _worked(
-        self, work: Callable[..., Done], tasks: list[tuple[Ints, Task]], stage: str = "refining"
-    ) -> Generator[tuple[Ints, Done] | None, None, None]:
-        """What comes of work on tasks, in order, with their pixels; None at heartbeats between."""
-        todo = [Call(_timed, self._share, (work, task)) for _, task in tasks]
-        waiting = iter(tasks)
-        with closing(in_order(self.plan, todo)) as outcomes:
-            for outcome in outcomes:
-                if outcome is None:
-                    yield None
-                    continue
-                done, seconds = outcome
-                rows, _ = next(waiting)
-                self._add({stage: seconds})
-                self.shaded += int(done.samples.sum()) - rows.size
-                yield rows, done
-
-    def _part(self, count: int) -> int:
-        """Pixels of a part, when so many are to be refined."""
-        most = max(1, min(PART, self.plan.settings.batch))
-        least = min(CREWS_PART if crew.ready else LEAST_PART, most)
-        return int(np.clip(-(-count // crew.hands(self.plan.threads)), least, most))
-
-    def _add(self, seconds: dict[str, float]) -> None:
-        for stage, span in seconds.items():
-            self.seconds[stage] = self.seconds.get(stage, 0.0) + span
 
 
 def _first(
@@ -382,12 +314,3 @@ def _first(
 def _see(plan: Plan, _occluders: Occluders, place: Array, half: float, rivals: Pairs) -> Ints:
     plan.go_on()
     return find_sights(plan, place, half, rivals)
-
-
-def _timed(
-    plan: Plan, occluders: Occluders, work: Callable[..., Done], task: Task
-) -> tuple[Done, float]:
-    """What comes of a task, and the seconds that took."""
-    began = time.perf_counter()
-    done = work(plan, occluders, task)
-    return done, time.perf_counter() - began

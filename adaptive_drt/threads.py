@@ -1,50 +1,182 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Jobs over threads, their results in order, with signs of life between."""
+"""What works on a render: threads, which call workers where these are ready."""
 
 from __future__ import annotations
 
+import threading
 from collections import deque
-from collections.abc import Generator, Iterable
-from concurrent.futures import Future, ThreadPoolExecutor
-from concurrent.futures import TimeoutError as FutureTimeout
-from typing import Any
+from collections.abc import Generator, Iterable, Sequence
+from dataclasses import dataclass, field
+from queue import Empty, SimpleQueue
+from typing import Any, TypeAlias
 
 from .crew import Call, Shift, crew
 from .plan import Plan
 
-__all__ = ["in_order"]
+__all__ = ["Aside", "Hands"]
 
 HEARTBEAT = 0.05
 """Seconds between signs of life, at which a host may cancel."""
 
+Outcome: TypeAlias = tuple[int, Any, BaseException | None]
 
-def in_order(plan: Plan, calls: Iterable[Call]) -> Generator[Any, None, None]:
-    """The results of calls in order; None where one lets wait for longer than a heartbeat.
 
-    Closing the generator early tells the plan to stop.
+@dataclass(frozen=True)
+class Aside:
+    """Calls put aside: how many, and what came of those that have been made."""
+
+    count: int
+    done: SimpleQueue[Outcome] = field(default_factory=SimpleQueue)
+
+
+@dataclass(frozen=True)
+class _Job:
+    """A call of some that are made together, and where what comes of it goes."""
+
+    number: int
+    call: Call
+    done: SimpleQueue[Outcome]
+
+
+class Hands:
+    """The threads of one render. Closing ends them, and tells the plan to stop if calls are left.
+
+    Results come as they are ready, whatever their order: what is called must not mind.
     """
-    todo, shift = iter(calls), Shift()
-    make = shift.make if plan.threads > 1 else Call.here
-    hands = crew.hands(plan.threads)
-    with ThreadPoolExecutor(hands) as pool:
-        waiting: deque[Future[Any]] = deque()
+
+    def __init__(self, plan: Plan) -> None:
+        """No thread yet."""
+        self._plan, self._shift = plan, Shift()
+        self._change = threading.Condition()
+        self._next: deque[_Job] = deque()
+        self._aside: deque[_Job] = deque()
+        self._threads: list[threading.Thread] = []
+        # how many calls may be made at a time, how many are, and how many of those put aside
+        self._most = self._busy = self._lent = 0
+        self._spare = 1
+        self._over = False
+
+    def results(self, calls: Iterable[Call]) -> Generator[tuple[int, Any] | None, None, None]:
+        """What comes of calls, with their numbers; None at each heartbeat between.
+
+        Raises what a call raises. Closing the generator early tells the plan to stop.
+        """
+        todo = enumerate(calls)
+        done: SimpleQueue[Outcome] = SimpleQueue()
+        waiting = 0
+        self._employ()
         try:
             while True:
-                while len(waiting) < 2 * hands and (call := next(todo, None)) is not None:
-                    waiting.append(pool.submit(make, call))
+                # as many again: nobody waits for this thread
+                while waiting < 2 * self._most and (each := next(todo, None)) is not None:
+                    self._put(self._next, [_Job(*each, done)])
+                    waiting += 1
                 if not waiting:
                     return
                 try:
-                    result = waiting[0].result(HEARTBEAT)
-                except FutureTimeout:
+                    number, result, error = done.get(timeout=HEARTBEAT)
+                except Empty:
                     yield None
-                else:
-                    waiting.popleft()
-                    yield result
+                    continue
+                waiting -= 1
+                if error is not None:
+                    raise error
+                yield number, result
         finally:
             # left early: cancelled, or by an error
             if waiting:
-                plan.stop.set()
-                shift.break_off()
-            for future in waiting:
-                future.cancel()
+                self._break_off()
+
+    def aside(self, calls: Sequence[Call]) -> Aside:
+        """Have calls made where hands are free beside others; one is kept for these."""
+        aside = Aside(len(calls))
+        self._employ()
+        self._put(
+            self._aside, [_Job(number, call, aside.done) for number, call in enumerate(calls)]
+        )
+        return aside
+
+    def gather(self, aside: Aside) -> Generator[tuple[int, Any] | None, None, None]:
+        """What comes of calls put aside, by all hands now; as `results`."""
+        with self._change:
+            self._spare = 0
+            self._change.notify_all()
+        left = aside.count
+        try:
+            while left:
+                try:
+                    number, result, error = aside.done.get(timeout=HEARTBEAT)
+                except Empty:
+                    yield None
+                    continue
+                left -= 1
+                if error is not None:
+                    raise error
+                yield number, result
+        finally:
+            if left:
+                self._break_off()
+
+    def close(self) -> None:
+        """End the threads."""
+        if self._busy or self._next or self._aside:
+            self._break_off()
+        with self._change:
+            self._over = True
+            self._change.notify_all()
+        for thread in self._threads:
+            thread.join()
+
+    def _break_off(self) -> None:
+        self._plan.stop.set()
+        with self._change:
+            self._next.clear()
+            self._aside.clear()
+        self._shift.break_off()
+
+    def _employ(self) -> None:
+        """Have a thread for each call to make at a time: workers may be ready now."""
+        with self._change:
+            hands = crew.hands(self._plan.threads)
+            # those that work for this render are no less ready
+            self._most = max(hands, self._most) if self._busy else hands
+            for _ in range(len(self._threads), self._most):
+                thread = threading.Thread(target=self._serve, name="Render", daemon=True)
+                self._threads.append(thread)
+                thread.start()
+
+    def _put(self, where: deque[_Job], jobs: list[_Job]) -> None:
+        with self._change:
+            where.extend(jobs)
+            self._change.notify_all()
+
+    def _take(self) -> tuple[_Job, bool] | None:
+        """A call to make and whether it was put aside; None when all is over."""
+        with self._change:
+            while not self._over:
+                if self._busy < self._most:
+                    if self._next:
+                        self._busy += 1
+                        return self._next.popleft(), False
+                    if self._aside and self._lent < self._most - self._spare:
+                        self._busy += 1
+                        self._lent += 1
+                        return self._aside.popleft(), True
+                self._change.wait()
+        return None
+
+    def _serve(self) -> None:
+        make = self._shift.make if self._plan.threads > 1 else Call.here
+        while (taken := self._take()) is not None:
+            job, lent = taken
+            result: Any = None
+            failure: BaseException | None = None
+            try:
+                result = make(job.call)
+            except BaseException as error:
+                failure = error
+            with self._change:
+                self._busy -= 1
+                self._lent -= lent
+                self._change.notify_all()
+            job.done.put((job.number, result, failure))

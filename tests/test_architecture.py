@@ -19,11 +19,12 @@ ORDER = (
     "partials jet elementary vector bounds "
     "radiometry recognise quadric quad embree camera sampling emitter light "
     "arcs outline visible_light "
-    "plan primary squares seam forms lines crossings painting tally ranks smooth regions sights "
-    "edge shadow footprint shadow_edge visibility occluder patch_shadow passing sweep detect "
-    "midpoint gather patch ahead stray shift past_spheres past_quads variation open_variation clip "
-    "nested hidden shade cells surprise strain goal arms rim stars refine exact correction "
-    "frame points blocks crosses clear wire worker crew threads resolve integrate cost render"
+    "plan course primary squares seam forms lines crossings painting tally ranks smooth regions "
+    "sights edge shadow footprint shadow_edge visibility occluder patch_shadow passing sweep "
+    "detect midpoint gather patch ahead stray shift past_spheres past_quads variation "
+    "open_variation clip nested hidden shade cells surprise strain goal arms rim stars "
+    "refine exact correction frame points blocks crosses clear wire worker crew threads work "
+    "resolve integrate cost render"
 ).split()
 """The core's files by rank: each imports only names to its left. Put a new file in its place."""
 

@@ -11,10 +11,9 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "benchmarks"))
 
 from bench_scenes import bench_scene
 
-from adaptive_drt.occluder import Occluders
+from adaptive_drt.course import course
 from adaptive_drt.plan import make_plan
 from adaptive_drt.render import render
-from adaptive_drt.resolve import Exact
 from adaptive_drt.settings import Settings
 
 STEPS = 8
@@ -40,7 +39,7 @@ def test_the_survey_is_less_of_the_bar_where_more_follows():
 
     def surveyed(name, tolerance, size=(480, 320)):
         plan = make_plan(bench_scene(name, *size), Settings(tolerance=tolerance))
-        return Exact(plan, Occluders(plan))._course()[0]
+        return course(plan)[0]
 
     assert surveyed("quad light", 1e-2) > surveyed("quad light", 1e-3)
     assert surveyed("quad light", 1e-3) > surveyed("moving sphere", 1e-3)

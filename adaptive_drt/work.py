@@ -1,0 +1,141 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Work on the pixels of one exact render: in what parts, by whom, and what it took."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Generator
+from contextlib import closing
+from typing import TypeAlias, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .crew import Call, Share, crew
+from .occluder import Occluders
+from .plan import Plan
+from .refine import Begun, Refined, Task, refine
+from .threads import Aside, Hands
+
+__all__ = ["Clock", "Tasks", "Work"]
+
+Ints: TypeAlias = NDArray[np.int64]
+Tasks: TypeAlias = list[tuple[Ints, Task]]
+"""Numbers of pixels, and what is to be done for them."""
+Done = TypeVar("Done", Begun, Refined)
+Outcomes: TypeAlias = Generator[tuple[int, tuple[Done, float]] | None, None, None]
+
+PART = 32_768
+"""Pixels refined at a time, at most; fewer where threads would have none."""
+LEAST_PART = 16_384
+"""Pixels refined at a time, if there are as many: with fewer, two threads that wait for each other
+at every call of NumPy take longer than one (300 x 300, 1 %: 0.98 to 1.32 s)."""
+CREWS_PART = 1_024
+"""Pixels refined at a time, at least, where processes share them: each call costs 5 ms."""
+ASIDE_PART = 8_192
+"""Pixels refined at a time beside what is done for others, at most. Parts of a few thousand take as
+long as they have rounds (4,500 pixels at 0.1 %: 0.56 s, but in quarters 0.19 each)."""
+
+
+class Clock:
+    """Seconds by stage: each call ends a stage."""
+
+    def __init__(self) -> None:
+        """Start."""
+        self.seconds: dict[str, float] = {}
+        self._last = time.perf_counter()
+
+    def __call__(self, stage: str) -> None:
+        """End a stage."""
+        now = time.perf_counter()
+        self.seconds[stage] = self.seconds.get(stage, 0.0) + now - self._last
+        self._last = now
+
+    def restart(self) -> None:
+        """Begin a stage here: what was since the last is counted elsewhere."""
+        self._last = time.perf_counter()
+
+
+class Work:
+    """What is done for the pixels of one render.
+
+    Attributes
+    ----------
+    hands : who does it.  share : what calls of it have in common.
+    seconds : by stage, of all threads together.  shaded : points shaded in all.
+    """
+
+    def __init__(self, plan: Plan, occluders: Occluders) -> None:
+        """Nothing done yet."""
+        self.hands, self.share = Hands(plan), Share((plan, occluders))
+        self.seconds: dict[str, float] = {}
+        self.shaded = 0
+        self._plan = plan
+        # what is done beside others
+        self.aside: Tasks = []
+        self._made = Aside(0)
+
+    def add(self, seconds: dict[str, float]) -> None:
+        """Add to the seconds by stage."""
+        for stage, span in seconds.items():
+            self.seconds[stage] = self.seconds.get(stage, 0.0) + span
+
+    def part(self, count: int) -> int:
+        """Pixels of a part, when so many are to be refined."""
+        least = CREWS_PART if crew.ready else LEAST_PART
+        return self._within(-(-count // crew.hands(self._plan.threads)), least, PART)
+
+    def part_aside(self, count: int) -> int:
+        """The same of what workers alone do beside others; 0 if there are none."""
+        ready = crew.ready if self._plan.threads > 1 else 0
+        return self._within(-(-count // ready), CREWS_PART, ASIDE_PART) if ready else 0
+
+    def _within(self, size: int, least: int, most: int) -> int:
+        most = max(1, min(most, self._plan.settings.batch))
+        return min(max(size, least), most)
+
+    def results(
+        self, work: Callable[..., Done], tasks: Tasks, stage: str = "refining"
+    ) -> Generator[tuple[Ints, Done] | None, None, None]:
+        """What comes of work on tasks, with their pixels; None at heartbeats between."""
+        return self._entered(self.hands.results(self._calls(work, tasks)), tasks, stage)
+
+    def put_aside(self, tasks: Tasks) -> None:
+        """Have pixels refined beside what is done for others."""
+        self.aside = tasks
+        self._made = self.hands.aside(self._calls(refine, tasks))
+
+    def gathered(self) -> Generator[tuple[Ints, Refined] | None, None, None]:
+        """What comes of the pixels put aside; as `results`."""
+        return self._entered(self.hands.gather(self._made), self.aside, "refining")
+
+    def _calls(self, work: Callable[..., Done], tasks: Tasks) -> list[Call]:
+        return [Call(_timed, self.share, (work, task)) for _, task in tasks]
+
+    def _entered(
+        self, outcomes: Outcomes[Done], tasks: Tasks, stage: str
+    ) -> Generator[tuple[Ints, Done] | None, None, None]:
+        """Outcomes with their tasks' pixels, counted."""
+        with closing(outcomes):
+            for outcome in outcomes:
+                if outcome is None:
+                    yield None
+                    continue
+                number, (done, seconds) = outcome
+                rows, _ = tasks[number]
+                self.add({stage: seconds})
+                self.shaded += int(done.samples.sum()) - rows.size
+                yield rows, done
+
+    def close(self) -> None:
+        """End the threads; tells the plan to stop if anything is left to do."""
+        self.hands.close()
+
+
+def _timed(
+    plan: Plan, occluders: Occluders, work: Callable[..., Done], task: Task
+) -> tuple[Done, float]:
+    """What comes of a task, and the seconds that took."""
+    began = time.perf_counter()
+    done = work(plan, occluders, task)
+    return done, time.perf_counter() - began
