@@ -156,7 +156,9 @@ class Frame:
         if found is not None:
             color = color.copy()
             color[:, found[0]] = found[1]
-        color = self._part(color)[:, rows[self.own[0]]]
+        color = self._part(color)
+        if not rows[self.own[0]].all():
+            color = color[:, rows[self.own[0]]]
         settled = self.settled[index]
         done, index = self.error[index[settled]], index[~settled]
         motion = None
