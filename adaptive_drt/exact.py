@@ -21,6 +21,7 @@ from .patch import make_patch
 from .plan import Plan
 from .primary import Pairs
 from .shade import Shaded, shade
+from .sights import NO_SIGHT, find_sights
 from .variation import STEPS, no_variation
 
 __all__ = ["Lawn", "Sheet", "first_pass"]
@@ -40,6 +41,7 @@ class Sheet:
     deviation : (4, 3, n) estimated, by kind and axis: see `variation`.
     error, across : (n,) the sum of those, and of what middles around may tell more of.
     mask : (3, n).  outline : (n,).  item : (n,) object at the centre, -1 for none.
+    sight : (n,) what is seen during the shutter, as numbers: see `find_sights`.
     depth : (n,), normal : (3, n) of the hits.
     rivals : objects that may be seen in pixels with outlines, sorted by pixel.
     """
@@ -52,6 +54,7 @@ class Sheet:
     mask: Mask
     outline: Mask
     item: Ints
+    sight: Ints
     depth: Array
     normal: Array
     rivals: Pairs
@@ -78,12 +81,25 @@ def first_pass(
     normal = np.zeros((3, n))
     place(normal, rows, center.hits.normal)
     clock("exact light")
-    order = np.argsort(flags.rivals.pixel, kind="stable")
+    rivals = flags.rivals.take(np.argsort(flags.rivals.pixel, kind="stable"))
+    sight = _sights(plan, np.array([x, y]), center, flags, rivals)
+    clock("sights")
     return Sheet(
         color, alpha, deviation, deviation.sum(axis=(0, 1)),
         deviation[:STEPS, :2].sum(axis=(0, 1)), flags.mask, flags.outline,
-        center.item, center.depth, normal, flags.rivals.take(order),
+        center.item, sight, center.depth, normal, rivals,
     )  # fmt: skip
+
+
+def _sights(plan: Plan, place: Array, center: Center, flags: Flags, rivals: Pairs) -> Ints:
+    """Sights (n,) of pixels whose centres are at places (2, n); rivals are sorted by pixel."""
+    sight = np.where(flags.outline, NO_SIGHT, center.item + 1)
+    rows = (flags.outline & flags.mask[1]).nonzero()[0]
+    if rows.size:
+        half = 0.5 if plan.edges else 0.0
+        own = rivals.of(rows, sight.size)
+        sight[rows] = find_sights(plan, columns(place, rows), half, own)
+    return sight
 
 
 def _shade_centers(plan: Plan, occluders: Occluders, center: Center, flags: Flags) -> Shaded:

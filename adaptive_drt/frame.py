@@ -107,11 +107,11 @@ class Frame:
         """Enter pixels that have been traced."""
         index = self.numbers(x, y)
         for name in (
-            "color", "alpha", "deviation", "error", "mask", "outline", "item", "depth", "normal",
+            "color", "alpha", "deviation", "error", "mask", "outline", "item", "sight", "depth",
+            "normal",
         ):  # fmt: skip
             place(getattr(self, name), index, getattr(sheet, name))
         self._across[index] = sheet.across
-        self.sight[index] = np.where(sheet.outline, NO_SIGHT, sheet.item + 1)
         self._traced[index] = True
         self._rivals.append(Pairs(index[sheet.rivals.pixel], sheet.rivals.item))
 
@@ -230,19 +230,6 @@ class Frame:
         left, bottom, right, top = self.plan.region
         x, y = left + RIM - self.left, bottom + RIM - self.bottom
         return x, y, (right - left - 2 * RIM) // side, (top - bottom - 2 * RIM) // side
-
-    def unseen(self, rows: Mask | None = None) -> Ints:
-        """The pixels, all or those in some of the frame's rows, whose `sight` is yet to be told."""
-        some = self.outline & self.mask[1]
-        if rows is not None:
-            some &= np.repeat(rows, self.width)
-        unseen: Ints = some.nonzero()[0]
-        return unseen
-
-    def sight_task(self, rows: Ints) -> tuple[Array, float, Pairs]:
-        """What `find_sights` wants to know of some pixels."""
-        half = 0.5 if self.plan.edges else 0.0
-        return self._middles(rows)[:2], half, self._rivals_of(rows)
 
     def settle(self, rows: Ints, color: Array, alpha: Array, error: Array) -> None:
         """Enter pixels' means that need no refining."""

@@ -19,14 +19,13 @@ from .course import ASKED_SHARES, course
 from .crew import Call, Share, crew
 from .crosses import Crosses
 from .film import Film
-from .frame import Frame, alike, widened
+from .frame import Frame, widened
 from .goal import Goal, make_goal
 from .occluder import Occluders
 from .plan import Plan
 from .points import Points
-from .primary import Pairs, Tile, screen_bounds
+from .primary import Tile, screen_bounds
 from .refine import begin, refine
-from .sights import find_sights
 from .squares import SIDES as SQUARES
 from .squares import Squares, coarse, coarse_bounds
 from .work import Clock, Work
@@ -187,12 +186,6 @@ class Exact:
             frame.correct()
         inside = np.zeros(frame.height, dtype=np.bool_)
         inside[frame.own[0]] = chosen
-        if self.plan.motion:
-            for _ in self._tell_sights(own, own.unseen()):
-                yield 0.0
-            if frame is not own:
-                for _ in self._tell_sights(frame, frame.unseen(inside)):
-                    yield 0.0
         self._take_goal(frame, inside)
         if not frame.lit(inside):
             for _ in self._look(frame, inside):
@@ -278,17 +271,6 @@ class Exact:
             clock("blocks")
         self.work.add(clock.seconds)
 
-    def _tell_sights(self, frame: Frame, rows: Ints) -> Generator[None, None, None]:
-        """Find out what pixels with outlines see."""
-        parts = alike(rows, self.work.part(rows.size))
-        todo = [Call(_see, self.work.share, frame.sight_task(part)) for part in parts]
-        with closing(self.work.hands.results(todo)) as outcomes:
-            for outcome in outcomes:
-                if outcome is not None:
-                    number, sight = outcome
-                    frame.sight[parts[number]] = sight
-                yield
-
     def _integrate(
         self, frame: Frame, points: Points, wanted: Ints
     ) -> Generator[float, None, None]:
@@ -309,8 +291,3 @@ def _first(
     plan.go_on()
     clock = Clock()
     return survey(plan, occluders, bounds, squares, clock), clock.seconds
-
-
-def _see(plan: Plan, _occluders: Occluders, place: Array, half: float, rivals: Pairs) -> Ints:
-    plan.go_on()
-    return find_sights(plan, place, half, rivals)
