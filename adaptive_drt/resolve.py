@@ -87,7 +87,7 @@ class Exact:
     def _run(self, film: Film) -> Generator[float, None, None]:
         wide = widened(self.plan, self.plan.region)
         frame = Frame(wide, self.plan.region)
-        surveyed, settled = course(self.plan)
+        surveyed, settled = course(self.plan, self.work.beside)
         with closing(self._survey(frame, wide, 0, 1)) as steps:
             for done, bands in steps:
                 for band in bands:

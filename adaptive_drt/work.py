@@ -75,6 +75,11 @@ class Work:
         self.aside: Tasks = []
         self._made = Aside(0)
 
+    @property
+    def beside(self) -> bool:
+        """Whether workers are free to refine pixels beside what is done for others."""
+        return self._plan.threads > 1 and crew.ready > 0
+
     def add(self, seconds: dict[str, float]) -> None:
         """Add to the seconds by stage."""
         for stage, span in seconds.items():
@@ -87,8 +92,9 @@ class Work:
 
     def part_aside(self, count: int) -> int:
         """The same of what workers alone do beside others; 0 if there are none."""
-        ready = crew.ready if self._plan.threads > 1 else 0
-        return self._within(-(-count // ready), CREWS_PART, ASIDE_PART) if ready else 0
+        if not self.beside:
+            return 0
+        return self._within(-(-count // max(crew.ready, 1)), CREWS_PART, ASIDE_PART)
 
     def _within(self, size: int, least: int, most: int) -> int:
         most = max(1, min(most, self._plan.settings.batch))

@@ -44,3 +44,9 @@ def test_the_survey_is_less_of_the_bar_where_more_follows():
     assert surveyed("quad light", 1e-2) > surveyed("quad light", 1e-3)
     assert surveyed("quad light", 1e-3) > surveyed("moving sphere", 1e-3)
     assert surveyed("quad light", 1e-3) < surveyed("quad light", 1e-3, (960, 640))
+
+
+def test_blocks_are_more_of_the_bar_where_workers_do_the_rest_beside_them():
+    plan = make_plan(bench_scene("moving sphere", 480, 320), Settings())
+    (surveyed, alone), (same, beside) = course(plan), course(plan, True)
+    assert same == surveyed < alone < beside < 1.0
