@@ -156,9 +156,7 @@ class Frame:
         if found is not None:
             color = color.copy()
             color[:, found[0]] = found[1]
-        color = self._part(color)
-        if not rows[self.own[0]].all():
-            color = color[:, rows[self.own[0]]]
+        color = self._in_rows(color, rows)
         settled = self.settled[index]
         done, index = self.error[index[settled]], index[~settled]
         motion = None
@@ -195,7 +193,7 @@ class Frame:
 
     def lit(self, rows: Mask) -> bool:
         """Whether any pixel of the region itself, in some of the frame's rows, is known to be."""
-        return bool(self._part(self.color)[:, rows[self.own[0]]].any())
+        return bool(self._in_rows(self.color, rows).any())
 
     def some(self, rows: Mask) -> Ints:
         """The pixels of the region itself in some of the frame's rows."""
@@ -341,6 +339,11 @@ class Frame:
         film.color[:, *at] = columns(self.color, rows)
         film.alpha[at] = self.alpha[rows]
         film.samples[at] = self.samples[rows]
+
+    def _in_rows(self, color: Array, rows: Mask) -> Array:
+        """Of colours (3, n) those of the region, in some of the frame's rows: (3, rows, width)."""
+        part, own = self._part(color), rows[self.own[0]]
+        return part if own.all() else part[:, own]
 
     def _part(self, values: NDArray[Any]) -> NDArray[Any]:
         """Of values (..., n) those of the region: (..., height, width)."""

@@ -143,16 +143,15 @@ class _Law:
     error : (m,) before.
     reached, least : (m,) of the goal, what they end with where c is the goal, and at least.
     first : (m,) c to the `POWER`: they end where c / n, what n cells leave, is level n^GROWTH.
-    standing, stepped : (m,) steps, and c instead of `first` where those are more than the goal;
-        None where nothing moves.
+    steps : None where nothing moves; else (m,) steps, and c instead of `first` where those are
+        more than the goal.
     """
 
     error: Array
     reached: Array
     least: Array
     first: Array
-    standing: Array | None
-    stepped: Array | None
+    steps: tuple[Array, Array] | None
 
     @classmethod
     def make(
@@ -161,26 +160,24 @@ class _Law:
         """The law of some pixels; arguments as in `make_goal`."""
         known, starred, cut = known[some], starred[some], cut[some]
         if motion is None:
-            slow, standing, stepped = cut, None, None
+            slow, steps = cut, None
             first = np.where(cut, FIRST * known, starred) ** POWER
         else:
-            slow, standing, hard = (
-                cut | motion.moves[some],
-                motion.standing[some],
-                motion.hard[some],
-            )
+            slow, hard = cut | motion.moves[some], motion.hard[some]
             first, stepped = (
                 np.where(cut, FIRST * known, np.where(slow, FIRST * c, starred)) ** POWER
                 for c in (hard, hard + motion.steps[some])
             )
+            steps = motion.standing[some], stepped
         reached, least = np.where(slow, REACHED, STILL_REACHED), np.where(slow, 1.0, 0.0)
-        return cls(known, reached, least, first, standing, stepped)
+        return cls(known, reached, least, first, steps)
 
     def __call__(self, level: float) -> float:
         """The sum of the squares of what a goal leaves."""
         first = self.first
-        if self.standing is not None and self.stepped is not None:
-            first = np.where(self.standing > level, self.stepped, first)
+        if self.steps is not None:
+            standing, stepped = self.steps
+            first = np.where(standing > level, stepped, first)
         grown = np.maximum(first * level**-POWER, self.least)
         left = np.where(self.error > level, self.reached * level * grown, self.error)
         return float((left * left).sum())

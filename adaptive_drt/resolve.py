@@ -50,7 +50,8 @@ rows may just have missed the hardest pixels."""
 GOAL_RIM = 2
 """Pixels at the sides of such a row that do not count: second differences need their neighbours."""
 SHARED = 131_072
-"""Pixels from which threads share a survey, for the same reason (0.16 to 0.21 s) ..."""
+"""Pixels from which threads share a survey: with fewer, two that wait for each other at every call
+of NumPy take longer than one (0.16 to 0.21 s) ..."""
 MANY_OBJECTS = 48
 """... or objects: each pixel then takes so much that they pay sooner (1.8 to 1.35 s)."""
 LOOK = 1.0
@@ -87,7 +88,7 @@ class Exact:
     def _run(self, film: Film) -> Generator[float, None, None]:
         wide = widened(self.plan, self.plan.region)
         frame = Frame(wide, self.plan.region)
-        surveyed, settled = course(self.plan, self.work.beside)
+        surveyed, settled = course(self.plan, self.work.free > 0)
         with closing(self._survey(frame, wide, 0, 1)) as steps:
             for done, bands in steps:
                 for band in bands:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import threading
 from collections import deque
-from collections.abc import Generator, Iterable, Sequence
+from collections.abc import Generator, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from queue import Empty, SimpleQueue
 from typing import Any, TypeAlias
@@ -61,10 +61,29 @@ class Hands:
 
         Raises what a call raises. Closing the generator early tells the plan to stop.
         """
-        todo = enumerate(calls)
-        done: SimpleQueue[Outcome] = SimpleQueue()
-        waiting = 0
         self._employ()
+        yield from self._collected(SimpleQueue(), 0, enumerate(calls))
+
+    def aside(self, calls: Sequence[Call]) -> Aside:
+        """Have calls made where hands are free beside others; one is kept for these."""
+        aside = Aside(len(calls))
+        self._employ()
+        self._put(
+            self._aside, [_Job(number, call, aside.done) for number, call in enumerate(calls)]
+        )
+        return aside
+
+    def gather(self, aside: Aside) -> Generator[tuple[int, Any] | None, None, None]:
+        """What comes of calls put aside, by all hands now; as `results`."""
+        with self._change:
+            self._spare = 0
+            self._change.notify_all()
+        yield from self._collected(aside.done, aside.count, iter(()))
+
+    def _collected(
+        self, done: SimpleQueue[Outcome], waiting: int, todo: Iterator[tuple[int, Call]]
+    ) -> Generator[tuple[int, Any] | None, None, None]:
+        """What comes of calls, of which so many have been put already, and the rest is to be."""
         try:
             while True:
                 # as many again: nobody waits for this thread
@@ -85,36 +104,6 @@ class Hands:
         finally:
             # left early: cancelled, or by an error
             if waiting:
-                self._break_off()
-
-    def aside(self, calls: Sequence[Call]) -> Aside:
-        """Have calls made where hands are free beside others; one is kept for these."""
-        aside = Aside(len(calls))
-        self._employ()
-        self._put(
-            self._aside, [_Job(number, call, aside.done) for number, call in enumerate(calls)]
-        )
-        return aside
-
-    def gather(self, aside: Aside) -> Generator[tuple[int, Any] | None, None, None]:
-        """What comes of calls put aside, by all hands now; as `results`."""
-        with self._change:
-            self._spare = 0
-            self._change.notify_all()
-        left = aside.count
-        try:
-            while left:
-                try:
-                    number, result, error = aside.done.get(timeout=HEARTBEAT)
-                except Empty:
-                    yield None
-                    continue
-                left -= 1
-                if error is not None:
-                    raise error
-                yield number, result
-        finally:
-            if left:
                 self._break_off()
 
     def close(self) -> None:

@@ -76,9 +76,9 @@ class Work:
         self._made = Aside(0)
 
     @property
-    def beside(self) -> bool:
-        """Whether workers are free to refine pixels beside what is done for others."""
-        return self._plan.threads > 1 and crew.ready > 0
+    def free(self) -> int:
+        """How many workers are free to refine pixels beside what is done for others."""
+        return crew.ready if self._plan.threads > 1 else 0
 
     def add(self, seconds: dict[str, float]) -> None:
         """Add to the seconds by stage."""
@@ -92,9 +92,8 @@ class Work:
 
     def part_aside(self, count: int) -> int:
         """The same of what workers alone do beside others; 0 if there are none."""
-        if not self.beside:
-            return 0
-        return self._within(-(-count // max(crew.ready, 1)), CREWS_PART, ASIDE_PART)
+        free = self.free
+        return self._within(-(-count // free), CREWS_PART, ASIDE_PART) if free else 0
 
     def _within(self, size: int, least: int, most: int) -> int:
         most = max(1, min(most, self._plan.settings.batch))

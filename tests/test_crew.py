@@ -16,34 +16,21 @@ import numpy as np
 import pytest
 
 from adaptive_drt import crew as crew_module
-from adaptive_drt import render as render_module
 from adaptive_drt.crew import Call, Crew, Share, Shift, crew
 from adaptive_drt.plan import Stopped
 from adaptive_drt.render import render, render_image
 from adaptive_drt.settings import Settings
 from adaptive_drt.wire import receive, send
 from random_scenes import random_scene
+from workers import LONG, mustered, wait_for
 
-LONG = 60.0
-"""Seconds: nobody waits so long, but for a worker that loads on a busy machine."""
 PASSES = ("color", "alpha", "mask", "samples", "depth", "normal")
-
-
-def wait_for(condition):
-    end = time.monotonic() + LONG
-    while not condition():
-        assert time.monotonic() < end
-        time.sleep(0.01)
 
 
 @pytest.fixture
 def workers(monkeypatch):
-    """The crew with two workers, used for pictures of any size."""
-    monkeypatch.setattr(render_module, "CREWS_PIXELS", 0)
-    crew.muster(2)
-    wait_for(lambda: crew.ready == 2)
-    yield crew
-    crew.stop()
+    with mustered(monkeypatch, 2) as two:
+        yield two
 
 
 def calls_of(monkeypatch):

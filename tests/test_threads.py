@@ -9,7 +9,6 @@ from contextlib import closing
 import numpy as np
 import pytest
 
-from adaptive_drt import render as render_module
 from adaptive_drt import work as work_module
 from adaptive_drt.crew import Call, Share, crew
 from adaptive_drt.plan import Stopped, make_plan
@@ -17,9 +16,8 @@ from adaptive_drt.render import render, render_image
 from adaptive_drt.settings import Settings
 from adaptive_drt.threads import Hands
 from random_scenes import random_scene
+from workers import mustered, wait_for
 
-LONG = 60.0
-"""Seconds: nobody waits so long."""
 SEED = 207
 """A scene in which things move, some of it before pixels that no block of pixels may settle."""
 
@@ -36,21 +34,10 @@ def found(outcomes):
     return {outcome[0]: outcome[1] for outcome in outcomes if outcome is not None}
 
 
-def wait_for(condition):
-    end = time.monotonic() + LONG
-    while not condition():
-        assert time.monotonic() < end
-        time.sleep(0.01)
-
-
 @pytest.fixture
 def worker(monkeypatch):
-    """One worker, used for pictures of any size."""
-    monkeypatch.setattr(render_module, "CREWS_PIXELS", 0)
-    crew.muster(1)
-    wait_for(lambda: crew.ready == 1)
-    yield crew
-    crew.stop()
+    with mustered(monkeypatch, 1) as one:
+        yield one
 
 
 @pytest.mark.parametrize("threads", [1, 2, 5])
