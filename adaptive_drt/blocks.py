@@ -76,8 +76,8 @@ class Blocks:
             return
         whole = bool(points.frame.plan.edges)
         means = _means(columns(nodes, smooth, -1), self.side, whole)
-        means += _cubic_means(up[:, smooth], across[:, smooth], self.side, whole)
-        error = np.hypot(points.error[at[:, smooth]].max(axis=0), off[smooth])
+        means += _cubic_means(columns(up, smooth), columns(across, smooth), self.side, whole)
+        error = np.hypot(points.error[columns(at, smooth)].max(axis=0), off[smooth])
         rows = columns(self.pixels, smooth)
         mine = points.wanted[rows]
         points.settle(rows[mine], means[:, mine], np.broadcast_to(error, rows.shape)[mine])
@@ -114,8 +114,7 @@ class Blocks:
         at_y, at_x = np.nonzero(own)
         sight = windows(frame.sight, side + 1)[at_y, at_x]
         low, high = sight.min(axis=(1, 2)), sight.max(axis=(1, 2))
-        spacing = side // 2
-        rough = spacing**1.5 * points.root + spacing * points.kink + points.step
+        rough = points.rough(side // 2)
         fine = windows(rough, side + 1)[at_y, at_x].max(axis=(1, 2)) <= points.allowed
         keep = ((low == high) & (low >= 0) & fine).nonzero()[0]
         origin: Ints = (first_y + side * at_y[keep]) * frame.width + first_x + side * at_x[keep]

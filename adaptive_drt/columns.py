@@ -39,6 +39,8 @@ def place(values: NDArray[Any], index: NDArray[Any], parts: Any) -> None:
     if values.ndim == 1:
         values[index] = parts
         return
+    if not index.size:
+        return
     rows, shape = values.reshape(-1, values.shape[-1]), (*values.shape[:-1], *index.shape)
     spread = parts if np.shape(parts) == shape else np.broadcast_to(parts, shape)
     for row, part in zip(rows, spread.reshape(len(rows), *index.shape), strict=True):

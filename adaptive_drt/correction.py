@@ -9,14 +9,15 @@ neighbour in a penumbra says nothing of a pixel that none reaches.
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .columns import columns
-from .midpoint import MEAN, NEAR, bends, left
+from .columns import place
+from .midpoint import MEAN, NEAR, left
 from .variation import BENDS, KINKS, STEPS
 from .vector import rms
 
@@ -32,6 +33,9 @@ CORRECTED = 0.3
 """Of a second difference's term: how far a pixel may be off once it has been added, about."""
 TRUSTED = 0.05
 """Of the error foreseen: how far second differences are trusted beyond it."""
+SHARED = 32_768
+"""Pixels from which a second thread takes one of the axes; with fewer the two wait for each
+other."""
 
 
 @dataclass(frozen=True)
@@ -51,15 +55,16 @@ class Middles:
     shadow: Mask
     deviation: Array
 
-    def correct(self, index: Ints) -> Array:
+    def correct(self, index: Ints, threads: int = 1) -> Array:
         """What the means of some pixels differ from their middles by: (3, m).
 
         Their deviations become what they may be off by then. They have a pixel on each side.
         """
-        change = np.zeros((3, index.size))
-        for axis, step in ((0, 1), (1, self.width)):
-            change += self._along(index, axis, step)
-        return change
+        if threads == 1 or index.size < SHARED:
+            return self._along(index, 0, 1) + self._along(index, 1, self.width)
+        with ThreadPoolExecutor(1, "Render") as pool:
+            other = pool.submit(self._along, index, 1, self.width)
+            return self._along(index, 0, 1) + other.result()
 
     def _along(self, index: Ints, axis: int, step: int) -> Array:
         """The same of what is along one axis, whose pixels are a step apart."""
@@ -67,17 +72,16 @@ class Middles:
         deviation = np.array([kind.take(index) for kind in kinds])
         foreseen, shadow = deviation.sum(axis=0), self.shadow[index]
         near = self._alike(index, step).nonzero()[0]
+        beside, off = self._bends(index[near], step)
         bend = np.zeros((3, index.size))
-        bend[:, near] = bends(self.color, index[near], step)
+        place(bend, near, beside)
         own = rms(bend)
         known = foreseen.copy()
         bent, widest = deviation[BENDS, near], self._widest(index, step, own)[near]
         known[near] += np.minimum(CORRECTED * widest - (1.0 - TRUSTED) * bent, 0.0)
         known = np.where(shadow, np.maximum(known, NEAR * own), known)
-        far = near[self._alike_beyond(index[near], step)]
-        rows = index[far]
-        before, after = (bends(self.color, rows + way, step) for way in (-step, step))
-        off = left(rms, before, columns(bend, far), after)
+        beyond = self._alike_beyond(index[near], step)
+        far, off = near[beyond], off[beyond]
         known[far] = np.where(shadow[far], off, np.minimum(off, foreseen[far]))
         deviation *= np.minimum(known, foreseen) / np.where(foreseen > 0.0, foreseen, 1.0)
         deviation[KINKS] += np.maximum(known - foreseen, 0.0)
@@ -87,6 +91,15 @@ class Middles:
         too_large = MEAN * own > likely
         change: Array = bend * np.where(too_large, likely, MEAN) / np.where(too_large, own, 1.0)
         return change
+
+    def _bends(self, rows: Ints, step: int) -> tuple[Array, Array]:
+        """Second differences (3, m) at pixels, and how far means may be off by those beside them,
+        (m,), which is nothing to go by where those two steps away are not there."""
+        row = [self.color.take(rows + k * step, axis=1, mode="clip") for k in (-2, -1, 0, 1, 2)]
+        before, bend, after = (
+            a + b - 2.0 * middle for a, middle, b in zip(row, row[1:], row[2:], strict=False)
+        )
+        return bend, left(rms, before, bend, after)
 
     def _widest(self, index: Ints, step: int, own: Array) -> Array:
         """Of what second differences `own` (m,) add, the largest of a pixel's and its neighbours'

@@ -12,6 +12,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from .columns import columns
 from .midpoint import MEAN, NEAR, bends, left
 from .points import Points
 
@@ -63,14 +64,14 @@ class Crosses:
                 off = np.maximum(off, self._off(rows, step, bend))
         sure = (off <= points.allowed).nonzero()[0]
         rows = rows[sure]
-        points.settle(rows, mean[:, sure], np.hypot(points.error[rows], off[sure]))
+        points.settle(rows, columns(mean, sure), np.hypot(points.error[rows], off[sure]))
 
     def _off(self, rows: Ints, step: int, bend: Array) -> Array:
         """How far means may be off by what is along one axis: (m,)."""
         size, value = self.points.size, self.points.value
         off = NEAR * size(bend)
         some = self._alike(rows, rows - 2 * step) & self._alike(rows, rows + 2 * step)
-        rows, bend = rows[some], bend[:, some]
+        rows, bend = rows[some], columns(bend, some)
         before, after = (bends(value, rows + way, step) for way in (-step, step))
         off[some] = np.minimum(off[some], left(size, before, bend, after))
         return off

@@ -40,7 +40,7 @@ NO_DEPTH = 1e10
 
 @dataclass
 class Film:
-    """Pixels of one render, row 0 at the bottom.
+    """Pixels of one render, row 0 at the bottom; arrays may be parts of larger ones.
 
     Attributes
     ----------
@@ -98,12 +98,13 @@ class Film:
             "Adaptive Mask": [*self.mask, ones],
             "Sample Count": [self.samples],
         }[name]
-        # a sum beyond float32's range is clipped, so no image ever holds an infinity
-        limit = float(np.finfo(np.float32).max)
         shape = (*planes[0][rows].shape, len(planes))
         flat = np.empty(shape, dtype=np.float32).reshape(-1) if out is None else out[: prod(shape)]
         image = flat.reshape(shape)
-        for k, plane in enumerate(planes):
-            some = plane[rows]
-            image[..., k] = np.clip(some, -limit, limit) if plane.dtype == np.float64 else some
+        with np.errstate(over="ignore"):
+            for k, plane in enumerate(planes):
+                image[..., k] = plane[rows]
+        # a sum beyond float32's range is clipped, so no image ever holds an infinity
+        limit = np.finfo(np.float32).max
+        np.clip(flat, -limit, limit, out=flat)
         return flat

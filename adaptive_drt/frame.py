@@ -90,14 +90,15 @@ class Frame:
         self.item = np.full(n, -1)
         # what pixels see during the shutter: see `find_sights`
         self.sight = np.full(n, NO_SIGHT)
-        self.depth, self.normal = np.full(n, np.inf), np.zeros((3, n))
-        self.samples, self.error = np.ones(n, dtype=np.int64), np.zeros(n)
+        self.depth, self.normal = np.full(n, NO_DEPTH), np.zeros((3, n))
+        self.samples, self.error = np.ones(n, dtype=np.int32), np.zeros(n)
         # pixels that need no refining, and those that are being refined already
         self.settled, self._held = np.zeros((2, n), dtype=np.bool_)
         # of pixels with outlines: whether their regions are shaded, by stars; the edges' errors
         self.begun, self._star = np.zeros((2, n), dtype=np.bool_)
         self._across, self._edge = np.zeros((2, n))
-        self._traced = np.zeros(n, dtype=np.bool_)
+        # pixels with a ray of their own: the first pass' deviations are 0 elsewhere
+        self.traced = np.zeros(n, dtype=np.bool_)
         self._corrected, self._change = np.zeros(0, dtype=np.int64), np.zeros((3, 0))
         # a picture that is all clear squares has no pixel with rivals
         nothing = np.zeros(0, dtype=np.int64)
@@ -107,12 +108,12 @@ class Frame:
         """Enter pixels that have been traced."""
         index = self.numbers(x, y)
         for name in (
-            "color", "alpha", "deviation", "error", "mask", "outline", "item", "sight", "depth",
-            "normal",
+            "color", "alpha", "deviation", "error", "mask", "outline", "item", "sight", "normal",
         ):  # fmt: skip
             place(getattr(self, name), index, getattr(sheet, name))
+        self.depth[index] = _shown(sheet.depth)
         self._across[index] = sheet.across
-        self._traced[index] = True
+        self.traced[index] = True
         self._rivals.append(Pairs(index[sheet.rivals.pixel], sheet.rivals.item))
 
     def lay(self, lawn: Lawn) -> None:
@@ -124,7 +125,7 @@ class Frame:
         place(self.error, index, lawn.error)
         place(self.item, index, lawn.item)
         place(self.sight, index, lawn.item + 1)
-        place(self.depth, index, lawn.depth)
+        place(self.depth, index, _shown(lawn.depth))
         place(self.normal, index, lawn.normal)
         place(self.alpha, index, np.where((lawn.item < 0) & self.plan.transparent, 0.0, 1.0))
         self.settled[index] = True
@@ -138,7 +139,7 @@ class Frame:
     def correct(self) -> None:
         """Give smooth pixels their means: where nothing is cut or moves."""
         if self.plan.edges:
-            traced = self._traced.nonzero()[0]
+            traced = self.traced.nonzero()[0]
             flat = FLAT * self.plan.settings.tolerance * rms(columns(self.color, traced))
             # the outermost have no neighbours to one side
             inside = np.zeros((self.height, self.width), dtype=np.bool_)
@@ -147,7 +148,8 @@ class Frame:
             some &= inside.ravel()[traced] & ~self.outline[traced] & ~self.mask[1, traced]
             index = traced[some]
             middles = Middles(self.width, self.color, self.item, self.mask[0], self.deviation)
-            self._corrected, self._change = index, middles.correct(index)
+            self._corrected = index
+            self._change = middles.correct(index, self.plan.threads)
             self.error[index] = columns(self.deviation, index, -1).sum(axis=(0, 1))
 
     def goal(self, rows: Mask, found: tuple[Ints, Array] | None = None) -> Goal:
@@ -163,7 +165,7 @@ class Frame:
         if self.plan.motion:
             deviation = columns(self.deviation, index, -1)
             hard, steps = deviation[:, :TIME].sum(axis=(0, 1)), deviation[STEPS, TIME]
-            motion = Motion(self.mask[1, index], hard, standing(deviation), steps)
+            motion = Motion(self.mask[1, index], hard, standing(deviation[STEPS]), steps)
         rest = float((done * done).sum()), done.size
         tolerance = self.plan.settings.tolerance
         starred = self._starred(index, LEAST * tolerance * float(np.abs(color).mean()))
@@ -187,9 +189,9 @@ class Frame:
     def outlines(self, rows: Mask | None = None) -> Ints:
         """The pixels of the region, in some of the frame's rows, of which outlines are all that
         is known."""
-        index = self.inner().nonzero()[0] if rows is None else self.some(rows)
-        rest: Ints = index[(self._unknown & ~self.settled)[index]]
-        return rest
+        unknown = self._unknown & ~self.settled
+        index: Ints = (unknown & self.inner()).nonzero()[0] if rows is None else self.some(rows)
+        return index if rows is None else index[unknown[index]]
 
     def lit(self, rows: Mask) -> bool:
         """Whether any pixel of the region itself, in some of the frame's rows, is known to be."""
@@ -197,13 +199,16 @@ class Frame:
 
     def some(self, rows: Mask) -> Ints:
         """The pixels of the region itself in some of the frame's rows."""
-        return (self.inner().reshape(self.height, self.width) & rows[:, None]).ravel().nonzero()[0]
+        y, x = (np.arange(own.start, own.stop) for own in self.own)
+        index: Ints = self.width * y[rows[y], None] + x
+        return index.ravel()
 
     def estimate(self) -> float:
         """RMS error of the region over its mean, as estimated."""
-        mean = float(np.abs(self._part(self.color)).mean())
-        error = float(np.sqrt((self._part(self.error) ** 2).mean()))
-        return error / mean if mean > 0.0 else 0.0
+        # plane by plane: memory of the picture's size takes longer than sums
+        mean = float(np.mean([np.abs(plane).mean() for plane in self._part(self.color)]))
+        square = float((self._part(self.error) ** 2).mean())
+        return square**0.5 / mean if mean > 0.0 else 0.0
 
     def inner(self) -> Mask:
         """The pixels of the region itself, without those around it: (n,)."""
@@ -238,7 +243,8 @@ class Frame:
     def tasks(self, goal: Goal, size: int) -> list[tuple[Ints, Task]]:
         """What is to be refined: numbers of pixels, and the task; smooth pixels are corrected."""
         chosen = self.chosen(goal)
-        kept = (~(chosen | self.settled | self._held)[self._corrected]).nonzero()[0]
+        rest = self._corrected
+        kept = (~(chosen[rest] | self.settled[rest] | self._held[rest])).nonzero()[0]
         rows = self._corrected[kept]
         # a mean of light is never below 0, whatever differences say
         self.color[:, rows] = np.maximum(
@@ -316,29 +322,10 @@ class Frame:
         """Add the points that were shaded beyond the first pass' own."""
         self.samples[rows] += shaded.samples - 1
 
-    def show(self, film: Film) -> None:
-        """Write all to a film."""
-        film.color[:], film.alpha[:] = self._part(self.color), self._part(self.alpha)
-        film.mask[:], film.normal[:] = self._part(self.mask), self._part(self.normal)
-        film.samples[:] = self._part(self.samples)
-        depth = self._part(self.depth)
-        film.depth[:] = np.where(np.isfinite(depth), depth, NO_DEPTH)
-
-    def show_band(self, film: Film, y: int, height: int) -> None:
-        """Write a band of the picture, from a row of the whole picture's on."""
-        first = y - self.bottom - self.own[0].start
-        rows = slice(max(first, 0), min(first + height, film.height))
-        if rows.stop > rows.start:
-            film.color[:, rows] = self._part(self.color)[:, rows]
-            film.alpha[rows] = self._part(self.alpha)[rows]
-
-    def show_pixels(self, film: Film, rows: Ints) -> None:
-        """Write some pixels of the region."""
-        y, x = np.divmod(rows, self.width)
-        at = y - self.own[0].start, x - self.own[1].start
-        film.color[:, *at] = columns(self.color, rows)
-        film.alpha[at] = self.alpha[rows]
-        film.samples[at] = self.samples[rows]
+    def develop(self, film: Film) -> None:
+        """Have a film show the region's pixels, as they are and as they will be: it copies none."""
+        for name in ("color", "alpha", "mask", "samples", "depth", "normal"):
+            setattr(film, name, self._part(getattr(self, name)))
 
     def _in_rows(self, color: Array, rows: Mask) -> Array:
         """Of colours (3, n) those of the region, in some of the frame's rows: (3, rows, width)."""
@@ -349,3 +336,9 @@ class Frame:
         """Of values (..., n) those of the region: (..., height, width)."""
         table = values.reshape(*values.shape[:-1], self.height, self.width)
         return table[..., *self.own]
+
+
+def _shown(depth: Array) -> Array:
+    """Depths as films hold them."""
+    shown: Array = np.where(np.isfinite(depth), depth, NO_DEPTH)
+    return shown

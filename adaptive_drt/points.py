@@ -14,7 +14,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from .columns import columns
+from .columns import columns, place
 from .frame import Frame
 from .goal import Goal
 from .refine import Refined
@@ -38,8 +38,7 @@ class Points:
     wanted : (n,) pixels that are to be resolved.
     value : (4, n) radiance and coverage at the middles of pixels, means over the shutter.
     known : (n,) whether `value` is there.  error : (n,) how far it may be off.
-    root, kink, step : (n,) across the picture, what the light at the middle of the shutter deviates
-        by, by kind.  left : (n,) what the mean over the shutter leaves of `step`.
+    left : (n,) what the mean over the shutter leaves of steps across the picture.
     """
 
     def __init__(self, frame: Frame, goal: Goal) -> None:
@@ -50,10 +49,28 @@ class Points:
         self.known = (~moving & ~frame.outline) | frame.settled
         self.value = np.concatenate([frame.color, frame.alpha[None]])
         self.error = np.zeros(self.known.size)
+        # deviations are 0 where no ray of the first pass went
+        self._rows = frame.traced.nonzero()[0]
         if self.wanted.any():
-            across = frame.deviation[:, :2].sum(axis=1)
-            self.root, self.kink, self.step = across[ROOTS], across[KINKS], across[STEPS]
-            self.left = standing(frame.deviation)
+            self._across = [
+                kind[0].take(self._rows) + kind[1].take(self._rows) for kind in frame.deviation
+            ]
+            left = standing(frame.deviation[STEPS].take(self._rows, axis=1))
+            self.left = self._everywhere(left)
+
+    def rough(self, spacing: int) -> Array:
+        """How far the light at the middle of the shutter may be off a quadratic: (n,).
+
+        spacing : pixels from one point to the next.
+        """
+        root, kink, step = (self._across[kind] for kind in (ROOTS, KINKS, STEPS))
+        return self._everywhere(spacing**1.5 * root + spacing * kink + step)
+
+    def _everywhere(self, values: Array) -> Array:
+        """Values (n,) of all pixels, given those that are not 0 for sure."""
+        every = np.zeros(self.known.size)
+        every[self._rows] = values
+        return every
 
     @property
     def allowed(self) -> float:
@@ -70,7 +87,8 @@ class Points:
 
     def enter(self, rows: Ints, refined: Refined) -> None:
         """Enter the means over the shutter of some."""
-        self.value[:3, rows], self.value[3, rows] = refined.color, refined.alpha
+        place(self.value[:3], rows, refined.color)
+        self.value[3, rows] = refined.alpha
         self.error[rows] = refined.error
         self.known[rows] = True
         # what the first pass shaded is one of the points

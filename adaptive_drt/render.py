@@ -200,15 +200,15 @@ class _Totals:
         film.stats["seconds"] = {k: round(v, 6) for k, v in self.seconds.items()}
 
     def statistics(self, plan: Plan, film: Film, issues: tuple[Issue, ...]) -> dict[str, Any]:
-        penumbra, motion, edge = (int(m.sum()) for m in film.mask)
-        flagged = film.mask.any(axis=0)
+        penumbra, motion, edge = film.mask
+        flagged = penumbra | motion | edge
         return {
             "pixels": int(film.mask[0].size),
             "counts": {
-                "penumbra": penumbra,
-                "motion": motion,
-                "edge": edge,
-                "distributed": int(flagged.sum()),
+                "penumbra": int(np.count_nonzero(penumbra)),
+                "motion": int(np.count_nonzero(motion)),
+                "edge": int(np.count_nonzero(edge)),
+                "distributed": int(np.count_nonzero(flagged)),
             },
             "rays": self.rays,
             "skipped": list(plan.skipped),

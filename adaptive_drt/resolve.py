@@ -88,23 +88,21 @@ class Exact:
     def _run(self, film: Film) -> Generator[float, None, None]:
         wide = widened(self.plan, self.plan.region)
         frame = Frame(wide, self.plan.region)
+        frame.develop(film)
         surveyed, settled = course(self.plan, self.work.free > 0)
         with closing(self._survey(frame, wide, 0, 1)) as steps:
-            for done, bands in steps:
-                for band in bands:
-                    frame.show_band(film, band, SQUARES[0])
+            for done in steps:
                 yield surveyed * done
         clock = Clock()
         frame.correct()
         clock("means of smooth pixels")
-        for done in self._set_goal(frame, film):
+        for done in self._set_goal(frame):
             yield surveyed + (settled - surveyed) * done
         if self.plan.motion:
             for done in self._interpolate(frame):
                 yield surveyed + (settled - surveyed) * done
         clock.restart()
         tasks = frame.tasks(self.goal, self.work.part(int(frame.chosen(self.goal).sum())))
-        frame.show(film)
         clock("means of smooth pixels")
         self.work.add(clock.seconds)
         rest, done = sum(rows.size for rows, _ in [*tasks, *self.work.aside]), 0
@@ -113,18 +111,14 @@ class Exact:
             if outcome is not None:
                 rows, refined = outcome
                 frame.enter(rows, refined)
-                frame.show_pixels(film, rows)
                 done += rows.size
             yield settled + (1.0 - settled) * done / rest
         self.error_estimate = frame.estimate()
 
     def _survey(
         self, frame: Frame, wide: Plan, first: int, step: int
-    ) -> Generator[tuple[float, list[int]], None, None]:
-        """Survey every `step`-th row of squares.
-
-        Yields the part that is done, and the rows of pixels at which squares done last begin.
-        """
+    ) -> Generator[float, None, None]:
+        """Survey every `step`-th row of squares; yields the part that is done."""
         side = SQUARES[0]
         rough = coarse(wide, side)
         fine = screen_bounds(wide)
@@ -146,20 +140,18 @@ class Exact:
         done = 0
         with closing(self.work.hands.results(jobs)) as results:
             for result in results:
-                bands: list[int] = []
                 if result is not None:
-                    number, (found, seconds) = result
+                    _, (found, seconds) = result
                     self.work.add(seconds)
                     for lawn in found.lawns:
                         frame.lay(lawn)
                     for rest in found.rest:
                         frame.add(*rest)
                     self.work.shaded += found.points + sum(x.size for x, _, _ in found.rest)
-                    bands = (side * np.unique(np.floor(tiles[number].y)).astype(int)).tolist()
                     done += 1
-                yield done / count, bands
+                yield done / count
 
-    def _set_goal(self, frame: Frame, film: Film) -> Generator[float, None, None]:
+    def _set_goal(self, frame: Frame) -> Generator[float, None, None]:
         """Set the goal of the whole picture, whatever part of it this frame is.
 
         In still pictures outlines' regions are shaded first: what that leaves to do is known then,
@@ -192,7 +184,7 @@ class Exact:
             for _ in self._look(frame, inside):
                 yield 0.0
         elif not self.plan.motion:
-            yield from self._begin(own, own.outlines(), film)
+            yield from self._begin(own, own.outlines())
             if frame is not own:
                 for _ in self._begin(frame, frame.outlines(inside)):
                     yield 1.0
@@ -206,9 +198,7 @@ class Exact:
         clock("goal")
         self.work.add(clock.seconds)
 
-    def _begin(
-        self, frame: Frame, rows: Ints, film: Film | None = None
-    ) -> Generator[float, None, None]:
+    def _begin(self, frame: Frame, rows: Ints) -> Generator[float, None, None]:
         """Shade the regions of pixels with outlines; yields the part that is done."""
         tasks = frame.in_parts(rows, self.goal, self.work.part(rows.size), True)
         done = 0
@@ -217,8 +207,6 @@ class Exact:
                 if outcome is not None:
                     own, begun = outcome
                     frame.begin(own, begun)
-                    if film is not None:
-                        frame.show_pixels(film, own)
                     done += own.size
                 yield done / rows.size
 

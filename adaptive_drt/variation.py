@@ -62,13 +62,13 @@ def no_variation(count: int) -> Array:
     return np.zeros((KINDS, 3, count))
 
 
-def standing(deviation: Array) -> Array:
-    """Of steps across the picture, what deviations (4, 3, n) leave once the shutter is averaged.
+def standing(steps: Array) -> Array:
+    """Of steps (3, n), what those across the picture leave once the shutter is averaged.
 
     What moves farther in the shutter than a pixel is wide is spread over that distance: a share a
     of x and y beside one of b in time falls to a^2 / b at most. Returns (n,).
     """
-    x, y, along = deviation[STEPS]
+    x, y, along = steps
     across = x + y
     spread = np.maximum(across, along)
     left: Array = across * across / np.where(spread > 0.0, spread, 1.0)

@@ -137,8 +137,8 @@ def points_of(function):
     found.known[:] = True
     found.wanted = frame.inner()
     frame.sight = np.ones(frame.item.size, dtype=np.int64)
-    for name in ("root", "kink", "step", "left"):
-        setattr(found, name, np.zeros(frame.item.size))
+    found.left = np.zeros(frame.item.size)
+    found.rough = lambda spacing: found.left
     return found
 
 

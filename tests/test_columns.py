@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import adaptive_drt.vector as vector
-from adaptive_drt.columns import columns
+from adaptive_drt.columns import columns, place
 from adaptive_drt.render import render_image
 from adaptive_drt.settings import Settings
 from random_scenes import random_scene
@@ -27,6 +27,19 @@ def test_columns_of_the_last_axis():
     values = np.random.default_rng(2).normal(size=(2, 3, 9))
     for index in (np.array([8, 0, 1]), np.arange(9) < 4, slice(None, None, 2)):
         assert np.array_equal(columns(values, index, -1), values[..., index])
+
+
+@pytest.mark.parametrize("count", [0, 6])
+@pytest.mark.parametrize("index", [[], [4, 1], [[0], [5]]])
+def test_what_is_placed_is_what_indexing_places(count, index):
+    index = np.array(index if count else [], dtype=np.int64)
+    rng = np.random.default_rng(4)
+    for shape in ((count,), (3, count), (2, 3, count)):
+        values, want = np.zeros((2, *shape))
+        for parts in (rng.normal(size=(*shape[:-1], *index.shape)), rng.normal(size=index.shape)):
+            place(values, index, parts)
+            want[..., index] = parts
+            assert np.array_equal(values, want)
 
 
 def test_components_are_in_one_piece():
