@@ -121,6 +121,8 @@ def make_goal(
     budget = target * target * (known.size + rest[1]) - rest[0]
     budget -= float((known[small] ** 2).sum())
     left = _Law.make(known, starred, cut, motion, ~small)
+    if left(scale * GRID ** (high - 1)) <= budget:
+        low = high - 1  # nothing need be refined: so it is with many a still picture
     while high - low > 1:
         middle = (low + high) // 2
         if left(scale * GRID**middle) > budget:

@@ -7,7 +7,7 @@ from collections.abc import Generator
 from contextlib import closing
 from dataclasses import dataclass, field, replace
 from itertools import chain
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -87,12 +87,14 @@ class Exact:
 
     def _run(self, film: Film) -> Generator[float, None, None]:
         wide = widened(self.plan, self.plan.region)
-        frame = Frame(wide, self.plan.region)
-        frame.develop(film)
         surveyed, settled = course(self.plan, self.work.free > 0)
-        with closing(self._survey(frame, wide, 0, 1)) as steps:
-            for done in steps:
-                yield surveyed * done
+        calls = self._survey(wide, 0, 1)
+        with closing(self.work.hands.results(calls)) as results:
+            # workers are at it while the frame gets its memory
+            frame = Frame(wide, self.plan.region)
+            frame.develop(film)
+            for number in self._entered(frame, results):
+                yield surveyed * number / len(calls)
         clock = Clock()
         frame.correct()
         clock("means of smooth pixels")
@@ -115,10 +117,8 @@ class Exact:
             yield settled + (1.0 - settled) * done / rest
         self.error_estimate = frame.estimate()
 
-    def _survey(
-        self, frame: Frame, wide: Plan, first: int, step: int
-    ) -> Generator[float, None, None]:
-        """Survey every `step`-th row of squares; yields the part that is done."""
+    def _survey(self, wide: Plan, first: int, step: int) -> list[Call]:
+        """Calls that survey every `step`-th row of squares."""
         side = SQUARES[0]
         rough = coarse(wide, side)
         fine = screen_bounds(wide)
@@ -134,22 +134,25 @@ class Exact:
             count = min(rows, -(-count // hands) * hands)
         tiles = [Tile.make(rough, first + step * k, step * count) for k in range(count)]
         share = Share((wide, self.occluders, fine))
-        jobs = [
-            Call(_first, share, (Squares.of_tile(rough, side, bounds, tile),)) for tile in tiles
-        ]
+        squares = [Squares.of_tile(rough, side, bounds, tile) for tile in tiles]
+        return [Call(_first, share, (some,)) for some in squares]
+
+    def _entered(
+        self, frame: Frame, results: Generator[tuple[int, Any] | None, None, None]
+    ) -> Generator[int, None, None]:
+        """Enter what comes of a survey's calls; yields of how many it has come."""
         done = 0
-        with closing(self.work.hands.results(jobs)) as results:
-            for result in results:
-                if result is not None:
-                    _, (found, seconds) = result
-                    self.work.add(seconds)
-                    for lawn in found.lawns:
-                        frame.lay(lawn)
-                    for rest in found.rest:
-                        frame.add(*rest)
-                    self.work.shaded += found.points + sum(x.size for x, _, _ in found.rest)
-                    done += 1
-                yield done / count
+        for result in results:
+            if result is not None:
+                _, (found, seconds) = result
+                self.work.add(seconds)
+                for lawn in found.lawns:
+                    frame.lay(lawn)
+                for rest in found.rest:
+                    frame.add(*rest)
+                self.work.shaded += found.points + sum(x.size for x, _, _ in found.rest)
+                done += 1
+            yield done
 
     def _set_goal(self, frame: Frame) -> Generator[float, None, None]:
         """Set the goal of the whole picture, whatever part of it this frame is.
@@ -172,9 +175,9 @@ class Exact:
             frame = Frame(wide, whole)
             # the frame's first row of squares is the one below the picture
             below = -(frame.bottom // side)
-            rows = self._survey(frame, wide, (first + below) % step, step)
-            with closing(rows) as steps:
-                for _ in steps:
+            calls = self._survey(wide, (first + below) % step, step)
+            with closing(self.work.hands.results(calls)) as results:
+                for _ in self._entered(frame, results):
                     yield 0.0
             frame.correct()
         inside = np.zeros(frame.height, dtype=np.bool_)

@@ -7,6 +7,7 @@ import threading
 from collections import deque
 from collections.abc import Generator, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
+from itertools import islice
 from queue import Empty, SimpleQueue
 from typing import Any, TypeAlias
 
@@ -59,10 +60,13 @@ class Hands:
     def results(self, calls: Iterable[Call]) -> Generator[tuple[int, Any] | None, None, None]:
         """What comes of calls, with their numbers; None at each heartbeat between.
 
-        Raises what a call raises. Closing the generator early tells the plan to stop.
+        The first are under way when this returns. Raises what a call raises. Closing the generator
+        early tells the plan to stop.
         """
         self._employ()
-        yield from self._collected(SimpleQueue(), 0, enumerate(calls))
+        done: SimpleQueue[Outcome] = SimpleQueue()
+        todo = enumerate(calls)
+        return self._collected(done, self._begin(todo, 0, done), todo)
 
     def aside(self, calls: Sequence[Call]) -> Aside:
         """Have calls made where hands are free beside others; one is kept for these."""
@@ -86,10 +90,7 @@ class Hands:
         """What comes of calls, of which so many have been put already, and the rest is to be."""
         try:
             while True:
-                # as many again: nobody waits for this thread
-                while waiting < 2 * self._most and (each := next(todo, None)) is not None:
-                    self._put(self._next, [_Job(*each, done)])
-                    waiting += 1
+                waiting += self._begin(todo, waiting, done)
                 if not waiting:
                     return
                 try:
@@ -105,6 +106,15 @@ class Hands:
             # left early: cancelled, or by an error
             if waiting:
                 self._break_off()
+
+    def _begin(
+        self, todo: Iterator[tuple[int, Call]], waiting: int, done: SimpleQueue[Outcome]
+    ) -> int:
+        """Put more calls beside those waiting, and return how many."""
+        # as many again as can be made at a time: nobody waits for this thread
+        jobs = [_Job(*each, done) for each in islice(todo, max(2 * self._most - waiting, 0))]
+        self._put(self._next, jobs)
+        return len(jobs)
 
     def close(self) -> None:
         """End the threads."""
