@@ -87,11 +87,19 @@ class Result:
     curves: dict[str, Curve] = field(default_factory=dict)
     proof: dict[str, tuple[float, float]] = field(default_factory=dict)
 
-    def ratio(self, peers: tuple[str, ...], error: float) -> tuple[float, bool] | None:
-        """How many times longer the fastest of some peers takes, and whether extrapolated."""
+    def ratio(
+        self, peers: tuple[str, ...], tolerance: float, reached: bool = False
+    ) -> tuple[float, bool] | None:
+        """How many times longer the fastest of some peers takes, and whether extrapolated.
+
+        reached : to the error that our picture of that tolerance has, not to the tolerance.
+        """
+        ours = self.ours(tolerance)
+        if ours is None:
+            return None
+        error = ours.error if reached else tolerance
         there = [self.curves[p].time_at(error) for p in peers if p in self.curves]
-        ours = self.ours(error)
-        if not there or ours is None:
+        if not there:
             return None
         best = min(there, key=lambda t: t.seconds)
         return best.seconds / ours.least, best.how == "extrapolated"
