@@ -3,8 +3,9 @@
 
 Deviations are foreseen from a pixel's middle alone. Middles around it tell more: where the same
 object is seen in all of them, second differences give the mean, and how those change tells what is
-left. In shadows that counts for more than what was foreseen, in either direction; elsewhere a
-neighbour in a penumbra says nothing of a pixel that none reaches.
+left. In shadows, and by a light so near that its peak is hardly wider than a pixel, that counts for
+more than what was foreseen, in either direction; elsewhere a neighbour in a penumbra says nothing
+of a pixel that none reaches.
 """
 
 from __future__ import annotations
@@ -45,14 +46,14 @@ class Middles:
     Attributes
     ----------
     width : of the table.  color : (3, n).  item : (n,) the object that is seen.
-    shadow : (n,) whether a shadow's edge may be on it.
+    sharp : (n,) whether a shadow's edge may be on it, or light that changes steeply.
     deviation : (4, 3, n) foreseen, by kind and axis: see `variation`.
     """
 
     width: int
     color: Array
     item: Ints
-    shadow: Mask
+    sharp: Mask
     deviation: Array
 
     def correct(self, index: Ints, threads: int = 1) -> Array:
@@ -70,7 +71,7 @@ class Middles:
         """The same of what is along one axis, whose pixels are a step apart."""
         kinds = [kind[axis] for kind in self.deviation[:STEPS]]
         deviation = np.array([kind.take(index) for kind in kinds])
-        foreseen, shadow = deviation.sum(axis=0), self.shadow[index]
+        foreseen, sharp = deviation.sum(axis=0), self.sharp[index]
         near = self._alike(index, step).nonzero()[0]
         beside, off = self._bends(index[near], step)
         bend = np.zeros((3, index.size))
@@ -79,15 +80,15 @@ class Middles:
         known = foreseen.copy()
         bent, widest = deviation[BENDS, near], self._widest(index, step, own)[near]
         known[near] += np.minimum(CORRECTED * widest - (1.0 - TRUSTED) * bent, 0.0)
-        known = np.where(shadow, np.maximum(known, NEAR * own), known)
+        known = np.where(sharp, np.maximum(known, NEAR * own), known)
         beyond = self._alike_beyond(index[near], step)
         far, off = near[beyond], off[beyond]
-        known[far] = np.where(shadow[far], off, np.minimum(off, foreseen[far]))
+        known[far] = np.where(sharp[far], off, np.minimum(off, foreseen[far]))
         deviation *= np.minimum(known, foreseen) / np.where(foreseen > 0.0, foreseen, 1.0)
         deviation[KINKS] += np.maximum(known - foreseen, 0.0)
         for kind, changed in zip(kinds, deviation, strict=True):
             kind[index] = changed
-        likely = np.where(shadow, np.inf, LIKELY * foreseen)
+        likely = np.where(sharp, np.inf, LIKELY * foreseen)
         too_large = MEAN * own > likely
         change: Array = bend * np.where(too_large, likely, MEAN) / np.where(too_large, own, 1.0)
         return change

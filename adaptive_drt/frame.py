@@ -147,7 +147,8 @@ class Frame:
             some = (self._across[traced] > flat) | self.mask[0, traced]
             some &= inside.ravel()[traced] & ~self.outline[traced] & ~self.mask[1, traced]
             index = traced[some]
-            middles = Middles(self.width, self.color, self.item, self.mask[0], self.deviation)
+            sharp = self.mask[0] | self.mask[2]
+            middles = Middles(self.width, self.color, self.item, sharp, self.deviation)
             self._corrected = index
             self._change = middles.correct(index, self.plan.threads)
             self.error[index] = columns(self.deviation, index, -1).sum(axis=(0, 1))

@@ -7,7 +7,12 @@ import numpy as np
 import pytest
 
 from adaptive_drt.correction import Middles
+from adaptive_drt.render import render_image
+from adaptive_drt.scene import PointLight, Quad, Scene
+from adaptive_drt.settings import Settings
 from adaptive_drt.variation import BENDS, KINKS, STEPS, no_variation
+from oracle.converged import converged, relative_rmse
+from random_scenes import look_at
 
 WIDTH, HEIGHT = 9, 8
 INDEX = 4 * WIDTH + 4
@@ -68,3 +73,15 @@ def test_pixels_at_the_sides_have_no_second_neighbours():
     table = middles(X * X + Y * Y, shadow=True)
     table.correct(np.array([WIDTH + 1, 2 * WIDTH - 2, (HEIGHT - 2) * WIDTH + 1]))
     assert (table.deviation[KINKS] == 0.0).all()
+
+
+@pytest.mark.parametrize("height", [0.1, 0.15, 0.2, 0.25])
+def test_a_light_a_pixel_away_is_seen_by_the_middles_around(height):
+    """Beside its peak light may bend little and yet be far from its mean: 1.27 tolerances off."""
+    camera = look_at((0.13, -1.0, 7.0), (0.07, 0.11, 0.0), resolution=(28, 28))
+    floor = Quad((-8.0, -8.0, 0.0), (16.0, 0.0, 0.0), (0.0, 16.0, 0.0))
+    scene = Scene(camera, (floor,), (PointLight((0.05, 0.02, height), (1.0, 1.0, 1.0)),))
+    truth = converged(scene, None, goal=1e-3)
+    x, y = truth.pixels.T
+    film = render_image(scene, Settings(tolerance=1e-2, threads=1))
+    assert relative_rmse(film.color[:, y, x].T, truth.color) < 0.7e-2
