@@ -31,6 +31,14 @@ TINY = float(np.finfo(np.float64).tiny)
 NEAR = 0.8
 """Irradiance over the half extent in units of the distance to the light: the factor of its square
 (second derivatives of cos / d^2 are at most some 3 to 6 in that unit, over 6)."""
+STEEP, PEAKED = 0.3, 1.0
+"""Half a patch's extent over the distance to the light: from where on stars leave as much of how
+light falls off as of a power of 3/2, and as of a kink: its peak is hardly wider than the patch.
+(Point lights over planes, 40,000 random patches, RMS: of what is foreseen of a square they leave
+0.002 at 0.15, 0.017 at 0.35, 0.05 at 0.6, 0.09 at 0.85 and 0.13 at 1.2.)"""
+NEAREST = 0.3
+"""Of the distance to such a light: how near it may be elsewhere in the patch, at least. (Without
+that one patch in a hundred was off by 28 times what was foreseen, with it by 3.)"""
 ROUND = 1.0 / 6.0
 """The same for the turn of the normal over the half extent."""
 SET = 1.0 / 12.0
@@ -73,9 +81,9 @@ def open_variation(
     bent, turns = turns, turns + moves
     sine = dot(surface.normal, to) / distance
     risen = sine > -(np.sqrt(dot(turns, turns)) + np.sin(half))
-    bends = result[BENDS]
-    bends += factor * NEAR * moves**2
-    bends += np.where(risen, most * ROUND, 0.0) * np.minimum(bent * bent, 1.0)
+    near = np.sqrt(dot(moves, moves)) * clear / distance
+    _add_falloff(result, factor * NEAR * moves**2, near, sine)
+    result[BENDS] += np.where(risen, most * ROUND, 0.0) * np.minimum(bent * bent, 1.0)
     rows = (risen & (patch.bend > 0.0)).nonzero()[0]
     _add_rim(result, rows, patch, to, surface, most, bent)
     _add_setting(result, sine, half, most, turns)
@@ -96,6 +104,27 @@ def _head_on(light: Emitter, square: Array, half: Array) -> Array:
         return most
     most = np.pi * np.sin(half) ** 2
     return most
+
+
+def _add_falloff(result: Array, size: Array, near: Array, sine: Array) -> None:
+    """Add what a light's falling off brings about, in place.
+
+    Parameters
+    ----------
+    size : (3, n) by the light at the centroids.  near : (n,) half the patch's extent over the
+        light's distance.  sine : (n,) of its height over the plane.
+    """
+    steep = near >= STEEP
+    if not steep.any():
+        result[BENDS] += size
+        return
+    # its peak may be in the patch: no nearer than it is above the plane
+    least = np.maximum(np.maximum(np.abs(sine), 1.0 - near), NEAREST)
+    size = np.where(steep, size / (least * least), size)
+    peaked = near >= PEAKED
+    result[BENDS] += np.where(steep, 0.0, size)
+    result[ROOTS] += np.where(steep & ~peaked, size, 0.0)
+    result[KINKS] += np.where(peaked, size, 0.0)
 
 
 def _add_rim(

@@ -75,13 +75,19 @@ def test_pixels_at_the_sides_have_no_second_neighbours():
     assert (table.deviation[KINKS] == 0.0).all()
 
 
-@pytest.mark.parametrize("height", [0.1, 0.15, 0.2, 0.25])
-def test_a_light_a_pixel_away_is_seen_by_the_middles_around(height):
-    """Beside its peak light may bend little and yet be far from its mean: 1.27 tolerances off."""
-    camera = look_at((0.13, -1.0, 7.0), (0.07, 0.11, 0.0), resolution=(28, 28))
+@pytest.mark.parametrize(
+    ("eye", "height", "most"),
+    [((0.13, -1.0, 7.0), height, 0.6) for height in (0.1, 0.15, 0.2, 0.25)]
+    + [((0.3, -6.0, 3.0), 0.35, 0.45)],
+)
+def test_a_light_a_pixel_away(eye, height, most):
+    """Beside its peak light bends little and is yet far from its mean, which neighbours see (first
+    four: 1.27 tolerances off without), and stars leave more of it than of what bends (last: 0.65).
+    """
+    camera = look_at(eye, (0.07, 0.11, 0.0), resolution=(28, 28))
     floor = Quad((-8.0, -8.0, 0.0), (16.0, 0.0, 0.0), (0.0, 16.0, 0.0))
     scene = Scene(camera, (floor,), (PointLight((0.05, 0.02, height), (1.0, 1.0, 1.0)),))
     truth = converged(scene, None, goal=1e-3)
     x, y = truth.pixels.T
     film = render_image(scene, Settings(tolerance=1e-2, threads=1))
-    assert relative_rmse(film.color[:, y, x].T, truth.color) < 0.7e-2
+    assert relative_rmse(film.color[:, y, x].T, truth.color) < most * 1e-2
