@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .columns import place
-from .midpoint import MEAN, NEAR, left
+from .midpoint import MEAN, NEAR, bends, left
 from .variation import BENDS, KINKS, STEPS
 from .vector import rms
 
@@ -73,7 +73,8 @@ class Middles:
         deviation = np.array([kind.take(index) for kind in kinds])
         foreseen, sharp = deviation.sum(axis=0), self.sharp[index]
         near = self._alike(index, step).nonzero()[0]
-        beside, off = self._bends(index[near], step)
+        before, beside, after = bends(self.color, index[near], step)
+        off = left(rms, before, beside, after)
         bend = np.zeros((3, index.size))
         place(bend, near, beside)
         own = rms(bend)
@@ -92,15 +93,6 @@ class Middles:
         too_large = MEAN * own > likely
         change: Array = bend * np.where(too_large, likely, MEAN) / np.where(too_large, own, 1.0)
         return change
-
-    def _bends(self, rows: Ints, step: int) -> tuple[Array, Array]:
-        """Second differences (3, m) at pixels, and how far means may be off by those beside them,
-        (m,), which is nothing to go by where those two steps away are not there."""
-        row = [self.color.take(rows + k * step, axis=1, mode="clip") for k in (-2, -1, 0, 1, 2)]
-        before, bend, after = (
-            a + b - 2.0 * middle for a, middle, b in zip(row, row[1:], row[2:], strict=False)
-        )
-        return bend, left(rms, before, bend, after)
 
     def _widest(self, index: Ints, step: int, own: Array) -> Array:
         """Of what second differences `own` (m,) add, the largest of a pixel's and its neighbours'

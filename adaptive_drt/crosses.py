@@ -59,22 +59,19 @@ class Crosses:
         off = np.zeros(rows.size)
         if points.frame.plan.edges:
             for step in (1, points.frame.width):
-                bend = bends(points.value, rows, step)
+                before, bend, after = bends(points.value, rows, step)
                 mean = mean + MEAN * bend
-                off = np.maximum(off, self._off(rows, step, bend))
+                off = np.maximum(off, self._off(rows, step, before, bend, after))
         sure = (off <= points.allowed).nonzero()[0]
         rows = rows[sure]
         points.settle(rows, columns(mean, sure), np.hypot(points.error[rows], off[sure]))
 
-    def _off(self, rows: Ints, step: int, bend: Array) -> Array:
+    def _off(self, rows: Ints, step: int, before: Array, bend: Array, after: Array) -> Array:
         """How far means may be off by what is along one axis: (m,)."""
-        size, value = self.points.size, self.points.value
-        off = NEAR * size(bend)
+        size = self.points.size
+        off: Array = NEAR * size(bend)
         some = self._alike(rows, rows - 2 * step) & self._alike(rows, rows + 2 * step)
-        rows, bend = rows[some], columns(bend, some)
-        before, after = (bends(value, rows + way, step) for way in (-step, step))
-        off[some] = np.minimum(off[some], left(size, before, bend, after))
-        return off
+        return np.where(some, np.minimum(off, left(size, before, bend, after)), off)
 
     def _alike(self, rows: Ints, other: Ints) -> NDArray[np.bool_]:
         """Whether pixels see the same as others."""

@@ -190,9 +190,11 @@ class Frame:
     def outlines(self, rows: Mask | None = None) -> Ints:
         """The pixels of the region, in some of the frame's rows, of which outlines are all that
         is known."""
-        unknown = self._unknown & ~self.settled
-        index: Ints = (unknown & self.inner()).nonzero()[0] if rows is None else self.some(rows)
-        return index if rows is None else index[unknown[index]]
+        unknown = self._unknown & ~self.settled & self.inner()
+        if rows is not None:
+            unknown &= np.repeat(rows, self.width)
+        index: Ints = unknown.nonzero()[0]
+        return index
 
     def lit(self, rows: Mask) -> bool:
         """Whether any pixel of the region itself, in some of the frame's rows, is known to be."""
@@ -246,7 +248,7 @@ class Frame:
         chosen = self.chosen(goal)
         rest = self._corrected
         kept = (~(chosen[rest] | self.settled[rest] | self._held[rest])).nonzero()[0]
-        rows = self._corrected[kept]
+        rows = rest[kept]
         # a mean of light is never below 0, whatever differences say
         self.color[:, rows] = np.maximum(
             columns(self.color, rows) + columns(self._change, kept), 0.0

@@ -13,8 +13,6 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from .columns import columns
-
 __all__ = ["MEAN", "NEAR", "bends", "left"]
 
 Array: TypeAlias = NDArray[np.float64]
@@ -30,14 +28,16 @@ FOURTH, THIRD = 1.0 / 32.0, 1.0 / 96.0
 is off by 1/24 at most but where it lies beyond the pixel and leaves none; of the thirds by that."""
 
 
-def bends(values: Array, index: Ints, step: int) -> Array:
-    """Second differences (k, m) of values (k, n) at pixels (m,) along an axis.
+def bends(values: Array, index: Ints, step: int) -> tuple[Array, Array, Array]:
+    """Second differences (k, m) of values (k, n) along an axis: at the pixels before some (m,), at
+    those, and after them.
 
-    step : from one pixel to the next along it.
+    step : from one pixel to the next along it. The first and the last say nothing where the pixels
+        two steps away are not there.
     """
-    around = columns(values, index - step) + columns(values, index + step)
-    bend: Array = around - 2.0 * columns(values, index)
-    return bend
+    row = [values.take(index + k * step, axis=1, mode="clip") for k in (-2, -1, 0, 1, 2)]
+    before, bend, after = (a + b - 2.0 * c for a, c, b in zip(row, row[1:], row[2:], strict=False))
+    return before, bend, after
 
 
 def left(size: Callable[[Array], Array], before: Array, bend: Array, after: Array) -> Array:

@@ -49,21 +49,21 @@ class Points:
         self.known = (~moving & ~frame.outline) | frame.settled
         self.value = np.concatenate([frame.color, frame.alpha[None]])
         self.error = np.zeros(self.known.size)
-        # deviations are 0 where no ray of the first pass went
-        self._rows = frame.traced.nonzero()[0]
         if self.wanted.any():
-            self._across = [
-                kind[0].take(self._rows) + kind[1].take(self._rows) for kind in frame.deviation
-            ]
-            left = standing(frame.deviation[STEPS].take(self._rows, axis=1))
-            self.left = self._everywhere(left)
+            # deviations are 0 where no ray of the first pass went
+            self._rows = frame.traced.nonzero()[0]
+            roots, kinks, steps = (
+                columns(frame.deviation[kind], self._rows) for kind in (ROOTS, KINKS, STEPS)
+            )
+            self._across = [kind[0] + kind[1] for kind in (roots, kinks, steps)]
+            self.left = self._everywhere(standing(steps))
 
     def rough(self, spacing: int) -> Array:
         """How far the light at the middle of the shutter may be off a quadratic: (n,).
 
         spacing : pixels from one point to the next.
         """
-        root, kink, step = (self._across[kind] for kind in (ROOTS, KINKS, STEPS))
+        root, kink, step = self._across
         return self._everywhere(spacing**1.5 * root + spacing * kink + step)
 
     def _everywhere(self, values: Array) -> Array:
