@@ -15,6 +15,7 @@ two.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TypeAlias
 
 import numpy as np
@@ -22,6 +23,7 @@ from numpy.typing import NDArray
 
 from .columns import columns
 from .lines import FLAT_TERM, TIME, Lattice
+from .meets import Met
 
 __all__ = ["find_crossings"]
 
@@ -38,58 +40,67 @@ LEAST_LEAD = 2.0**-48
 """Of the largest coefficient: a quartic's first is at least that, so that its roots are finite."""
 
 
-def find_crossings(table: Array, is_ball: Mask, lattice: Lattice) -> Array:
+def find_crossings(table: Array, is_ball: Mask, met: Met, lattice: Lattice) -> Array:
     """Places (events, rows, columns, n) along lines; spans between them keep their order.
 
     Parameters
     ----------
-    table : (11, k, rows, columns, n) of k candidates by item, as `lines.depth_along` gives it.
-    is_ball : (k, n).
+    table : (11, rows, columns, k n) of k candidates by item, all boxes' first ones first, as
+        `lines.depth_along` gives it.
+    is_ball : (k n,).
+    met : the pairs that may change places.
 
     Two spheres are left out along t, unless there is but one line: choose another axis where
     they may cross.
     """
-    k = is_ball.shape[0]
+    rows, columns_ = table.shape[1:3]
+    n = table.shape[-1] // max(met.candidates, 1)
     timed = lattice.axis == TIME
-    events: list[Array] = []
-    for i in range(k):
-        if timed:
-            events += _roots(*table[8:, i])
-        for j in range(i + 1, k):
-            one, other = table[:, i], table[:, j]
-            events += _pair(one, other, is_ball[i], is_ball[j], lattice)
-    return np.array(events)
-
-
-def _pair(
-    one: Array, other: Array, is_ball: Mask, other_ball: Mask, lattice: Lattice
-) -> list[Array]:
-    """Events of two candidates; as many for any two, or the order of sums would differ."""
-    timed, single = lattice.axis == TIME, lattice.rows * lattice.columns == 1
-    plane = _plane(other, timed)
-    both_flat = [
-        _at(_product(_plane(one, timed)[0], plane[1]), power)
-        - _at(_product(plane[0], _plane(one, timed)[1]), power)
-        for power in range(3)
-    ]
-    quadratic = _on_sphere(one, *plane, timed)
-    parts = [np.where(is_ball, _at(quadratic, p), both_flat[p]) for p in range(3)]
-    if not timed and other_ball.any():
-        radical = _on_sphere(one, *_radical(one, other, timed), timed)
-        parts = [np.where(other_ball, radical[p], parts[p]) for p in range(3)]
-    events = list(_roots(*parts))
+    parts = []
     if timed:
-        events = [np.where(other_ball, NOWHERE, event) for event in events]
-    if timed and single:
-        quartic = [np.full(events[0].shape, NOWHERE) for _ in range(4)]
-        rows = other_ball.nonzero()[0]
-        if rows.size:
-            a, b = columns(one, rows, -1), columns(other, rows, -1)
-            found = _quartic_roots(_on_sphere(a, *_radical(a, b, timed), timed))
-            for event, root in zip(quartic, found, strict=True):
-                event[..., rows] = root
-        events += quartic
-    return events
+        parts += [_by_candidate(event, n) for event in _roots(*table[8:])]
+    one, other = (each * n + met.box for each in (met.one, met.other))
+    balls = is_ball[one].astype(np.int64) + is_ball[other]
+    events = np.full(
+        (6 if timed and rows * columns_ == 1 else 2, rows, columns_, met.room * n), NOWHERE
+    )
+    for kind, find in enumerate((_flats, _ball_and_flat, _balls)):
+        some = (balls == kind).nonzero()[0]
+        if some.size:
+            a, b = (columns(table, each[some], -1) for each in (one, other))
+            for event, root in zip(events, find(a, b, lattice), strict=False):
+                event[..., met.slot[some] * n + met.box[some]] = root
+    parts += [_by_candidate(event, n) for event in events]
+    return np.concatenate(parts)
+
+
+def _by_candidate(values: Array, n: int) -> Array:
+    """(rows, columns, k n) as (k, rows, columns, n)."""
+    return values.reshape(*values.shape[:2], -1, n).transpose(2, 0, 1, 3)
+
+
+def _flats(one: Array, other: Array, lattice: Lattice) -> Sequence[Array]:
+    """Events of two quads."""
+    timed = lattice.axis == TIME
+    (k, f), (other_k, other_f) = _plane(one, timed), _plane(other, timed)
+    first, second = _product(other_k, f), _product(k, other_f)
+    return _roots(*(_at(first, power) - _at(second, power) for power in range(3)))
+
+
+def _ball_and_flat(one: Array, other: Array, lattice: Lattice) -> Sequence[Array]:
+    """Events of a sphere and a quad."""
+    timed = lattice.axis == TIME
+    quadratic = _on_sphere(one, *_plane(other, timed), timed)
+    return _roots(*(_at(quadratic, power) for power in range(3)))
+
+
+def _balls(one: Array, other: Array, lattice: Lattice) -> Sequence[Array]:
+    """Events of two spheres."""
+    timed, single = lattice.axis == TIME, lattice.rows * lattice.columns == 1
+    if timed and not single:
+        return ()
+    radical = _on_sphere(one, *_radical(one, other, timed), timed)
+    return _quartic_roots(radical) if timed else _roots(*radical)
 
 
 def _plane(table: Array, timed: bool) -> tuple[Polynomial, Polynomial]:

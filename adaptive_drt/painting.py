@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from .crossings import find_crossings
 from .forms import Forms
 from .lines import Lattice, depth, depth_along, intervals
+from .meets import Met
 
 __all__ = ["fold", "paint"]
 
@@ -44,13 +45,14 @@ def fold(values: Array, axis: int = 0) -> Array:
     return total
 
 
-def paint(forms: Forms, full: Mask, lattice: Lattice, k: int, settled: bool) -> Array:
+def paint(forms: Forms, full: Mask, lattice: Lattice, k: int, met: Met | None) -> Array:
     """Lengths of what is seen along lines, and their first two moments about the box's middle.
 
     Parameters
     ----------
     forms, full : k candidates of each of n boxes, (k n,), all boxes' first ones first: in order
         of depth where that is settled, else by item (of objects equally deep the first wins).
+    met : the pairs of candidates that may change places; None where their order is settled.
 
     Returns
     -------
@@ -61,7 +63,7 @@ def paint(forms: Forms, full: Mask, lattice: Lattice, k: int, settled: bool) -> 
         for end in intervals(forms, full, lattice)
     )
     sums = np.zeros((3, k + 1, *low.shape[1:]))
-    if k == 1 or (k == 2 and settled):
+    if k == 1 or (k == 2 and met is None):
         sums[:, 0] = _moments(low[0], high[0])
         rest = WHOLE - sums[:, 0]
         if k == 2:
@@ -70,16 +72,20 @@ def paint(forms: Forms, full: Mask, lattice: Lattice, k: int, settled: bool) -> 
             rest -= sums[:, 1]
         sums[:, k] = rest
         return sums
+    # what is missed ends no span
+    missed = low >= high
+    low[missed] = high[missed] = 0.5
     table = events = None
-    if not settled:
+    if met is not None:
         table = depth_along(forms, lattice)
-        table = table.reshape(*table.shape[:3], k, -1).transpose(0, 3, 1, 2, 4)
-        events = find_crossings(table, forms.is_ball.reshape(k, -1), lattice)
+        events = find_crossings(table, forms.is_ball, met, lattice)
     start, end = _spans(low, high, events)
     nearest = _nearest(low, high, start, end, table)
-    parts = _moments(start, end).swapaxes(0, 1)
-    for j in range(k + 1):
-        sums[:, j] = fold(np.where((nearest == j)[:, None], parts, 0.0))
+    # span after span in each line, whatever other lines there are
+    lines = low[0].size
+    place = (nearest.reshape(-1, lines) * lines + np.arange(lines)).ravel()
+    for total, part in zip(sums, _moments(start, end), strict=True):
+        total[:] = np.bincount(place, part.ravel(), (k + 1) * lines).reshape(total.shape)
     return sums
 
 
@@ -93,12 +99,14 @@ def _moments(low: Array, high: Array) -> Array:
 
 
 def _spans(low: Array, high: Array, events: Array | None) -> tuple[Array, Array]:
-    """Starts and ends of the spans between all ends (k, ...) of intervals and other events."""
+    """Starts and ends of the spans between all ends (k, ...) of intervals and other events, but
+    those without length at the ends of all lines."""
     side = np.full((1, *low.shape[1:]), 0.5)
     parts = [-side, low, high, side] if events is None else [-side, low, high, events, side]
     ends = np.concatenate(parts)
     ends.sort(axis=0)
-    return ends[:-1], ends[1:]
+    last = np.count_nonzero((ends < 0.5).any(axis=(1, 2, 3)))
+    return ends[:last], ends[1 : last + 1]
 
 
 def _nearest(low: Array, high: Array, start: Array, end: Array, table: Array | None) -> Ints:
@@ -117,12 +125,16 @@ def _nearest(low: Array, high: Array, start: Array, end: Array, table: Array | N
         return nearest
     index = np.nonzero((rivals > 1) & (end - start > SLIVER))
     _, row, column, box = index
-    at, place = middle[index], (row, column, box)
+    at, place, n = middle[index], (row, column, box), low.shape[-1]
     best, winner = np.full(at.shape, np.inf), nearest[index]
     for j in range(k):
-        distance = depth(table[:, j, row, column, box], at)
-        closer = (low[j][place] <= at) & (at <= high[j][place]) & (distance < best)
-        best = np.where(closer, distance, best)
-        winner = np.where(closer, j, winner)
+        some = ((low[j][place] <= at) & (at <= high[j][place])).nonzero()[0]
+        if not some.size:
+            continue
+        own = table[:, row[some], column[some], j * n + box[some]]
+        distance = depth(own, at[some])
+        closer = distance < best[some]
+        best[some] = np.where(closer, distance, best[some])
+        winner[some] = np.where(closer, j, winner[some])
     nearest[index] = winner
     return nearest

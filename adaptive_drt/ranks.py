@@ -33,7 +33,7 @@ effect. A scene a million of its sizes away is rounded to some 2^-33 of its size
 
 def find_ranks(
     plan: Plan, boxes: Boxes, pairs: Pairs, cover: Cover, number: Ints
-) -> tuple[Ints, Mask, Mask]:
+) -> tuple[Ints, Mask, Mask, tuple[Ints, Ints]]:
     """How many of a box's candidates are in front of each, and where that is an order.
 
     Parameters
@@ -45,11 +45,13 @@ def find_ranks(
     rank : (m,) from 0, all different within a settled box.
     settled : (n,)
     balls : (n,) whether the order of two spheres is not known.
+    pairs : (p,) and (p,) candidates whose order is not known.
     """
     box, m = pairs.pixel, pairs.item.size
     rank = np.zeros(m, dtype=np.int64)
     settled = np.ones(number.size, dtype=np.bool_)
     balls = np.zeros(number.size, dtype=np.bool_)
+    open_: list[tuple[Ints, Ints]] = [(np.zeros(0, dtype=np.int64),) * 2]
     for step in range(1, int(number.max(initial=1))):
         one = (box[step:] == box[:-step]).nonzero()[0]
         other = one + step
@@ -58,15 +60,19 @@ def find_ranks(
         a, b = one[unsure], other[unsure]
         ahead = _compare(plan, boxes, box[a], pairs.item[a], pairs.item[b])
         behind[unsure] = np.where(ahead < 0, a, b)
-        settled[box[a[ahead == 0]]] = False
+        rows = (ahead == 0).nonzero()[0]
+        a, b = a[rows], b[rows]
+        open_.append((a, b))
+        settled[box[a]] = False
         spheres = np.maximum(pairs.item[a], pairs.item[b]) < plan.sphere_count
-        balls[box[a[(ahead == 0) & spheres]]] = True
+        balls[box[a[spheres]]] = True
         rank += np.bincount(behind, minlength=m)
     # going round in a circle is no order: then two have the same rank
     start = np.cumsum(number) - number
     order = np.lexsort((rank, box))
     settled[box[rank[order] != np.arange(m) - start[box]]] = False
-    return rank, settled, balls
+    one, other = (np.concatenate(each) for each in zip(*open_, strict=True))
+    return rank, settled, balls, (one, other)
 
 
 def _compare(plan: Plan, boxes: Boxes, box: Ints, a: Ints, b: Ints) -> Ints:

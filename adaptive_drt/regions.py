@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from .columns import columns
 from .forms import Boxes, Cover, Forms, make_forms
 from .lines import TIME, Lattice, Sides, depth, depth_along
+from .meets import Meets
 from .painting import paint
 from .plan import Plan
 from .primary import Pairs
@@ -96,6 +97,7 @@ class _Candidates:
     ----------
     number, start : (n,) how many candidates a box has, and its first.
     settled : (n,) whether their order in depth is the same for all rays.
+    meets : those whose order is not.
     closed : (n,) whether one covers the box, so that the background is not seen.
     wide : (3, n) sides of the box that matter: with a length; t only where a candidate moves.
     turned : (n,) whether x and y changed places.
@@ -110,6 +112,7 @@ class _Candidates:
     number: Ints
     start: Ints
     settled: Mask
+    meets: Meets
     closed: Mask
     wide: Mask
     turned: Mask
@@ -163,7 +166,7 @@ def _candidates(plan: Plan, boxes: Boxes, pairs: Pairs) -> _Candidates:
     forms, cover, pairs = forms.take(kept), cover.take(kept), pairs.take(kept)
     box = pairs.pixel
     number = np.bincount(box, minlength=count)
-    rank, settled, balls = find_ranks(plan, boxes, pairs, cover, number)
+    rank, settled, balls, unsure = find_ranks(plan, boxes, pairs, cover, number)
     closed, moving = np.zeros((2, count), dtype=np.bool_)
     closed[box[cover.full]] = True
     moving[box[plan.moves[pairs.item]]] = True
@@ -177,6 +180,9 @@ def _candidates(plan: Plan, boxes: Boxes, pairs: Pairs) -> _Candidates:
     # of objects equally deep the first wins
     order = np.lexsort((np.where(settled[box], rank, pairs.item), box))
     forms, cover, pairs = forms.take(order), cover.take(order), pairs.take(order)
+    now = np.empty(order.size, dtype=np.int64)
+    now[order] = np.arange(order.size)
+    meets = Meets.of((now[unsure[0]], now[unsure[1]]), box, number)
     start = np.cumsum(number) - number
     fast = np.zeros(count)
     held = (wide[TIME] & ~allowed[TIME])[box].nonzero()[0]
@@ -191,8 +197,8 @@ def _candidates(plan: Plan, boxes: Boxes, pairs: Pairs) -> _Candidates:
             pair[0, own], pair[1, own] = pair[1, own], pair[0, own]
         wide[0, turned], wide[1, turned] = wide[1, turned], wide[0, turned]
     return _Candidates(
-        pairs, forms, cover, number, start, settled, closed, wide, turned, timed, steep, fast
-    )
+        pairs, forms, cover, number, start, settled, meets, closed, wide, turned, timed, steep, fast
+    )  # fmt: skip
 
 
 def _axis(forms: Forms, cover: Cover, box: Ints, overlap: Ints, wide: Mask) -> tuple[Ints, Array]:
@@ -241,6 +247,7 @@ def _refine(plan: Plan, found: _Candidates, goal: Array, most: int, todo: Ints, 
     m, box = found.pairs.item.size, found.pairs.pixel
     key = (found.number * 2 + found.timed) * 2 + found.settled
     key = ((key * 2 + found.wide[0]) * 2 + found.wide[1]) * 2 + found.wide[2]
+    key = key * (1 + found.meets.room.max(initial=0)) + found.meets.room
     lines = LEAST_LINES
     # one line sees all there is; where nothing has a kink, few do
     few = (found.wide.sum(axis=0) < 2) | _smooth(found, todo, goal)
@@ -288,15 +295,15 @@ def _measure(found: _Candidates, group: Ints, goal: Array, lines: int, sums: Sum
     wide, m = found.wide[:, first], found.pairs.item.size
     rows, columns = (lines if wide[other] else 1 for other in range(3) if other != axis)
     lattice = Lattice(axis, rows, columns)
-    spans = 1 if settled and k < 3 else 2 * k + 1
-    spans += 0 if settled else k * k
+    spans = 1 if settled and k < 3 else 2 * (k + int(found.meets.room[first])) + 1
     step = max(CHUNK // (k * rows * columns * spans), 1)
     for at in range(0, group.size, step):
         some = group[at : at + step]
         index = found.start[some] + np.arange(k)[:, None]
         flat = index.ravel()
         part, full = found.forms.take(flat), found.cover.full[flat]
-        seen = paint(part, full, lattice, k, settled)
+        met = None if settled else found.meets.among(some, index[0], k)
+        seen = paint(part, full, lattice, k, met)
         place = np.concatenate([index, m + some[None]])
         sums.add(seen, lattice, place)
         if rows * columns > 1:
@@ -306,13 +313,13 @@ def _measure(found: _Candidates, group: Ints, goal: Array, lines: int, sums: Sum
         along &= sums.error[place].max(axis=0) <= goal[some]
         along = along.nonzero()[0]
         if along.size:
-            _look_beside(found, place[:, along], seen[0][..., along], lattice, settled, sums)
+            _look_beside(found, some[along], place[:, along], seen[0][..., along], lattice, sums)
         none = m + some[found.closed[some]]
         sums.weight[none] = sums.error[none] = 0.0
 
 
 def _look_beside(
-    found: _Candidates, place: Ints, length: Array, lattice: Lattice, settled: bool, sums: Sums
+    found: _Candidates, some: Ints, place: Ints, length: Array, lattice: Lattice, sums: Sums
 ) -> None:
     """Look for outlines that run along the lines, between the outermost and the boxes' sides.
 
@@ -323,11 +330,12 @@ def _look_beside(
     """
     k, flat = len(place) - 1, place[:-1].ravel()
     part, full = found.forms.take(flat), found.cover.full[flat]
+    met = None if found.settled[some[0]] else found.meets.among(some, place[0], k)
     axis, rows, columns = lattice.axis, lattice.rows, lattice.columns
     for size, sides, direction in ((rows, (2, columns), 1), (columns, (rows, 2), 2)):
         if size == 1:
             continue
-        beside = paint(part, full, Sides(axis, *sides), k, settled)[0]
+        beside = paint(part, full, Sides(axis, *sides), k, met)[0]
         last = np.take(length, (0, -1), axis=direction)
         jump = np.abs(beside - last).mean(axis=3 - direction).max(axis=1)
         sums.error[place] = np.maximum(sums.error[place], JUMP / size * jump)
