@@ -268,6 +268,13 @@ class Frame:
         parts = alike(rows, size)
         return [(part, self._task(part, goal, whole and self.plan.edges)) for part in parts]
 
+    def crowd(self, rows: Ints) -> float:
+        """Sum over pixels of the squares of their rivals' numbers: what regions may take."""
+        number = np.zeros(self.item.size, dtype=np.int64)
+        for pairs in self._rivals:
+            np.add.at(number, pairs.pixel, 1)
+        return float((number[rows].astype(np.float64) ** 2).sum())
+
     def _rivals_of(self, rows: Ints) -> Pairs:
         """The rivals of some pixels, which are numbered anew, sorted by pixel."""
         number = np.full(self.item.size, -1)

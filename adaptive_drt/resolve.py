@@ -248,7 +248,7 @@ class Exact:
         for level in levels:
             hard[level.pixels] = False
         rows = hard.nonzero()[0]
-        if rows.size and (size := self.work.part_aside(rows.size)):
+        if rows.size and (size := self.work.part_aside(rows.size, frame.crowd(rows))):
             self.work.put_aside(frame.in_parts(rows, self.goal, size, True))
             frame.hold(rows)
         before = 0.0

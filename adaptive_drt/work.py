@@ -36,6 +36,10 @@ ASIDE_PART = 8_192
 """Pixels refined at a time beside what is done for others, at most. Parts of a few thousand take as
 long as they have rounds (4,500 pixels at 0.1 %: 0.56 s, but in quarters 0.19 each)."""
 
+ASIDE_CROWD = 131_072.0
+"""Squares of candidates refined at a time beside that, about: what takes long is shared by all in
+the end (7,000 pixels, ten moving spheres in each: one took 68 s, and the other 2)."""
+
 
 class Clock:
     """Seconds by stage: each call ends a stage."""
@@ -90,10 +94,11 @@ class Work:
         least = CREWS_PART if crew.ready else LEAST_PART
         return self._within(-(-count // crew.hands(self._plan.threads)), least, PART)
 
-    def part_aside(self, count: int) -> int:
-        """The same of what workers alone do beside others; 0 if there are none."""
-        free = self.free
-        return self._within(-(-count // free), CREWS_PART, ASIDE_PART) if free else 0
+    def part_aside(self, count: int, crowd: float) -> int:
+        """The same of what workers alone do beside others, with so much in its boxes (see
+        `Frame.crowd`); 0 if there are none."""
+        parts = max(self.free, int(crowd / ASIDE_CROWD))
+        return self._within(-(-count // parts), CREWS_PART, ASIDE_PART) if self.free else 0
 
     def _within(self, size: int, least: int, most: int) -> int:
         most = max(1, min(most, self._plan.settings.batch))
