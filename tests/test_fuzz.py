@@ -122,7 +122,7 @@ QUIET = {"deadline": None, "database": None, "suppress_health_check": list(Healt
 
 
 @pytest.mark.parametrize("name", WAYS)
-@settings(max_examples=60, derandomize=True, **QUIET)
+@settings(max_examples=25, derandomize=True, **QUIET)
 @given(scene=SCENE)
 def test_any_scene(name, scene):
     attempt(scene, name)

@@ -356,46 +356,6 @@ def all_pairs(pairs, boxes):
     return one[kept], other[kept]
 
 
-WIDER = np.array([[2.0], [2.0], [0.0]])
-"""Pixels to either side: so that many objects meet in a box."""
-
-
-def heap(rng, moving):
-    """Twelve spheres that meet each other, with a plate through them."""
-    shapes = []
-    for _ in range(12):
-        center, motion = rng.normal(size=3) * 0.6 + (0.0, 0.0, -4.0), rng.normal(size=3) * 0.3
-        motion = Motion(tuple(motion.tolist())) if moving else None
-        shapes.append(Sphere(tuple(center.tolist()), float(rng.uniform(0.3, 0.8)), motion=motion))
-    return [*shapes, Quad((-1.0, -1.0, -3.8), (2.0, 0.0, -0.4), (0.3, 2.0, 0.2))]
-
-
-@pytest.mark.parametrize("moving", [False, True])
-def test_only_those_whose_order_is_not_known_can_change_places(moving):
-    """Events of all pairs add nothing: spans between them have the same nearest objects."""
-
-    def every_event(*given):
-        rank, settled, balls, _ = find_ranks(*given)
-        crowded.append(np.count_nonzero(~settled & (given[4] > 3)))
-        return rank, settled, balls, all_pairs(given[2], ~settled)
-
-    crowded = []
-    for seed in range(8):
-        rng = np.random.default_rng(seed)
-        plan, boxes = planned(*heap(rng, moving), FLOOR), random_boxes(rng, 150, moving)
-        boxes = Boxes(boxes.low - WIDER, boxes.high + WIDER)
-        pairs = every_pair(plan, 150)
-        found = find_regions(plan, boxes, pairs, 1e-2)
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(regions, "find_ranks", every_event)
-            compared = find_regions(plan, boxes, pairs, 1e-2)
-        one, other = (dense(each, boxes, 40) for each in (found, compared))
-        # lines are doubled where errors are above the goal, which rounding may decide
-        same = np.abs(one - other).max(axis=1) <= 1e-9
-        assert same.mean() >= 0.98, seed
-    assert sum(crowded) > 100
-
-
 def test_a_sphere_that_rolls_on_the_floor_is_in_front_of_it():
     ball = Sphere((0.2, -0.5, -4.0), 0.5, motion=Motion((0.4, 0.0, 0.3)))
     below = Sphere((0.2, -1.6, -4.0), 0.5, motion=Motion((0.4, 0.0, 0.3)))
