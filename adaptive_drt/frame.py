@@ -23,6 +23,7 @@ from .lines import TIME
 from .plan import Plan
 from .primary import Pairs
 from .refine import Begun, Refined, Task
+from .regions import CROWDED
 from .sights import NO_SIGHT
 from .stars import left_by_stars
 from .variation import STEPS, no_variation, standing
@@ -166,7 +167,8 @@ class Frame:
         if self.plan.motion:
             deviation = columns(self.deviation, index, -1)
             hard, steps = deviation[:, :TIME].sum(axis=(0, 1)), deviation[STEPS, TIME]
-            motion = Motion(self.mask[1, index], hard, standing(deviation[STEPS]), steps)
+            crowded = self._crowd[index] > CROWDED
+            motion = Motion(crowded, self.mask[1, index], hard, standing(deviation[STEPS]), steps)
         rest = float((done * done).sum()), done.size
         tolerance = self.plan.settings.tolerance
         starred = self._starred(index, LEAST * tolerance * float(np.abs(color).mean()))
@@ -270,10 +272,13 @@ class Frame:
 
     def crowd(self, rows: Ints) -> float:
         """Sum over pixels of the squares of their rivals' numbers: what regions may take."""
-        number = np.zeros(self.item.size, dtype=np.int64)
-        for pairs in self._rivals:
-            np.add.at(number, pairs.pixel, 1)
-        return float((number[rows].astype(np.float64) ** 2).sum())
+        return float((self._crowd[rows].astype(np.float64) ** 2).sum())
+
+    @property
+    def _crowd(self) -> Ints:
+        """How many rivals pixels have: (n,)."""
+        pixel = np.concatenate([pairs.pixel for pairs in self._rivals])
+        return np.bincount(pixel, minlength=self.item.size)
 
     def _rivals_of(self, rows: Ints) -> Pairs:
         """The rivals of some pixels, which are numbered anew, sorted by pixel."""

@@ -12,6 +12,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from .columns import columns
 from .crossings import find_crossings
 from .forms import Forms
 from .lines import Lattice, depth, depth_along, intervals
@@ -59,7 +60,9 @@ def paint(forms: Forms, full: Mask, lattice: Lattice, k: int, met: Met | None) -
     (3, k + 1, rows, columns, n): length and moments of the candidates, then of the background.
     """
     low, high = (
-        end.reshape(lattice.rows, lattice.columns, k, -1).transpose(2, 0, 1, 3)
+        np.ascontiguousarray(
+            end.reshape(lattice.rows, lattice.columns, k, -1).transpose(2, 0, 1, 3)
+        )
         for end in intervals(forms, full, lattice)
     )
     sums = np.zeros((3, k + 1, *low.shape[1:]))
@@ -116,25 +119,26 @@ def _nearest(low: Array, high: Array, start: Array, end: Array, table: Array | N
     """
     k, middle = low.shape[0], 0.5 * (start + end)
     nearest: Ints = np.full(middle.shape, k)
-    rivals = np.zeros(middle.shape, dtype=np.int64)
+    rivals = np.zeros(middle.shape, dtype=np.int16)
+    # what is missed begins and ends at the end of the line
     for j in range(k - 1, -1, -1):
-        here = (low[j] <= middle) & (middle <= high[j]) & (low[j] < high[j])
-        nearest[here] = j
+        here = (low[j] <= middle) & (middle <= high[j])
+        np.copyto(nearest, j, where=here)
         rivals += here
     if table is None:
         return nearest
-    index = np.nonzero((rivals > 1) & (end - start > SLIVER))
-    _, row, column, box = index
-    at, place, n = middle[index], (row, column, box), low.shape[-1]
-    best, winner = np.full(at.shape, np.inf), nearest[index]
+    index = np.flatnonzero((rivals > 1) & (end - start > SLIVER))
+    n, size = low.shape[-1], low[0].size
+    line, at = index % size, middle.take(index)
+    # of the candidates' own lines: all boxes' first ones first
+    own = line // n * (k * n) + line % n
+    best, winner, table = np.full(at.shape, np.inf), nearest.take(index), table.reshape(11, -1)
     for j in range(k):
-        some = ((low[j][place] <= at) & (at <= high[j][place])).nonzero()[0]
-        if not some.size:
-            continue
-        own = table[:, row[some], column[some], j * n + box[some]]
-        distance = depth(own, at[some])
-        closer = distance < best[some]
-        best[some] = np.where(closer, distance, best[some])
-        winner[some] = np.where(closer, j, winner[some])
-    nearest[index] = winner
+        some = ((low[j].take(line) <= at) & (at <= high[j].take(line))).nonzero()[0]
+        if some.size:
+            distance, before = depth(columns(table, own[some] + j * n), at[some]), best[some]
+            closer = distance < before
+            best[some] = np.where(closer, distance, before)
+            winner[some[closer]] = j
+    nearest.put(index, winner)
     return nearest

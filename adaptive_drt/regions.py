@@ -28,7 +28,7 @@ from .ranks import find_ranks
 from .smooth import find_smooth
 from .tally import DUST, KINK, SQUARES, Sums
 
-__all__ = ["Boxes", "Regions", "find_regions", "no_regions"]
+__all__ = ["CROWDED", "Boxes", "Regions", "find_regions", "no_regions"]
 
 Array: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]

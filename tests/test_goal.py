@@ -42,10 +42,11 @@ def left(error, goal, moves):
     return np.where(error > goal, np.where(moves, moving, still), error)
 
 
-def motion(moves, hard, steps=0.0, standing=0.0):
+def motion(moves, hard, steps=0.0, standing=0.0, crowded=False):
     """What is known of pixels in which something moves."""
     nothing = np.zeros(hard.size)
-    return Motion(moves, hard, nothing + standing, nothing + steps)
+    crowd = np.full(hard.size, crowded)
+    return Motion(crowd, moves, hard, nothing + standing, nothing + steps)
 
 
 @pytest.mark.parametrize("spread", [0.5, 2.0, 4.0])
@@ -67,6 +68,17 @@ def test_pixels_that_outlines_cut_ask_for_a_goal_of_their_own():
     easy = make_goal(1e-2, color, error, error, cut).error
     cut[::3] = True
     assert make_goal(1e-2, color, error, error, cut).error < 0.1 * easy
+
+
+def test_cut_pixels_that_many_objects_meet_in_ask_for_less():
+    """Their errors are greater than those of pixels that one outline cuts."""
+    color, error, cut = picture(4, 0.5)
+    cut[::3] = True
+    few, many = (
+        make_goal(1e-2, color, error, error, cut, motion=motion(cut, error, crowded=crowded)).error
+        for crowded in (False, True)
+    )
+    assert 0.5 * few < many < 0.9 * few
 
 
 def test_only_steps_that_stand_are_left_to_cells():
