@@ -115,6 +115,7 @@ class _Worker:
         self._share = -1
         self.ready = False
         self.failed = False
+        self._killed = False
         self._loading = threading.Thread(target=self._load, name="Worker starts", daemon=True)
         self._loading.start()
 
@@ -126,7 +127,8 @@ class _Worker:
 
     @property
     def alive(self) -> bool:
-        return self._process.poll() is None
+        # a process that has been told to end may take a while
+        return not self._killed and self._process.poll() is None
 
     def tell(self, call: Call) -> None:
         """Begin a call; raises OSError if the process has ended."""
@@ -141,6 +143,7 @@ class _Worker:
 
     def kill(self) -> None:
         """End it in the midst of a call, which raises EOFError or OSError."""
+        self._killed = True
         self._process.kill()
 
     def close(self) -> None:

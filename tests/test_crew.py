@@ -83,6 +83,17 @@ def test_a_render_after_one_that_was_cancelled(workers):
     assert np.array_equal(again.color, alone.color)
 
 
+def test_one_that_was_killed_counts_no_more_at_once(workers):
+    """Its process may take a while to end: who asked for workers just then got one too few."""
+    worker = workers.borrow()
+    worker.kill()
+    assert not worker.alive
+    workers.give_back(worker)
+    workers.muster(2)
+    assert worker not in workers._idle and len(workers._idle) == 2
+    wait_for(lambda: workers.ready == 2)
+
+
 def test_a_call_is_broken_off(workers):
     shift, outcome = Shift(), []
 
