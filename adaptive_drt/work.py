@@ -35,7 +35,6 @@ CREWS_PART = 1_024
 ASIDE_PART = 8_192
 """Pixels refined at a time beside what is done for others, at most. Parts of a few thousand take as
 long as they have rounds (4,500 pixels at 0.1 %: 0.56 s, but in quarters 0.19 each)."""
-
 ASIDE_CROWD = 131_072.0
 """Squares of candidates refined at a time beside that, about: what takes long is shared by all in
 the end (7,000 pixels, ten moving spheres in each: one took 68 s, and the other 2)."""
@@ -97,8 +96,12 @@ class Work:
     def part_aside(self, count: int, crowd: float) -> int:
         """The same of what workers alone do beside others, with so much in its boxes (see
         `Frame.crowd`); 0 if there are none."""
-        parts = max(self.free, int(crowd / ASIDE_CROWD))
-        return self._within(-(-count // parts), CREWS_PART, ASIDE_PART) if self.free else 0
+        # asked once: one may have loaded a moment later
+        free = self.free
+        if not free:
+            return 0
+        parts = max(free, int(crowd / ASIDE_CROWD))
+        return self._within(-(-count // parts), CREWS_PART, ASIDE_PART)
 
     def _within(self, size: int, least: int, most: int) -> int:
         most = max(1, min(most, self._plan.settings.batch))

@@ -17,10 +17,12 @@ import pytest
 
 from adaptive_drt import crew as crew_module
 from adaptive_drt.crew import Call, Crew, Share, Shift, crew
-from adaptive_drt.plan import Stopped
+from adaptive_drt.occluder import Occluders
+from adaptive_drt.plan import Stopped, make_plan
 from adaptive_drt.render import render, render_image
 from adaptive_drt.settings import Settings
 from adaptive_drt.wire import receive, send
+from adaptive_drt.work import ASIDE_CROWD, Work
 from random_scenes import random_scene
 from workers import LONG, mustered, wait_for
 
@@ -92,6 +94,16 @@ def test_one_that_was_killed_counts_no_more_at_once(workers):
     workers.muster(2)
     assert worker not in workers._idle and len(workers._idle) == 2
     wait_for(lambda: workers.ready == 2)
+
+
+def test_a_worker_may_get_ready_while_parts_are_cut(monkeypatch):
+    plan = make_plan(random_scene(207), Settings(threads=2))
+    work, ready = Work(plan, Occluders(plan)), iter((0, 1, 1, 1))
+    monkeypatch.setattr(Crew, "ready", property(lambda _: next(ready)))
+    assert work.part_aside(5_000, 1.0) == 0
+    assert work.part_aside(5_000, 1.0) == 5_000
+    # what has much in it is cut up
+    assert work.part_aside(5_000, 3.0 * ASIDE_CROWD) == 1_667
 
 
 def test_a_call_is_broken_off(workers):
