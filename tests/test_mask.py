@@ -18,8 +18,6 @@ SHARP = 0.5
 """Change of light over a pixel, as a share of it, from which on it depends on the place in it."""
 MOST = 1.1
 """Flagged at order 2 over the pixels that depend."""
-MOST_OF_FEW = 1.25
-"""The same of ten scenes: 1.15 was seen, where forty have less than `MOST`."""
 MOST_MOVING = 1.2
 """The same of edges in scenes that move. 1.143 was seen (5,195 pixels depend, 5,940 are flagged):
 brute force looks at single times and places, and misses what is thin and quick."""
@@ -74,14 +72,11 @@ def sharp(scene, moving=False):
     return np.array([true.sum(), flags.sum(), (true & flags).sum()])
 
 
-@pytest.mark.parametrize(
-    "seeds, most", [(QUICK[::4], MOST_OF_FEW), pytest.param(QUICK, MOST, marks=pytest.mark.slow)]
-)
-def test_no_more_edges_are_flagged_than_there_are(seeds, most, capsys):
-    true, flagged, both = sum(sharp(random_scene(seed)) for seed in seeds)
+def test_no_more_edges_are_flagged_than_there_are(capsys):
+    true, flagged, both = sum(sharp(random_scene(seed)) for seed in QUICK)
     with capsys.disabled():
         print(f"\nedges that stand still: {true} pixels depend, {flagged} flagged, {both} both")
-    assert flagged <= most * true
+    assert flagged <= MOST * true
     assert both >= 0.95 * true
 
 
