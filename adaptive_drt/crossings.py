@@ -25,7 +25,7 @@ from .columns import columns
 from .lines import FLAT_TERM, TIME, Lattice
 from .meets import Met
 
-__all__ = ["find_crossings"]
+__all__ = ["by_candidate", "find_crossings"]
 
 Array: TypeAlias = NDArray[np.float64]
 Mask: TypeAlias = NDArray[np.bool_]
@@ -53,30 +53,29 @@ def find_crossings(table: Array, is_ball: Mask, met: Met, lattice: Lattice) -> A
     Two spheres are left out along t, unless there is but one line: choose another axis where
     they may cross.
     """
-    rows, columns_ = table.shape[1:3]
-    n = table.shape[-1] // max(met.candidates, 1)
-    timed = lattice.axis == TIME
-    parts = []
-    if timed:
-        parts += [_by_candidate(event, n) for event in _roots(*table[8:])]
+    n, timed = met.boxes, lattice.axis == TIME
+    parts = [*_roots(*table[8:])] if timed else []
     one, other = (each * n + met.box for each in (met.one, met.other))
     balls = is_ball[one].astype(np.int64) + is_ball[other]
-    events = np.full(
-        (6 if timed and rows * columns_ == 1 else 2, rows, columns_, met.room * n), NOWHERE
-    )
+    # as many for any two, or the boxes of a group were not alike
+    most = 4 if timed and _single(lattice) else 2
+    events = np.full((most, *table.shape[1:3], met.room * n), NOWHERE)
     for kind, find in enumerate((_flats, _ball_and_flat, _balls)):
         some = (balls == kind).nonzero()[0]
         if some.size:
             a, b = (columns(table, each[some], -1) for each in (one, other))
             for event, root in zip(events, find(a, b, lattice), strict=False):
                 event[..., met.slot[some] * n + met.box[some]] = root
-    parts += [_by_candidate(event, n) for event in events]
-    return np.concatenate(parts)
+    return np.concatenate([by_candidate(part, n) for part in (*parts, *events)])
 
 
-def _by_candidate(values: Array, n: int) -> Array:
-    """(rows, columns, k n) as (k, rows, columns, n)."""
+def by_candidate(values: Array, n: int) -> Array:
+    """(rows, columns, k n), all boxes' first ones first, as (k, rows, columns, n)."""
     return values.reshape(*values.shape[:2], -1, n).transpose(2, 0, 1, 3)
+
+
+def _single(lattice: Lattice) -> bool:
+    return lattice.rows * lattice.columns == 1
 
 
 def _flats(one: Array, other: Array, lattice: Lattice) -> Sequence[Array]:
@@ -96,8 +95,8 @@ def _ball_and_flat(one: Array, other: Array, lattice: Lattice) -> Sequence[Array
 
 def _balls(one: Array, other: Array, lattice: Lattice) -> Sequence[Array]:
     """Events of two spheres."""
-    timed, single = lattice.axis == TIME, lattice.rows * lattice.columns == 1
-    if timed and not single:
+    timed = lattice.axis == TIME
+    if timed and not _single(lattice):
         return ()
     radical = _on_sphere(one, *_radical(one, other, timed), timed)
     return _quartic_roots(radical) if timed else _roots(*radical)

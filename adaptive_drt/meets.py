@@ -12,11 +12,10 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from .primary import places
+from .primary import places, runs
 
 __all__ = ["Meets", "Met"]
 
-Array: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
 
 FEW = 3
@@ -29,12 +28,12 @@ class Met:
 
     Attributes
     ----------
-    candidates, room : how many a box has, and how many pairs it is given room for.
+    boxes, room : how many there are, n, and how many pairs each is given room for.
     box, slot : (p,) the box of each, and its number among the box's pairs.
     one, other : (p,) which of the box's candidates they are, `one` the first of them.
     """
 
-    candidates: int
+    boxes: int
     room: int
     box: Ints
     slot: Ints
@@ -74,12 +73,10 @@ class Meets:
         room = np.where(number > 0, some, 0)
         return cls(number, np.cumsum(number) - number, room, one, other)
 
-    def among(self, some: Ints, first: Ints, candidates: int) -> Met:
-        """The pairs of boxes `some` (n,) that are alike: their first candidates (n,), and how
-        many these are."""
+    def among(self, some: Ints, first: Ints) -> Met:
+        """The pairs of boxes `some` (n,) that are alike, whose first candidates (n,) are given."""
         number = self.number[some]
-        slot = places(number)
         box = np.repeat(np.arange(some.size), number)
-        rows = self.start[some][box] + slot
+        rows = runs(self.start[some], number)
         one, other = self.one[rows] - first[box], self.other[rows] - first[box]
-        return Met(candidates, int(self.room[some[0]]), box, slot, one, other)
+        return Met(some.size, int(self.room[some[0]]), box, places(number), one, other)

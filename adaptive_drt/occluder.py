@@ -20,7 +20,7 @@ from .columns import columns
 from .embree import ProxyScene
 from .emitter import QUAD, Cone, Emitter, view_cone
 from .plan import Plan
-from .primary import Pairs, Surface, in_cache, places
+from .primary import Pairs, Surface, in_cache, runs
 from .quadric import cone_touch, graze_of
 from .shadow import curvature
 from .vector import cross, dot
@@ -275,7 +275,7 @@ def _by_blocks(sight: _Sight, objects: int, test: Test) -> Pairs:
         kept = _where(partial(_of_balls, test, *_balls(point, reach, size)), block, item)
         first = block[kept] * (size // smaller)
         inside = np.minimum(first + size // smaller, -(-count // smaller)) - first
-        block = np.repeat(first, inside) + places(inside)
+        block = runs(first, inside)
         item = np.repeat(item[kept], inside)
     return Pairs(order[block], item)
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .columns import columns
-from .crossings import find_crossings
+from .crossings import by_candidate, find_crossings
 from .forms import Forms
 from .lines import Lattice, depth, depth_along, intervals
 from .meets import Met
@@ -60,9 +60,7 @@ def paint(forms: Forms, full: Mask, lattice: Lattice, k: int, met: Met | None) -
     (3, k + 1, rows, columns, n): length and moments of the candidates, then of the background.
     """
     low, high = (
-        np.ascontiguousarray(
-            end.reshape(lattice.rows, lattice.columns, k, -1).transpose(2, 0, 1, 3)
-        )
+        np.ascontiguousarray(by_candidate(end, full.size // k))
         for end in intervals(forms, full, lattice)
     )
     sums = np.zeros((3, k + 1, *low.shape[1:]))

@@ -95,7 +95,7 @@ class Pairs:
         first = np.cumsum(number) - number
         copies = number[pixel]
         place = np.repeat(np.arange(pixel.size), copies)
-        return Pairs(place, self.item[np.repeat(first[pixel], copies) + places(copies)])
+        return Pairs(place, self.item[runs(first[pixel], copies)])
 
 
 def in_cache(rows: Ints) -> list[Ints]:
@@ -242,6 +242,11 @@ def find_pairs(plan: Plan, bounds: Ints, tile: Tile) -> Pairs:
 def places(size: Ints) -> Ints:
     """0, 1, ... size - 1 for each of some runs, one after the other: (sum of size,)."""
     return np.arange(size.sum()) - np.repeat(np.cumsum(size) - size, size)
+
+
+def runs(first: Ints, size: Ints) -> Ints:
+    """The index of some runs, one after the other: first, first + 1, ... of each."""
+    return np.repeat(first, size) + places(size)
 
 
 def pair_hits(plan: Plan, w: Array, item: Ints, time: Array | float = 0.0) -> Array:

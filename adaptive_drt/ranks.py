@@ -45,7 +45,7 @@ def find_ranks(
     rank : (m,) from 0, all different within a settled box.
     settled : (n,)
     balls : (n,) whether the order of two spheres is not known.
-    pairs : (p,) and (p,) candidates whose order is not known.
+    unsure : (p,) and (p,) candidates whose order is not known.
     """
     box, m = pairs.pixel, pairs.item.size
     rank = np.zeros(m, dtype=np.int64)
@@ -60,18 +60,16 @@ def find_ranks(
         a, b = one[unsure], other[unsure]
         ahead = _compare(plan, boxes, box[a], pairs.item[a], pairs.item[b])
         behind[unsure] = np.where(ahead < 0, a, b)
-        rows = (ahead == 0).nonzero()[0]
-        a, b = a[rows], b[rows]
-        open_.append((a, b))
-        settled[box[a]] = False
-        spheres = np.maximum(pairs.item[a], pairs.item[b]) < plan.sphere_count
-        balls[box[a[spheres]]] = True
+        open_.append((a[ahead == 0], b[ahead == 0]))
         rank += np.bincount(behind, minlength=m)
+    one, other = (np.concatenate(each) for each in zip(*open_, strict=True))
+    settled[box[one]] = False
+    spheres = np.maximum(pairs.item[one], pairs.item[other]) < plan.sphere_count
+    balls[box[one[spheres]]] = True
     # going round in a circle is no order: then two have the same rank
     start = np.cumsum(number) - number
     order = np.lexsort((rank, box))
     settled[box[rank[order] != np.arange(m) - start[box]]] = False
-    one, other = (np.concatenate(each) for each in zip(*open_, strict=True))
     return rank, settled, balls, (one, other)
 
 

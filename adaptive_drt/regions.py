@@ -252,8 +252,8 @@ def _refine(plan: Plan, found: _Candidates, goal: Array, most: int, todo: Ints, 
     key = ((key * 2 + found.wide[0]) * 2 + found.wide[1]) * 2 + found.wide[2]
     key = key * (1 + found.meets.room.max(initial=0)) + found.meets.room
     lines = LEAST_LINES
-    # one line sees all there is; where nothing has a kink, few do
     crowded = found.number > CROWDED
+    # one line sees all there is; where nothing has a kink, few do
     few = (found.wide.sum(axis=0) < 2) | crowded | _smooth(found, todo, goal)
     while todo.size:
         last = 2 * lines > most
@@ -306,7 +306,7 @@ def _measure(found: _Candidates, group: Ints, goal: Array, lines: int, sums: Sum
         index = found.start[some] + np.arange(k)[:, None]
         flat = index.ravel()
         part, full = found.forms.take(flat), found.cover.full[flat]
-        met = None if settled else found.meets.among(some, index[0], k)
+        met = None if settled else found.meets.among(some, index[0])
         seen = paint(part, full, lattice, k, met)
         place = np.concatenate([index, m + some[None]])
         sums.add(seen, lattice, place)
@@ -334,7 +334,7 @@ def _look_beside(
     """
     k, flat = len(place) - 1, place[:-1].ravel()
     part, full = found.forms.take(flat), found.cover.full[flat]
-    met = None if found.settled[some[0]] else found.meets.among(some, place[0], k)
+    met = None if found.settled[some[0]] else found.meets.among(some, place[0])
     axis, rows, columns = lattice.axis, lattice.rows, lattice.columns
     for size, sides, direction in ((rows, (2, columns), 1), (columns, (rows, 2), 2)):
         if size == 1:

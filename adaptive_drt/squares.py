@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .plan import Plan
-from .primary import Pairs, Tile, find_pairs, places
+from .primary import Pairs, Tile, find_pairs, runs
 
 __all__ = ["SIDES", "Squares", "coarse", "coarse_bounds", "means", "nodes", "roughness", "series"]
 
@@ -76,7 +76,7 @@ class Squares:
         start = np.zeros_like(size)
         start[chosen] = np.cumsum(size[chosen]) - size[chosen]
         copies = size[self.pairs.pixel]
-        child = np.repeat(start[self.pairs.pixel], copies) + places(copies)
+        child = runs(start[self.pairs.pixel], copies)
         pairs = Pairs(child, np.repeat(self.pairs.item, copies))
         return Squares(side, x[inside], y[inside], pairs)
 

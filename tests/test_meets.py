@@ -63,8 +63,8 @@ def test_pairs_of_alike_boxes_are_numbered_from_their_first_candidates():
     assert meets.number.tolist() == [1, 3, 4]
     # all pairs of few, else a power of two
     assert FEW >= 2 and meets.room.tolist() == [1, 4, 4]
-    met = meets.among(np.array([1, 2]), first[1:], 5)
-    assert met.candidates == 5 and met.room == 4
+    met = meets.among(np.array([1, 2]), first[1:])
+    assert met.boxes == 2 and met.room == 4
     assert met.box.tolist() == [0, 0, 0, 1, 1, 1, 1]
     assert met.slot.tolist() == [0, 1, 2, 0, 1, 2, 3]
     assert list(zip(met.one.tolist(), met.other.tolist(), strict=True)) == [
