@@ -6,6 +6,7 @@ The sharpest edge across the light counts. See `variation`.
 
 from __future__ import annotations
 
+from dataclasses import dataclass, fields
 from typing import TypeAlias
 
 import numpy as np
@@ -16,7 +17,7 @@ from .emitter import QUAD, Emitter
 from .patch import Patch
 from .plan import Plan
 from .primary import Pairs, Surface
-from .quad import distance_along, distance_to, edge_planes, edges_of
+from .quad import Planes, distance_along, distance_to, edge_planes, edges_of
 from .shift import (
     BEYOND,
     NEAREST,
@@ -31,15 +32,47 @@ from .shift import (
     rates,
 )
 from .vector import dot
+from .walls import free_edges
 
 __all__ = ["past_quads"]
 
 Array: TypeAlias = NDArray[np.float64]
+Ints: TypeAlias = NDArray[np.int64]
+Mask: TypeAlias = NDArray[np.bool_]
 
 TINY = float(np.finfo(np.float64).tiny)
 ALIKE = 1.0 + 2.0**-20
 """Edges of a quad as sharp as that times another are equally sharp: before a point all are, and the
 first of them counts, not the one that rounding chooses."""
+
+
+@dataclass(frozen=True)
+class _View:
+    """Quads as m points see them, and a light: (3, m) metres from the points.
+
+    `planes`, `normal` and `height` are those of `edge_planes`, `edges` those of `edges_of`.
+    """
+
+    to: Array
+    planes: Planes
+    normal: Array
+    height: Array
+    edges: tuple[Planes, Planes]
+
+    def take(self, rows: Ints) -> _View:
+        """Those of some of the points."""
+        planes, *edges = (
+            (columns(a, rows), columns(b, rows), columns(c, rows), columns(d, rows))
+            for a, b, c, d in (self.planes, *self.edges)
+        )
+        to, normal = columns(self.to, rows), columns(self.normal, rows)
+        return _View(to, planes, normal, self.height[rows], (edges[0], edges[1]))
+
+    @property
+    def sides(self) -> tuple[Array, Array, Array]:
+        """Corners (3, m) and edges from there."""
+        (corner, *_), (v, u, *_) = self.edges
+        return corner, u, v
 
 
 def past_quads(
@@ -49,34 +82,35 @@ def past_quads(
     point, ids = columns(surface.point, pairs.pixel), pairs.item - plan.sphere_count
     q = plan.quads.moved(ids, time) - point
     u, v = columns(plan.quads.edge_u, ids), columns(plan.quads.edge_v, ids)
-    planes, normal, height = edge_planes(q, u, v)
-    to = light.moved(time) - point
-    shadows = _past_edges(plan, patch, light, pairs, to, planes, edges_of(q, u, v))
-    depth, shifts, width = shadows.depth, shadows.shifts, shadows.width
+    view = _View(light.moved(time) - point, *edge_planes(q, u, v), edges_of(q, u, v))
+    shadows = _past_edges(plan, patch, light, pairs, view)
     own = pairs.item == surface.item[pairs.pixel]
-    depth[own | ~(height > 0.0)] = 0.0
-    # a quad that the light lies on this side of hides nothing of it
+    height, normal = view.height, view.normal
     size = np.sqrt(dot(normal, normal))
-    beyond = dot(to, normal) - height
     point_slack, light_slack = _plane_slack(plan, patch, light, pairs, normal)
-    depth[(beyond + light.radius * size < -light_slack) & (height > point_slack)] = 0.0
-    before = (beyond - light.radius * size > light_slack) & (height > point_slack)
-    covers = shadows.covers & before & (height > 0.0) & ~own
-    cut = ((height <= point_slack) & ~own).nonzero()[0]
-    beside = distance_to(*(columns(x, cut) for x in (q, u, v)))
-    touched = beside <= _reach(plan, patch, pairs.take(cut))
+    before = height > point_slack
+    cut = (~before & ~own).nonzero()[0]
+    near = distance_to(*view.take(cut).sides)
+    touched = near <= _reach(plan, patch, pairs.take(cut))
+    stands = cut[touched]
+    walls = _past_walls(plan, surface, patch, light, pairs, view, stands, shadows)
+    before[stands[walls]] = True
+    depth, shifts, width = shadows.depth, shadows.shifts, shadows.width
+    # a quad that the light lies on this side of hides nothing of it
+    beyond = dot(view.to, normal) - height
+    depth[own | ~(height > 0.0) | (before & (beyond + light.radius * size < -light_slack))] = 0.0
+    covers = shadows.covers & before & (beyond - light.radius * size > light_slack)
+    covers &= (height > 0.0) & ~own
     edge_on = cut[~touched]
     if edge_on.size:
         # its plane cuts the patch: from there it is seen edge-on, and what its edges say turns over
-        toward, corner = columns(to, edge_on), columns(q, edge_on)
-        moved, half = _edge_on(
-            plan, patch, light, pairs.take(edge_on), toward, corner, beside[~touched]
-        )
-        some = (moved.max(axis=0) > 0.0) & (depth[edge_on] == 0.0)
-        edge_on = edge_on[some]
-        depth[edge_on], shifts[:, edge_on] = BEYOND, columns(moved, some)
-        width[edge_on] = 2.0 * half[some]
-    cut = cut[touched]
+        some = pairs.take(edge_on), view.take(edge_on)
+        moved, half = _edge_on(plan, patch, light, *some, near[~touched])
+        reached = (moved.max(axis=0) > 0.0) & (depth[edge_on] == 0.0)
+        edge_on = edge_on[reached]
+        depth[edge_on], shifts[:, edge_on] = BEYOND, columns(moved, reached)
+        width[edge_on] = 2.0 * half[reached]
+    cut = stands[~walls]
     if cut.size:
         # it stands in the patch: lit on one side, dark on the other
         depth[cut], width[cut] = 1.0, 0.0
@@ -84,27 +118,58 @@ def past_quads(
     return Shadows(depth, shifts, width, shadows.ends, shadows.power, shadows.away, covers)
 
 
+def _past_walls(
+    plan: Plan,
+    surface: Surface,
+    patch: Patch,
+    light: Emitter,
+    pairs: Pairs,
+    view: _View,
+    stands: Ints,
+    shadows: Shadows,
+) -> Mask:
+    """Which of the quads that stand in patches are walls there; their shadows, in place.
+
+    stands : (k,) the pairs in question.  shadows : (m) of all pairs.
+    """
+    if not stands.size:
+        return np.zeros(0, dtype=np.bool_)
+    part, seen = pairs.take(stands), view.take(stands)
+    size = np.sqrt(dot(seen.normal, seen.normal))
+    drift = _drift(plan, patch, part)
+    walls, free = free_edges(
+        surface, patch, part, seen.edges, seen.normal / size, seen.height / size, drift
+    )
+    chosen = walls.nonzero()[0]
+    if chosen.size:
+        own = part.take(chosen), seen.take(chosen)
+        found = _past_edges(plan, patch, light, *own, columns(free, chosen))
+        for one in fields(Shadows):
+            getattr(shadows, one.name)[..., stands[chosen]] = getattr(found, one.name)
+    return walls
+
+
 def _past_edges(
     plan: Plan,
     patch: Patch,
     light: Emitter,
     pairs: Pairs,
-    to: Array,
-    planes: tuple[Array, ...],
-    edges: tuple[tuple[Array, ...], tuple[Array, ...]],
+    view: _View,
+    free: Mask | None = None,
 ) -> Shadows:
     """By the planes through the points and the edges alone: (3, m) their normals, inwards.
 
-    to : (3, m) from the points to the light.  edges : (3, m) where they start, and along them.
+    free : (4, m) which edges count; all of them if not given.
     """
     count = pairs.item.size
-    far = np.maximum(np.sqrt(dot(to, to)), TINY)
-    axis = to / far
+    far = np.maximum(np.sqrt(dot(view.to, view.to)), TINY)
+    axis = view.to / far
     depth, width, shifts = np.zeros(count), np.ones(count), np.zeros((3, count))
     away = np.full(count, np.inf)
     ends, misses = np.zeros((2, count), dtype=np.bool_)
-    covers, sharpest = np.ones(count, dtype=np.bool_), np.zeros(count)
-    for plane, start, edge in zip(planes, *edges, strict=True):
+    covers = np.ones(count, dtype=np.bool_) if free is None else free.any(axis=0)
+    sharpest = np.zeros(count)
+    for number, (plane, start, edge) in enumerate(zip(view.planes, *view.edges, strict=True)):
         near = np.maximum(distance_along(start, edge, axis), far * NEAREST)
         rate, steps = rates(plan, light, patch, pairs, near, far)
         toward = plane / np.maximum(np.sqrt(dot(plane, plane)), TINY)
@@ -113,9 +178,14 @@ def _past_edges(
         each = outline_shifts(steps, toward, axis, rate, 1.0)
         within = each.sum(axis=0)
         whole = at_most(within) * patch.margin
-        misses |= height_of < -half - whole
-        covers &= height_of > half + whole
+        outside, within_edge = height_of < -half - whole, height_of > half + whole
         crosses = (np.abs(height_of) < half + whole) & (whole > ROUNDING)
+        if free is not None:
+            outside &= free[number]
+            within_edge |= ~free[number]
+            crosses &= free[number]
+        misses |= outside
+        covers &= within_edge
         sharp = np.where(crosses, whole / np.maximum(half, whole / SHARPEST), 0.0)
         better = sharp > ALIKE * sharpest
         sharpest = np.where(better, sharp, sharpest)
@@ -132,16 +202,15 @@ def _past_edges(
 
 
 def _edge_on(
-    plan: Plan, patch: Patch, light: Emitter, pairs: Pairs, to: Array, corner: Array, near: Array
+    plan: Plan, patch: Patch, light: Emitter, pairs: Pairs, view: _View, near: Array
 ) -> tuple[Array, Array]:
     """How far (3, m) quads' outlines move over the light, by axis; 0 where they come nowhere near.
 
-    corner : (3, m) from the points to the quads' corners.  near : (m,) metres to the quads.
+    near : (m,) metres to the quads.
 
     Returns with it half the angles (m,) under which the light is seen.
     """
-    ids = pairs.item - plan.sphere_count
-    u, v = columns(plan.quads.edge_u, ids), columns(plan.quads.edge_v, ids)
+    (corner, u, v), to = view.sides, view.to
     center = corner + 0.5 * (u + v)
     wide = 0.5 * np.sqrt(np.maximum(dot(u + v, u + v), dot(u - v, u - v)))
     far = np.maximum(np.sqrt(dot(to, to)), TINY)

@@ -15,7 +15,7 @@ from .plan import Plan
 from .primary import Surface
 from .vector import dot
 
-__all__ = ["Patch", "make_patch"]
+__all__ = ["FLAT", "Patch", "make_patch"]
 
 Array: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]

@@ -21,6 +21,7 @@ __all__ = [
     "QuadSet",
     "distance_along",
     "distance_to",
+    "distance_to_edge",
     "edge_planes",
     "edges_of",
     "hit_quad",
@@ -160,8 +161,14 @@ def distance_to(q: Array, a: Array, b: Array) -> Array:
     distance = np.where((np.abs(x - 0.5) <= 0.5) & (np.abs(y - 0.5) <= 0.5), 1.0, np.inf)
     distance = distance * np.sqrt(dot(nearest, nearest))
     for start, edge in zip(*edges_of(q, a, b), strict=True):
-        part = np.clip(-dot(start, edge) / np.maximum(dot(edge, edge), TINY), 0.0, 1.0)
-        nearest = start + part * edge
-        distance = np.minimum(distance, np.sqrt(dot(nearest, nearest)))
+        distance = np.minimum(distance, distance_to_edge(start, edge))
     found: Array = distance
     return found
+
+
+def distance_to_edge(start: Array, edge: Array) -> Array:
+    """Distance (m,) of the origin from edges (3, m) that start at (3, m)."""
+    part = np.clip(-dot(start, edge) / np.maximum(dot(edge, edge), TINY), 0.0, 1.0)
+    nearest = start + part * edge
+    distance: Array = np.sqrt(dot(nearest, nearest))
+    return distance

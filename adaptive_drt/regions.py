@@ -152,7 +152,9 @@ def find_regions(
     todo[alone] = todo[empty] = False
     goal = np.broadcast_to(np.asarray(accuracy, dtype=np.float64), (count,))
     _refine(plan, found, goal, most, todo.nonzero()[0], sums)
-    late = np.where(found.fast > STEEPEST, np.minimum(KINK * found.fast / most, JUMP) / most, 0.0)
+    finest = np.where(found.number > CROWDED, LEAST_LINES, max(most, LEAST_LINES))
+    late = np.minimum(KINK * found.fast / finest, JUMP) / finest
+    late = np.where(found.fast > STEEPEST, late, 0.0)
     return _regions(boxes, found, sums, late)
 
 

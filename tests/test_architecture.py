@@ -22,7 +22,7 @@ ORDER = (
     "plan course primary squares seam forms lines meets crossings painting tally ranks smooth "
     "regions "
     "sights edge shadow footprint shadow_edge visibility occluder patch_shadow passing sweep "
-    "detect midpoint gather patch ahead stray shift past_spheres past_quads variation "
+    "detect midpoint gather patch ahead stray shift past_spheres walls past_quads variation "
     "open_variation clip nested hidden shade cells surprise strain goal arms rim stars "
     "refine exact correction frame points blocks crosses clear wire worker crew threads work "
     "resolve integrate cost render"
