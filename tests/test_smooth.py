@@ -27,7 +27,9 @@ def shape(rng):
     return Quad(tuple(place), tuple(a), tuple(b), motion=way)
 
 
-@pytest.mark.parametrize("seed", range(40))
+@pytest.mark.parametrize(
+    "seed", [*range(16), *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(16, 40))]
+)
 def test_smooth_boxes_have_no_kinks(seed):
     """Fourth differences of a smooth length fall; a kink's are as large as its second's."""
     rng = np.random.default_rng(seed)
