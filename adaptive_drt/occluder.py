@@ -23,6 +23,7 @@ from .plan import Plan
 from .primary import Pairs, Surface, in_cache, runs
 from .quadric import cone_touch, graze_of
 from .shadow import curvature
+from .solids import NO_SOLID, outward
 from .vector import cross, dot
 
 __all__ = ["Occluders", "every_pair"]
@@ -92,6 +93,12 @@ class Occluders:
             return Pairs(none, none)
         reach = np.broadcast_to(np.asarray(reach, dtype=np.float64), (count,))
         sight = _Sight.make(light, surface, reach, curvature(self._plan, surface))
+        return self._flats.needed(sight, self._found(light, sight))
+
+    def _found(self, light: Emitter, sight: _Sight) -> Pairs:
+        """The pairs, whatever else hides the same."""
+        surface, reach = sight.surface, sight.reach
+        count = reach.size
         proxies = None if (reach > 0.0).any() else self._proxies.get(_key(light))
         if proxies is None and count * self.radius.size <= FEW_PAIRS:
             return self._kept(sight, _all_pairs(count, self.radius.size))
@@ -190,39 +197,64 @@ class _Flats:
     first : number of the first quad.
     normal : (3, objects) unit, 0 for spheres.  offset : (objects,) metres from the origin.
     slack : (objects,) metres that the plane shifts either way during the shutter.
+    solid : (objects,) the box that each is a face of: their normals point out of it.
     """
 
     first: int
     normal: Array
     offset: Array
     slack: Array
+    solid: Ints
 
     @classmethod
     def make(cls, plan: Plan) -> _Flats:
         quads, first = plan.quads, plan.sphere_count
         normal = np.zeros((3, plan.object_count))
-        across = cross(quads.edge_u, quads.edge_v)
+        across = cross(quads.edge_u, quads.edge_v) * outward(quads, plan.solid)
         normal[:, first:] = across / np.maximum(np.sqrt(dot(across, across)), TINY)
         offset, slack = np.zeros((2, plan.object_count))
         offset[first:] = dot(normal[:, first:], quads.corner)
         if quads.displacement is not None:
             slack[first:] = 0.5 * np.abs(dot(normal[:, first:], quads.displacement))
-        return cls(first, normal, offset, slack)
+        solid = np.concatenate([np.full(first, NO_SOLID), plan.solid])
+        return cls(first, normal, offset, slack, solid)
 
     def part(self, sight: _Sight, at: Ints | slice, item: Ints) -> Mask:
         """Whether a quad's plane may come between points and some of the light."""
-        normal, offset, slack = columns(self.normal, item), self.offset[item], self.slack[item]
         ball = sight.ball
-        light = dot(normal, ball.center) - offset
-        point = columns(sight.surface.point, at)
-        place = dot(normal, point) - offset
-        # points as near to the plane as rounding leaves open may lie on either side
-        reach = slack + sight.reach[at] + graze_of(point, np.abs(offset))
-        margin = ball.radius + slack
+        light = dot(columns(self.normal, item), ball.center) - self.offset[item]
+        place, reach = self._places(sight, at, item)
+        margin = ball.radius + self.slack[item]
         parts: Mask = (light <= margin) | (place < reach)
         parts &= (light >= -margin) | (place > -reach)
         parts |= item < self.first
         return parts
+
+    def _places(self, sight: _Sight, at: Ints | slice, item: Ints) -> tuple[Array, Array]:
+        """How far before planes points are, and how far they and the planes reach: metres."""
+        point, offset = columns(sight.surface.point, at), self.offset[item]
+        place = dot(columns(self.normal, item), point) - offset
+        # points as near to the plane as rounding leaves open may lie on either side
+        return place, self.slack[item] + sight.reach[at] + graze_of(point, np.abs(offset))
+
+    def needed(self, sight: _Sight, pairs: Pairs) -> Pairs:
+        """The pairs without faces of boxes that hide only what others of the same box do."""
+        rows = (self.solid[pairs.item] != NO_SOLID).nonzero()[0]
+        if not rows.size:
+            return pairs
+        at, item = pairs.pixel[rows], pairs.item[rows]
+        place, reach = self._places(sight, at, item)
+        box = np.unique(at * self.solid.size + self.solid[item], return_inverse=True)[1]
+        outside = np.zeros(box.max() + 1, dtype=np.bool_)
+        outside[box[place > reach]] = True
+        spare = outside[box] & (place < -reach)
+        # on a face, seen from outside, all of the box is behind it
+        own = sight.surface.item[at]
+        seen = dot(columns(sight.surface.normal, at), columns(self.normal, own)) > 0.0
+        spare |= (self.solid[own] == self.solid[item]) & seen
+        keep = np.ones(pairs.item.size, dtype=np.bool_)
+        keep[rows[spare]] = False
+        return pairs.take(keep)
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,7 @@ from .quad import QuadSet
 from .quadric import SphereSet
 from .scene import Motion, Quad, Scene, Sphere
 from .settings import Settings
+from .solids import find_boxes
 
 __all__ = ["Plan", "Stopped", "make_plan"]
 
@@ -43,6 +44,7 @@ class Plan:
 
     Attributes
     ----------
+    solid : (quads,) the closed box that each is a face of: see `find_boxes`.
     color : (3, objects) albedo.
     moves : (objects,) bool, whether the object's outline moves during the shutter.
     region : pixels (left, bottom, right, top) to render; picture : width and height of the whole.
@@ -60,6 +62,7 @@ class Plan:
     picture: tuple[int, int]
     spheres: SphereSet
     quads: QuadSet
+    solid: NDArray[np.int64]
     color: Array
     moves: NDArray[np.bool_]
     lights: tuple[Emitter, ...]
@@ -146,6 +149,7 @@ def make_plan(scene: Scene, settings: Settings) -> Plan:
     skipped += _not_needed(settings, motion, len(shift))
     count = len(spheres)
     origin = lens.origin[:, None]
+    flats = _flats(quads, origin, displacement[:, count:])
     return Plan(
         settings=settings,
         lens=lens,
@@ -156,12 +160,8 @@ def make_plan(scene: Scene, settings: Settings) -> Plan:
             np.array([s.radius for s in spheres], dtype=np.float64),
             displacement[:, :count].copy() if moves[:count].any() else None,
         ),
-        quads=QuadSet(
-            _columns([q.corner for q in quads]) - origin,
-            _columns([q.edge_u for q in quads]),
-            _columns([q.edge_v for q in quads]),
-            displacement[:, count:].copy() if moves[count:].any() else None,
-        ),
+        quads=flats,
+        solid=find_boxes(flats, [q.name for q in quads]),
         color=_columns([s.material.color for s in shapes]),
         moves=moves,
         lights=lights,
@@ -173,6 +173,16 @@ def make_plan(scene: Scene, settings: Settings) -> Plan:
         embree=_wants_embree(settings, count),
         threads=settings.threads or os.cpu_count() or 1,
         skipped=tuple(skipped),
+    )
+
+
+def _flats(quads: Sequence[Quad], origin: Array, displacement: Array) -> QuadSet:
+    """The quads as arrays, given how far (3, n) each moves over the shutter."""
+    return QuadSet(
+        _columns([q.corner for q in quads]) - origin,
+        _columns([q.edge_u for q in quads]),
+        _columns([q.edge_v for q in quads]),
+        displacement.copy() if displacement.any() else None,
     )
 
 

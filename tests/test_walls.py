@@ -17,6 +17,7 @@ from adaptive_drt.walls import free_edges
 from oracle.converged import relative_rmse
 from plain_hits import oracle_depth, rays
 from random_scenes import look_at
+from solid_boxes import turned
 
 FLOOR = Quad((-50.0, -50.0, 0.0), (100.0, 0.0, 0.0), (0.0, 100.0, 0.0), Material())
 LAMP = SphereLight((3.0, -2.0, 9.0), 0.5, (10.0, 10.0, 10.0))
@@ -99,18 +100,10 @@ def test_feet_of_walls_are_found_and_gaps_under_them_are_not(count=60):
     assert found[0.02] < 0.5 * found[0.0]
 
 
-def box(corner, size, turn):
-    """Six quads."""
-    c, s = np.cos(turn), np.sin(turn)
-    u, v, w = size[0] * np.array([c, s, 0.0]), size[1] * np.array([-s, c, 0.0]), (0, 0, size[2])
-    u, v, w, o = (np.array(each, dtype=float) for each in (u, v, w, corner))
-    sides = (o, u, v), (o + w, u, v), (o, u, w), (o + v, u, w), (o, v, w), (o + u, v, w)
-    return [Quad(*(tuple(part) for part in side)) for side in sides]
-
-
 def test_boxes_on_a_floor_take_few_points():
     """Their feet and their sides' common edges are no steps of light (they were: 2.4 points)."""
-    shapes = box((-0.6, -0.2, 0.0), (0.8, 0.5, 0.6), 0.4) + box((0.5, 0.6, 0.0), (0.4, 0.4, 1), 1.1)
+    shapes = turned((-0.6, -0.2, 0.0), (0.8, 0.5, 0.6), 0.4, name="Low")
+    shapes += turned((0.5, 0.6, 0.0), (0.4, 0.4, 1.0), 1.1, name="High")
     camera = look_at((1.0, -6.0, 3.5), (0.0, 0.2, 0.2), resolution=(64, 48))
     scene = Scene(camera, (FLOOR, *shapes), (LAMP,))
     coarse, fine = (render_image(scene, Settings(tolerance=t, threads=1)) for t in (1e-2, 3e-4))
