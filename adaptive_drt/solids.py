@@ -30,23 +30,41 @@ MERGED = 2.0**-20
 """Of the shortest edge: corners nearer to each other are one. Blender's are rounded to 2^-24. What
 shines through between two faces is no more of what the box hides."""
 THIN = 2.0**-10
-"""Of its longest edge: the least thickness of a box, so that it is clear where its inside is."""
+"""Of a face's longer edge: how far it lies from its box's middle, at least, so that it is clear
+which side is out."""
 TINY = float(np.finfo(np.float64).tiny)
 
 
 def find_boxes(quads: QuadSet, names: Sequence[str]) -> Ints:
     """The box (n,) that each of n quads is a face of: the number of its first face, or `NO_SOLID`.
 
-    names : only quads of one name, which move alike, make a box.
+    names : quads of one name make boxes first, for boxes may touch; then those that are left.
     """
-    count = len(names)
-    solid = np.full(count, NO_SOLID)
-    if count < FACES:
-        return solid
+    solid = np.full(len(names), NO_SOLID)
+    name = np.unique(np.array(names, dtype=np.str_), return_inverse=True)[1]
+    for group in (name, np.zeros_like(name)):
+        rest = (solid == NO_SOLID).nonzero()[0]
+        if rest.size < FACES:
+            break
+        found = _closed(_some(quads, rest), group[rest])
+        faces = (found != NO_SOLID).nonzero()[0]
+        solid[rest[faces]] = rest[found[faces]]
+    return solid
+
+
+def _some(quads: QuadSet, rows: Ints) -> QuadSet:
+    d = quads.displacement
+    moved = None if d is None else d[:, rows]
+    return QuadSet(quads.corner[:, rows], quads.edge_u[:, rows], quads.edge_v[:, rows], moved)
+
+
+def _closed(quads: QuadSet, group: Ints) -> Ints:
+    """As `find_boxes`, of quads of one group (n,) that move alike."""
     q, u, v = quads.corner, quads.edge_u, quads.edge_v
+    count = group.size
     corner = np.stack([q, q + u, q + u + v, q + v], axis=2)
     length = np.sqrt(np.minimum(dot(u, u), dot(v, v)))
-    vertex = _vertices(corner, MERGED * float(length.min()), _kinds(quads, names))
+    vertex = _vertices(corner, MERGED * float(length.min()), _kinds(quads, group))
     ends = np.sort([vertex, np.roll(vertex, -1, axis=1)], axis=0)
     edge = np.unique(ends[0] * (4 * count) + ends[1], return_inverse=True)[1].reshape(count, 4)
     label = np.arange(count)
@@ -59,7 +77,7 @@ def find_boxes(quads: QuadSet, names: Sequence[str]) -> Ints:
     open_ = key[uses != SHARED] // (4 * count)
     closed[np.isin(label, open_)] = False
     closed &= _all_of(label, CORNERS, vertex)
-    solid[closed] = label[closed]
+    solid = np.where(closed, label, NO_SOLID)
     thick = np.abs(_heights(quads, solid))
     longest = np.sqrt(np.maximum(dot(u, u), dot(v, v)))
     flat = closed & ~(thick > THIN * longest)
@@ -86,11 +104,10 @@ def _heights(quads: QuadSet, solid: Ints) -> Array:
     return height
 
 
-def _kinds(quads: QuadSet, names: Sequence[str]) -> Ints:
-    """Numbers (n,), alike for quads of one name that move alike."""
+def _kinds(quads: QuadSet, group: Ints) -> Ints:
+    """Numbers (n,), alike for quads of one group that move alike."""
     moved = np.zeros_like(quads.corner) if quads.displacement is None else quads.displacement
-    name = np.unique(np.array(names), return_inverse=True)[1]
-    kinds: Ints = np.unique(np.stack([name, *moved]), axis=1, return_inverse=True)[1].ravel()
+    kinds: Ints = np.unique(np.stack([group, *moved]), axis=1, return_inverse=True)[1].ravel()
     return kinds
 
 

@@ -60,9 +60,16 @@ def test_what_is_no_closed_box_is_none():
         [*whole[1:], moved],
         [*whole[1:], shifted],
         plate,
-        [Quad(q.corner, q.edge_u, q.edge_v, name=str(k)) for k, q in enumerate(whole)],
     ):
         assert (plan_of(shapes).solid == NO_SOLID).all()
+
+
+def test_six_planes_of_any_names_are_a_box():
+    rng = np.random.default_rng(6)
+    one, two = some_box(rng), some_box(rng)
+    faces = [Quad(q.corner, q.edge_u, q.edge_v, name=f"Plane.{k}") for k, q in enumerate(one + two)]
+    solid = plan_of([faces[k] for k in rng.permutation(12)] + [FLOOR]).solid
+    assert sorted(np.unique(solid, return_counts=True)[1]) == [1, 6, 6]
 
 
 def test_boxes_of_rounded_corners_and_stacks_are_found():
