@@ -90,10 +90,10 @@ def past_quads(
     point_slack, light_slack = _plane_slack(plan, patch, light, pairs, normal)
     before = height > point_slack
     cut = (~before & ~own).nonzero()[0]
-    near = distance_to(*view.take(cut).sides)
+    near = distance_to(*(columns(side, cut) for side in view.sides))
     touched = near <= _reach(plan, patch, pairs.take(cut))
     stands = cut[touched]
-    walls = _past_walls(plan, surface, patch, light, pairs, view, stands, shadows)
+    walls, through = _past_walls(plan, surface, patch, light, pairs, view, stands, shadows)
     before[stands[walls]] = True
     depth, shifts, width = shadows.depth, shadows.shifts, shadows.width
     # a quad that the light lies on this side of hides nothing of it
@@ -113,8 +113,7 @@ def past_quads(
     cut = stands[~walls]
     if cut.size:
         # it stands in the patch: lit on one side, dark on the other
-        depth[cut], width[cut] = 1.0, 0.0
-        shifts[:, cut] = _through(plan, patch, pairs.take(cut), columns(normal, cut) / size[cut])
+        depth[cut], width[cut], shifts[:, cut] = 1.0, 0.0, columns(through, ~walls)
     return Shadows(depth, shifts, width, shadows.ends, shadows.power, shadows.away, covers)
 
 
@@ -127,26 +126,27 @@ def _past_walls(
     view: _View,
     stands: Ints,
     shadows: Shadows,
-) -> Mask:
+) -> tuple[Mask, Array]:
     """Which of the quads that stand in patches are walls there; their shadows, in place.
 
     stands : (k,) the pairs in question.  shadows : (m) of all pairs.
+
+    Returns with it how far (3, k) the patches reach through the quads, by axis.
     """
     if not stands.size:
-        return np.zeros(0, dtype=np.bool_)
+        return np.zeros(0, dtype=np.bool_), np.zeros((3, 0))
     part, seen = pairs.take(stands), view.take(stands)
     size = np.sqrt(dot(seen.normal, seen.normal))
-    drift = _drift(plan, patch, part)
-    walls, free = free_edges(
-        surface, patch, part, seen.edges, seen.normal / size, seen.height / size, drift
-    )
+    unit, height, drift = seen.normal / size, seen.height / size, _drift(plan, patch, part)
+    through = _through(plan, patch, part, unit)
+    walls, free = free_edges(surface, patch, part, seen.edges, unit, height, drift, through)
     chosen = walls.nonzero()[0]
     if chosen.size:
         own = part.take(chosen), seen.take(chosen)
         found = _past_edges(plan, patch, light, *own, columns(free, chosen))
         for one in fields(Shadows):
             getattr(shadows, one.name)[..., stands[chosen]] = getattr(found, one.name)
-    return walls
+    return walls, through
 
 
 def _past_edges(

@@ -58,6 +58,12 @@ class QuadSet:
             return place
         return place + time * columns(self.displacement, index)
 
+    def take(self, index: NDArray[np.int64]) -> QuadSet:
+        """Some of the quads."""
+        q, u, v = (columns(each, index) for each in (self.corner, self.edge_u, self.edge_v))
+        d = self.displacement
+        return QuadSet(q, u, v, None if d is None else columns(d, index))
+
     @property
     def bounds(self) -> tuple[Array, Array]:
         """Centres (3, n) and radii (n,) of spheres around the quads."""

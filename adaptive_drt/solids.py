@@ -13,6 +13,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from .columns import columns
 from .quad import QuadSet
 from .vector import cross, dot
 
@@ -46,16 +47,10 @@ def find_boxes(quads: QuadSet, names: Sequence[str]) -> Ints:
         rest = (solid == NO_SOLID).nonzero()[0]
         if rest.size < FACES:
             break
-        found = _closed(_some(quads, rest), group[rest])
+        found = _closed(quads.take(rest), group[rest])
         faces = (found != NO_SOLID).nonzero()[0]
         solid[rest[faces]] = rest[found[faces]]
     return solid
-
-
-def _some(quads: QuadSet, rows: Ints) -> QuadSet:
-    d = quads.displacement
-    moved = None if d is None else d[:, rows]
-    return QuadSet(quads.corner[:, rows], quads.edge_u[:, rows], quads.edge_v[:, rows], moved)
 
 
 def _closed(quads: QuadSet, group: Ints) -> Ints:
@@ -92,15 +87,15 @@ def outward(quads: QuadSet, solid: Ints) -> Array:
 
 def _heights(quads: QuadSet, solid: Ints) -> Array:
     """How far (n,) faces lie from the middles of their boxes, along edge_u x edge_v."""
-    middle = quads.corner + 0.5 * (quads.edge_u + quads.edge_v)
-    across = cross(quads.edge_u, quads.edge_v)
-    faces = (solid != NO_SOLID).nonzero()[0]
     height = np.zeros(solid.size)
-    own = solid[faces]
-    inside = np.array([np.bincount(own, row[faces], solid.size) / FACES for row in middle])
-    away = middle[:, faces] - inside[:, own]
-    size = np.sqrt(dot(across, across))[faces]
-    height[faces] = dot(across[:, faces], away) / np.maximum(size, TINY)
+    faces = (solid != NO_SOLID).nonzero()[0]
+    if not faces.size:
+        return height
+    own, some = solid[faces], quads.take(faces)
+    middle, across = some.bounds[0], cross(some.edge_u, some.edge_v)
+    inside = np.array([np.bincount(own, row, solid.size) / FACES for row in middle])
+    away = middle - columns(inside, own)
+    height[faces] = dot(across, away) / np.maximum(np.sqrt(dot(across, across)), TINY)
     return height
 
 

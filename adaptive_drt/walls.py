@@ -39,6 +39,7 @@ def free_edges(
     unit: Array,
     height: Array,
     drift: Array,
+    through: Array,
 ) -> tuple[Mask, Mask]:
     """Of quads that stand in patches: where only some edges count, and which those are.
 
@@ -48,6 +49,7 @@ def free_edges(
     corners : where their edges start from the points, and where they go: (3, m) metres each.
     unit : (3, m) the quads' normals, away from the points.  height : (m,) metres from the points.
     drift : (3, m) metres that the quads move over half the patches' stretch of time.
+    through : (3, m) metres that the patches reach through the quads' planes, by axis.
 
     Returns
     -------
@@ -56,15 +58,12 @@ def free_edges(
     """
     point, normal = columns(surface.point, pairs.pixel), columns(surface.normal, pairs.pixel)
     reach, flat = patch.reach[pairs.pixel], patch.bend[pairs.pixel] == 0.0
-    steps = [columns(patch.steps[axis], pairs.pixel) for axis in range(3)]
-    steps[TIME] = steps[TIME] - drift
-    through = sum(np.abs(dot(step, unit)) for step in steps)
-    lift = np.abs(dot(steps[TIME], normal))
+    lift = np.abs(dot(columns(patch.steps[TIME], pairs.pixel) - drift, normal))
     # how far before the quad's plane the camera is, at all times
     before = height + dot(point, unit) - np.abs(dot(drift, unit))
     slant = before / np.maximum(np.sqrt(dot(point, point)), TINY)
     # rays to the far side of the patch pass the plane no farther than that from its point
-    wide = reach + np.sqrt(dot(drift, drift)) + through / np.maximum(slant, FLAT)
+    wide = reach + np.sqrt(dot(drift, drift)) + through.sum(axis=0) / np.maximum(slant, FLAT)
     walls, behind, free = height > 0.0, flat.copy(), []
     for start, edge in zip(*corners, strict=True):
         over = dot(start, normal)

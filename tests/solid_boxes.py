@@ -1,17 +1,22 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Boxes as six quads."""
+"""Boxes as six faces."""
 
 import numpy as np
 
 from adaptive_drt.scene import Quad
 
-__all__ = ["box", "turned"]
+__all__ = ["box", "faces", "turned"]
+
+
+def faces(corner, u, v, w):
+    """A corner and two edges of each of the six faces of a box: (3, ...) as it is given."""
+    edges = (u, v, w), (v, w, u), (w, u, v)
+    return [(start, p, q) for p, q, other in edges for start in (corner, corner + other)]
 
 
 def box(corner, u, v, w, **fields):
     """Six quads: the parallelepiped of three edges (3,) at a corner (3,)."""
-    o, u, v, w = (np.array(each, dtype=float) for each in (corner, u, v, w))
-    sides = (o, u, v), (o + w, u, v), (o, u, w), (o + v, u, w), (o, v, w), (o + u, v, w)
+    sides = faces(*(np.array(each, dtype=float) for each in (corner, u, v, w)))
     return [Quad(*(tuple(part) for part in side), **fields) for side in sides]
 
 

@@ -8,6 +8,7 @@ import pytest
 from adaptive_drt.light import cap_factor, polygon_factor
 from adaptive_drt.visible_light import RoundOutline, visible_factor
 from oracle.visible import quad_light, round_light, visible
+from solid_boxes import faces
 
 COUNTS = [(1, 0), (3, 0), (0, 1), (1, 1), (2, 2)]
 """Numbers of spheres and quads before the light."""
@@ -302,27 +303,19 @@ def test_equal_spheres_count_once():
         assert scaled_error(views, got - one) < 1e-11 + 300 * shift
 
 
-def box(corner, x, y, z):
-    """The six faces of a box."""
-    faces = []
-    for p, q, s in ((x, y, z), (y, z, x), (z, x, y)):
-        for o in (corner, corner + s):
-            faces.append(np.stack([o, o + p, o + p + q, o + q]))
-    return np.stack(faces)
-
-
 def test_boxes_on_the_floor():
     """Six faces that share edges, seen from points in the planes of some: faces edge-on."""
     grid = np.linspace(-2.0, 2.0, 9)
     at = np.array([(x, y, 0.0) for x in grid for y in grid]).T
     n = at.shape[1]
     x, y, z = (np.repeat(np.eye(3)[i][:, None], n, axis=1) for i in range(3))
-    faces = box(np.array([[-0.5], [-0.5], [0.0]]) - at, x, y, z)
+    box = faces(np.array([[-0.5], [-0.5], [0.0]]) - at, x, y, z)
+    sides = np.stack([np.stack([o, o + p, o + p + q, o + q]) for o, p, q in box])
     light = quad(np.array([[0.0], [0.0], [3.0]]) - at, x, y)
     none = np.zeros((0, 3, n)), np.zeros((0, n))
     for order in (slice(None), slice(None, None, -1)):
-        got = visible_factor(light, z, none, faces[order])
-        want = [visible(quad_light(light[..., i]), z[:, i], quads=faces[..., i]) for i in range(n)]
+        got = visible_factor(light, z, none, sides[order])
+        want = [visible(quad_light(light[..., i]), z[:, i], quads=sides[..., i]) for i in range(n)]
         inside = np.max(np.abs(at), axis=0) < 0.5  # under the box: its floor is in the plane
         assert np.abs(got - want)[~inside].max() < 1e-12
 

@@ -61,7 +61,9 @@ def standing(rng, foot=0.0, above=False):
     normal *= np.sign((corner * normal).sum(axis=0)) / np.linalg.norm(normal, axis=0)
     height = (corner * normal).sum(axis=0)
     pairs = Pairs(np.arange(rows.size), floor + 1)
-    found = free_edges(hits, patch, pairs, edges_of(corner, u, v), normal, height, 0.0 * corner)
+    through = np.abs((patch.steps * normal).sum(axis=1))
+    edges, still = edges_of(corner, u, v), 0.0 * corner
+    found = free_edges(hits, patch, pairs, edges, normal, height, still, through)
     touched = distance_to(corner, u, v) <= patch.reach
     return quad, camera, (x[rows], y[rows]), touched, found
 
