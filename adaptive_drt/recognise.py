@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Tells which polygon meshes stand for a true sphere or a true parallelogram.
+"""Tells which polygon meshes stand for a true sphere or for true parallelograms.
 
 All vertices of a cube, a cylinder and a tetrahedron lie on one sphere too, so position alone
 proves nothing. A mesh is taken for a sphere when it is, vertex for vertex and face for face, a
@@ -7,17 +7,18 @@ UV sphere (segments * rings, any count from 3 up) or an icosphere (any subdivisi
 icosahedron included, since that is what Blender's icosphere of subdivision 1 is). Whatever was
 cut, capped, dented or stretched has another structure or leaves the sphere. The tetrahedron,
 the octahedron, the cube and their triangulations are not spheres.
-A mesh is taken for a parallelogram when its faces, however many, tile one without overlap.
+All other meshes are what `facets` finds: parallelograms, as the sides of a cube.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .facets import Mesh, Parallelogram, edges_of, parallelograms
 from .scene import Vector
 
 __all__ = ["Ball", "Parallelogram", "recognise"]
@@ -32,9 +33,6 @@ icosahedron 7e-6 (its constants have six digits)."""
 ROUNDINGS = 8.0 * float(np.finfo(np.float32).eps)
 """Of the largest coordinate: what float32 storage takes from a mesh far from its own origin."""
 
-STRAIGHT = 1e-4
-"""Radians: a smaller turn of the outline is rounding, not a corner."""
-
 ICOSAHEDRON_EDGE = 1.0 / math.sin(2.0 * math.pi / 5.0)
 """Length of an icosahedron's edge, in circumradii."""
 
@@ -44,35 +42,31 @@ ICOSPHERE_STRETCH = 1.4
 
 @dataclass(frozen=True)
 class Ball:
-    """Sphere in the mesh's own space: centre and radius in its units."""
+    """Sphere in the mesh's own space: centre and radius in its units.
+
+    slot : the number of the material that most of its faces wear.
+    """
 
     center: Vector
     radius: float
-
-
-@dataclass(frozen=True)
-class Parallelogram:
-    """`corner` + u * `edge_u` + v * `edge_v`, u and v in 0..1, in the mesh's own space."""
-
-    corner: Vector
-    edge_u: Vector
-    edge_v: Vector
+    slot: int = 0
 
 
 def recognise(
-    points: FloatArray, corners: IntArray, starts: IntArray
-) -> Ball | Parallelogram | str:
-    """Return the sphere or parallelogram that a mesh stands for, or why it is neither.
+    points: FloatArray, corners: IntArray, starts: IntArray, slots: IntArray
+) -> Ball | tuple[Parallelogram, ...] | str:
+    """Return the sphere or the parallelograms that a mesh stands for, or why it is neither.
 
     Parameters
     ----------
     points : (3, n) float64, vertex positions.
     corners : (c,) int64, vertex of each face corner, face after face.
     starts : (f,) int64, first corner of each face, ascending from 0.
+    slots : (f,) int64, the number of the material that each face wears.
 
     Returns
     -------
-    Ball, Parallelogram, or a reason for a person, which begins with "its" or "it".
+    Ball, parallelograms, or a reason for a person, which begins with "its" or "it".
     """
     if len(starts) == 0:
         return "it has no faces"
@@ -84,10 +78,9 @@ def recognise(
         return "its vertices are not finite numbers"
     sizes = np.diff(starts, append=len(corners))
     slack = ROUNDINGS * float(np.abs(points).max())
-    ball = _as_uv_sphere(points, corners, starts, sizes, slack) or _as_icosphere(
-        points, corners, sizes, slack
-    )
-    return ball or _as_parallelogram(points, corners, starts, sizes, slack)
+    mesh = Mesh(points, corners, starts, sizes, slots, slack, RELATIVE_FIT)
+    ball = _as_uv_sphere(points, corners, starts, sizes, slack) or _as_icosphere(mesh)
+    return replace(ball, slot=int(np.bincount(slots).argmax())) if ball else parallelograms(mesh)
 
 
 def _fit_sphere(points: FloatArray, slack: float) -> Ball | None:
@@ -220,20 +213,19 @@ def _covers_fans(
     return np.array_equal(np.sort(south * segments + j0), np.arange(2 * segments))
 
 
-def _as_icosphere(
-    points: FloatArray, corners: IntArray, sizes: IntArray, slack: float
-) -> Ball | None:
+def _as_icosphere(mesh: Mesh) -> Ball | None:
     """Return the sphere that an icosphere of any subdivision stands for, or None.
 
     Closed, 20 * 4^s triangles; 12 vertices of five edges, which are those of a regular
     icosahedron, all others of six; no edge longer than such a subdivision has.
     """
-    faces, count = len(sizes), points.shape[1]
+    points, slack = mesh.points, mesh.slack
+    faces, count = len(mesh.sizes), points.shape[1]
     level = round(math.log(faces / 20.0, 4.0)) if faces >= 20 else 0
-    if faces != 20 * 4**level or count != faces // 2 + 2 or not (sizes == 3).all():
+    if faces != 20 * 4**level or count != faces // 2 + 2 or not (mesh.sizes == 3).all():
         return None
-    edges, uses = _edges(corners, np.arange(faces) * 3, sizes, count)
-    if not (uses == 2).all():
+    edges, edge = edges_of(mesh)
+    if not (np.bincount(edge) == 2).all():
         return None
     valence = np.bincount(edges.ravel(), minlength=count)
     roots = (valence == 5).nonzero()[0]
@@ -252,80 +244,6 @@ def _as_icosphere(
         return None
     longest = float(np.linalg.norm(local[:, edges[0]] - local[:, edges[1]], axis=0).max())
     return ball if longest <= ICOSPHERE_STRETCH * ICOSAHEDRON_EDGE / 2**level else None
-
-
-def _edges(
-    corners: IntArray, starts: IntArray, sizes: IntArray, count: int
-) -> tuple[IntArray, IntArray]:
-    """Return the edges (2, e) of all faces and how many faces use each (e,)."""
-    following = np.roll(corners, -1)
-    following[starts + sizes - 1] = corners[starts]
-    low, high = np.minimum(corners, following), np.maximum(corners, following)
-    keys, uses = np.unique(low * count + high, return_counts=True)
-    return np.stack(np.divmod(keys, count)), uses
-
-
-def _as_parallelogram(
-    points: FloatArray, corners: IntArray, starts: IntArray, sizes: IntArray, slack: float
-) -> Parallelogram | str:
-    neither = "its mesh is neither a UV sphere, an icosphere nor a flat parallelogram"
-    place = points - points[:, :1]
-    following = np.roll(corners, -1)
-    following[starts + sizes - 1] = corners[starts]
-    areas = 0.5 * np.add.reduceat(
-        np.cross(place[:, corners], place[:, following], axis=0), starts, axis=1
-    )
-    size = np.linalg.norm(areas, axis=0)
-    largest = int(size.argmax())
-    if size[largest] == 0.0:
-        return "it has no area"
-    normal = areas[:, largest] / size[largest]
-    extent = float(np.linalg.norm(np.ptp(points, axis=1)))
-    allowed = RELATIVE_FIT * extent + slack
-    if float(np.abs(normal @ place).max()) > allowed:
-        return neither
-    edges, uses = _edges(corners, starts, sizes, points.shape[1])
-    outline = _loop(edges[:, uses == 1]) if (uses <= 2).all() else None
-    bends = _bends(points, outline) if outline is not None else None
-    if bends is None or len(bends) != 4:
-        return "its outline is not a parallelogram"
-    a, b, c, d = (points[:, i] for i in bends)
-    if float(np.linalg.norm(a + c - b - d)) > allowed:
-        return "its outline is not a parallelogram"
-    whole = float(np.linalg.norm(np.cross(b - a, d - a)))
-    if abs(float(size.sum()) - whole) > allowed * extent:
-        return "its faces overlap"
-    return Parallelogram(_vector(a), _vector(b - a), _vector(d - a))
-
-
-def _loop(edges: IntArray) -> list[int] | None:
-    """Return the vertices of the one closed loop that edges (2, e) form, in order, or None."""
-    neighbours: dict[int, list[int]] = {}
-    for i, j in edges.T.tolist():
-        neighbours.setdefault(i, []).append(j)
-        neighbours.setdefault(j, []).append(i)
-    if not neighbours or any(len(n) != 2 for n in neighbours.values()):
-        return None
-    first = min(neighbours)
-    loop, before = [first], neighbours[first][1]
-    while True:
-        a, b = neighbours[loop[-1]]
-        after = b if a == before else a
-        if after == first:
-            break
-        before = loop[-1]
-        loop.append(after)
-    return loop if len(loop) == len(neighbours) else None
-
-
-def _bends(points: FloatArray, loop: list[int]) -> list[int]:
-    """Return the vertices of a loop at which it turns."""
-    place = points[:, loop]
-    entering = place - np.roll(place, 1, axis=1)
-    leaving = np.roll(entering, -1, axis=1)
-    turn = np.linalg.norm(np.cross(entering, leaving, axis=0), axis=0)
-    straight = STRAIGHT * np.linalg.norm(entering, axis=0) * np.linalg.norm(leaving, axis=0)
-    return [vertex for vertex, bent in zip(loop, turn > straight, strict=True) if bent]
 
 
 def _vector(array: FloatArray) -> Vector:

@@ -5,8 +5,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-
 from ...adaptive_drt.scene import Issue, Material, Vector
 from .nodes import called, input_color, input_value, output_node, source_node, uses_nodes
 
@@ -26,17 +24,10 @@ PRINCIPLED_TERMS = (
 """Inputs of a Principled BSDF that change nothing when they are 0, and what a person calls them."""
 
 
-def slot_material(thing: Any, mesh: Any, name: str, issues: list[Issue]) -> Any | None:
-    """Return the Blender material that most faces of an object's mesh wear, or None."""
+def slot_material(thing: Any, slot: int) -> Any | None:
+    """Return the Blender material in one of an object's slots, or None."""
     slots = thing.material_slots
-    if len(slots) == 0:
-        return None
-    indices = np.empty(len(mesh.polygons), dtype=np.int32)
-    mesh.polygons.foreach_get("material_index", indices)
-    counts = np.bincount(np.clip(indices, 0, len(slots) - 1), minlength=len(slots))
-    if np.count_nonzero(counts) > 1:
-        issues.append(Issue(name, "it wears several materials; the one of most faces is used"))
-    return slots[int(counts.argmax())].material
+    return slots[min(slot, len(slots) - 1)].material if len(slots) else None
 
 
 def material_of(material: Any | None, issues: list[Issue]) -> Material:

@@ -1,22 +1,29 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Meshes that are spheres or parallelograms, placed in the world."""
+"""Meshes that are spheres or made of parallelograms, placed in the world."""
 
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...adaptive_drt.recognise import Ball, Parallelogram, recognise
 from ...adaptive_drt.scene import Issue, Material, Quad, Shape, Sphere, Vector
 from .shutter import Matrix, Track, path_of
 
+Indices = NDArray[np.int32]
+
 UNIFORM = 1e-5
 """Of the scale: less difference between the axes is float32's rounding."""
 
+BENT = 1e-3
+"""Radians, about: a normal that is less off its face's own is rounding."""
 
-Form = Ball | Parallelogram | str
+Flats = tuple[Parallelogram, ...]
+Form = Ball | Flats | str
 """What a mesh stands for, in its own space, or why it is left out."""
 
 
@@ -34,39 +41,67 @@ def mesh_form(mesh: Any, known: dict[bytes, Form]) -> Form:
     mesh.vertices.foreach_get("co", points)
     mesh.loops.foreach_get("vertex_index", corners)
     mesh.polygons.foreach_get("loop_start", starts)
+    slots = material_indices(mesh)
     digest = hashlib.blake2b(points, digest_size=16)
     digest.update(corners)
     digest.update(starts)
+    digest.update(slots)
     key = digest.digest()
     if key not in known:
         known[key] = recognise(
             np.ascontiguousarray(points.reshape(-1, 3).T, dtype=np.float64),
             corners.astype(np.int64),
             starts.astype(np.int64),
+            slots.astype(np.int64),
         )
     return known[key]
 
 
-def shape_of(
-    form: Ball | Parallelogram, track: Track, material: Material, name: str, issues: list[Issue]
-) -> Shape | None:
-    """Return the shape of a mesh placed by a track, or None with an issue that says why not."""
+def material_indices(mesh: Any) -> Indices:
+    """Return the material slot (faces,) that each face of a Blender mesh wears."""
+    indices = np.zeros(len(mesh.polygons), dtype=np.int32)
+    mesh.polygons.foreach_get("material_index", indices)
+    return np.clip(indices, 0, max(len(mesh.materials) - 1, 0))
+
+
+def is_smooth(mesh: Any) -> bool:
+    """Whether a Blender mesh shades its faces as if they were curved."""
+    corner = np.empty((len(mesh.loops), 3), dtype=np.float32)
+    face = np.empty((len(mesh.polygons), 3), dtype=np.float32)
+    sizes = np.empty(len(mesh.polygons), dtype=np.int32)
+    mesh.corner_normals.foreach_get("vector", corner.ravel())
+    mesh.polygon_normals.foreach_get("vector", face.ravel())
+    mesh.polygons.foreach_get("loop_total", sizes)
+    return bool(np.abs(corner - np.repeat(face, sizes, axis=0)).max(initial=0.0) > BENT)
+
+
+def shapes_of(
+    form: Ball | Flats,
+    track: Track,
+    materials: Mapping[int, Material],
+    name: str,
+    issues: list[Issue],
+) -> list[Shape]:
+    """Return the shapes of a mesh placed by a track; none, and an issue, where that cannot be.
+
+    Parameters
+    ----------
+    materials : by the numbers of their slots.
+    """
     linear = track.middle[:3, :3]
     if not np.isfinite(track.middle).all():
         issues.append(Issue(name, "its matrix is not finite: check its location and scale"))
-        return None
-    if not linear.any() or _flat(linear, form):
-        issues.append(Issue(name, "its scale is zero"))
-        return None
+        return []
     if isinstance(form, Ball):
-        return _sphere(form, track, material, name, issues)
-    return _quad(form, track, material, name, issues)
-
-
-def _flat(linear: Matrix, form: Ball | Parallelogram) -> bool:
-    if isinstance(form, Ball):
-        return bool((np.linalg.norm(linear, axis=0) == 0.0).any())
-    return not np.cross(linear @ form.edge_u, linear @ form.edge_v).any()
+        if linear.any(axis=0).all():
+            sphere = _sphere(form, track, materials[form.slot], name, issues)
+            return [] if sphere is None else [sphere]
+    else:
+        quads = _quads(form, track, materials, name, issues)
+        if quads:
+            return quads
+    issues.append(Issue(name, "its scale is zero"))
+    return []
 
 
 def uniform_scale(linear: Matrix) -> float | None:
@@ -108,18 +143,32 @@ def _sized(matrix: Matrix) -> Matrix:
     return sized
 
 
-def _quad(
-    form: Parallelogram, track: Track, material: Material, name: str, issues: list[Issue]
-) -> Quad:
-    edges = np.array([form.edge_u, form.edge_v]).T
-    # its centre stays put when it turns, so that is the point to follow
-    middle = np.array(form.corner) + edges.sum(axis=1) / 2.0
-    path = path_of(track, _vector(middle), edges)
-    if path.reason:
+def _quads(
+    form: Flats, track: Track, materials: Mapping[int, Material], name: str, issues: list[Issue]
+) -> list[Shape]:
+    """Return those that have an area where the track places them."""
+    corner, u, v = np.array([(p.corner, p.edge_u, p.edge_v) for p in form]).transpose(1, 2, 0)
+    center = corner + (u + v) / 2.0
+    # their middle stays put when they turn about it, so that is the point to follow for all
+    middle = center.mean(axis=1)
+    path = path_of(track, _vector(middle), np.hstack([u, v]))
+    linear = track.middle[:3, :3]
+    u, v = linear @ u, linear @ v
+    place = np.array(path.position)[:, None] + linear @ (center - middle[:, None]) - (u + v) / 2.0
+    shown = np.cross(u, v, axis=0).any(axis=0).nonzero()[0].tolist()
+    if shown and path.reason:
         issues.append(Issue(name, path.reason))
-    edge_u, edge_v = (track.middle[:3, :3] @ edges).T
-    corner = np.array(path.position) - (edge_u + edge_v) / 2.0
-    return Quad(_vector(corner), _vector(edge_u), _vector(edge_v), material, path.motion, name)
+    return [
+        Quad(
+            _vector(place[:, i]),
+            _vector(u[:, i]),
+            _vector(v[:, i]),
+            materials[form[i].slot],
+            path.motion,
+            name,
+        )
+        for i in shown
+    ]
 
 
 def _vector(array: Matrix) -> Vector:

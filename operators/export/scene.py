@@ -9,13 +9,14 @@ from typing import Any
 
 import numpy as np
 
+from ...adaptive_drt.recognise import Ball
 from ...adaptive_drt.scene import Camera, Issue, Light, Material, Scene, SceneError, Shape
 from .camera import camera_of
 from .clipping import clipped
 from .instances import RENDERED, Visible, key_of, name_of
 from .light import light_of
 from .material import material_of, slot_material
-from .mesh import Form, mesh_form, shape_of
+from .mesh import Form, is_smooth, material_indices, mesh_form, shapes_of
 from .shutter import Matrix, Shutter, Track, matrix_of, shutter_of
 from .world import background_of
 
@@ -26,6 +27,9 @@ STEREO = (
     "own, or switch Stereoscopy off (scene.render.use_multiview; its panel is in Output under "
     "Blender's own engines)"
 )
+
+SEVERAL = "it wears several materials; the one of most faces is used"
+SMOOTH = "its smooth shading is left out: its faces are rendered flat, as they are"
 
 
 @dataclass
@@ -44,6 +48,14 @@ class _Export:
     forms: dict[int, Form] = field(default_factory=dict)
     known: dict[bytes, Form] = field(default_factory=dict)
     materials: dict[str, Material] = field(default_factory=dict)
+
+    def material(self, worn: Any | None) -> Material:
+        """Return the Lambert material of what a face wears."""
+        worn = self.override or worn
+        key = worn.name_full if worn is not None else ""
+        if key not in self.materials:
+            self.materials[key] = material_of(worn, self.issues)
+        return self.materials[key]
 
     def track(self, key: Hashable, middle: Matrix, name: str, thing: Any) -> Track:
         # Cycles' own switch; a change of it does not reach the evaluated copy
@@ -185,14 +197,17 @@ def _gather_faces(instance: Any, mesh: Any, name: str, gathered: _Export) -> Non
     if isinstance(form, str):
         gathered.issues.append(Issue(name, form))
         return
-    worn = gathered.override or slot_material(thing, mesh, name, gathered.issues)
-    key = worn.name_full if worn is not None else ""
-    if key not in gathered.materials:
-        gathered.materials[key] = material_of(worn, gathered.issues)
+    if isinstance(form, Ball):
+        slots = {form.slot}
+        if gathered.override is None and np.ptp(material_indices(mesh)):
+            gathered.issues.append(Issue(name, SEVERAL))
+    else:
+        slots = {flat.slot for flat in form}
+        if len(form) > 1 and is_smooth(mesh):
+            gathered.issues.append(Issue(name, SMOOTH))
+    worn = {slot: gathered.material(slot_material(thing, slot)) for slot in slots}
     track = gathered.track(key_of(instance), matrix_of(instance), name, thing)
-    shape = shape_of(form, track, gathered.materials[key], name, gathered.issues)
-    if shape is not None:
-        gathered.shapes.append(shape)
+    gathered.shapes.extend(shapes_of(form, track, worn, name, gathered.issues))
 
 
 def _unheeded(thing: Any, name: str) -> list[Issue]:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Meshes that are spheres and parallelograms, and those that are not."""
+"""Meshes that are spheres, and those that are not; modifiers and Edit Mode."""
 
 from __future__ import annotations
 
@@ -98,15 +98,6 @@ def test_not_a_number(export):
     assert scene.shapes == () and "not finite" in things.reasons(scene)["Sphere"][0]
 
 
-def _cube(work):
-    bmesh.ops.create_cube(work, size=2.0)
-
-
-def _cube_of_triangles(work):
-    _cube(work)
-    bmesh.ops.triangulate(work, faces=work.faces[:])
-
-
 def _cylinder(work):
     bmesh.ops.create_cone(
         work, segments=32, radius1=1.0, radius2=1.0, depth=2.0, cap_ends=True, cap_tris=True
@@ -183,8 +174,6 @@ def _subdivided(work):
 
 
 NO_SPHERES = {
-    "cube": _cube,
-    "cube of triangles": _cube_of_triangles,
     "cylinder": _cylinder,
     "cone": _cone,
     "tetrahedron": _tetrahedron,
@@ -213,64 +202,6 @@ def test_torus_is_left_out(export):
     bpy.ops.mesh.primitive_torus_add()
     scene = export()
     assert scene.shapes == () and list(things.reasons(scene)) == ["Torus"]
-
-
-def test_plane(export):
-    floor = things.plane(size=2.0)
-    floor.location, floor.scale = (1.0, 2.0, 3.0), (2.0, 3.0, 1.0)
-    scene = export()
-    (quad,) = scene.shapes
-    corners = {
-        tuple(round(quad.corner[i] + u * quad.edge_u[i] + v * quad.edge_v[i], 6) for i in range(3))
-        for u in (0, 1)
-        for v in (0, 1)
-    }
-    assert corners == {(-1, -1, 3), (3, -1, 3), (-1, 5, 3), (3, 5, 3)}
-    assert scene.issues == ()
-
-
-@pytest.mark.parametrize("change", ["grid", "triangles", "ngon", "sheared"])
-def test_planes_of_other_makes(export, change):
-    square = [(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)]
-    if change == "grid":
-        things.plane(segments=7)
-    elif change == "triangles":
-        things.mesh_object("Plane", square, [(0, 1, 2), (0, 3, 2)])  # one faces down
-    elif change == "ngon":
-        things.mesh_object("Plane", [*square[:2], (1, 0, 0), *square[2:]], [(0, 1, 2, 3, 4)])
-    else:
-        things.mesh_object("Plane", [(0, 0, 0), (2, 0, 0), (3, 2, 0), (1, 2, 0)], [(0, 1, 2, 3)])
-    scene = export()
-    (quad,) = scene.shapes
-    area = abs(quad.edge_u[0] * quad.edge_v[1] - quad.edge_u[1] * quad.edge_v[0])
-    assert area == pytest.approx(4.0, rel=1e-6)
-
-
-@pytest.mark.parametrize(
-    "vertices, faces, said",
-    [
-        ([(0, 0, 0), (2, 0, 0), (1.5, 1, 0), (0, 1, 0)], [(0, 1, 2, 3)], "parallelogram"),
-        ([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)], "parallelogram"),
-        ([(0, 0, 0), (1, 0, 0), (1, 1, 0.2), (0, 1, 0)], [(0, 1, 2, 3)], "neither"),
-        ([(0, 0, 0), (1, 0, 0), (2, 0, 0), (3, 0, 0)], [(0, 1, 2, 3)], "no area"),
-        ([(0, 0, 0), (1, 0, 0)], [], "no faces"),
-        (
-            [(x, y, 0) for a in (0, 3) for x, y in ((a, 0), (a + 1, 0), (a + 1, 1), (a, 1))],
-            [(0, 1, 2, 3), (4, 5, 6, 7)],
-            "parallelogram",
-        ),
-        (
-            [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0.5, 1.5, 0)],
-            [(0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4)],
-            "overlap",
-        ),
-    ],
-)
-def test_no_plane(export, vertices, faces, said):
-    things.mesh_object("Face", vertices, faces)
-    scene = export()
-    assert scene.shapes == ()
-    assert said in things.reasons(scene)["Face"][0]
 
 
 def test_modifiers_are_heeded(export):
