@@ -89,15 +89,21 @@ def parallelograms(mesh: Mesh) -> tuple[Parallelogram, ...] | str:
         whole = _tiled(mesh, faces, simple)
         if isinstance(whole, Parallelogram):
             found.append(whole)
-        else:
-            each = [_tiled(mesh, face[None], simple) for face in faces if faces.size > 1]
-            flats = [one for one in each if isinstance(one, Parallelogram)]
-            if len(flats) < faces.size:
-                return whole if len(parts) == 1 else NEITHER
-            found += flats
+        elif faces.size == 1 or not _add_each(mesh, faces, simple, found):
+            return whole if len(parts) == 1 else NEITHER
         if len(found) > MOST:
             return f"it has more flat parts than the {MOST:,} of a mesh that are rendered at most"
     return tuple(found)
+
+
+def _add_each(mesh: Mesh, faces: Ints, simple: Mask, found: list[Parallelogram]) -> bool:
+    """Add the faces that together are no parallelogram, each for itself. Whether each is one."""
+    for face in faces[: MOST + 1]:
+        one = _tiled(mesh, face[None], simple)
+        if isinstance(one, str):
+            return False
+        found.append(one)
+    return True
 
 
 def _tiled(mesh: Mesh, faces: Ints, simple: Mask) -> Parallelogram | str:
