@@ -168,7 +168,9 @@ class Frame:
             deviation = columns(self.deviation, index, -1)
             hard, steps = deviation[:, :TIME].sum(axis=(0, 1)), deviation[STEPS, TIME]
             crowded = self._crowd[index] > CROWDED
-            motion = Motion(crowded, self.mask[1, index], hard, standing(deviation[STEPS]), steps)
+            # shadows of lights without extent stay steps, however short the time
+            left = standing(deviation[STEPS]) if self.plan.soft else np.full(index.size, np.inf)
+            motion = Motion(crowded, self.mask[1, index], hard, left, steps)
         rest = float((done * done).sum()), done.size
         tolerance = self.plan.settings.tolerance
         starred = self._starred(index, LEAST * tolerance * float(np.abs(color).mean()))

@@ -107,6 +107,12 @@ class Plan:
             return True
         return self.shadow_light(light).ball <= EMBREE_REACH * float(self.spheres.radius.mean())
 
+    @property
+    def soft(self) -> bool:
+        """Whether every shadow has a penumbra."""
+        casting = (light for light in self.lights if light.casts_shadow)
+        return all(self.shadow_light(light).extended for light in casting)
+
     def shadow_light(self, light: Emitter) -> Emitter:
         """The light as it casts shadows: without penumbrae, from its centre."""
         return light if self.penumbra else light.pinpoint()

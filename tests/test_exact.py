@@ -53,6 +53,15 @@ def test_the_error_is_within_the_tolerance(seed):
     assert error_over_tolerance(seed, 1e-2) < 1.0, f"seed {seed}"
 
 
+@pytest.mark.parametrize("tolerance", TOLERANCES[:2])
+@pytest.mark.parametrize("seed", [250, 272])
+def test_what_hard_shadows_that_move_are_off_by_is_foreseen(seed, tolerance):
+    """A point of light's shadow stays a step however short the time: it takes cells."""
+    scene = random_scene(seed)
+    assert not make_plan(scene, exact()).soft
+    assert render_image(scene, exact(tolerance)).stats["error_estimate"] <= tolerance
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("tolerance", TOLERANCES)
 @pytest.mark.parametrize("seed", range(200, 250))

@@ -13,8 +13,10 @@ from adaptive_drt.goal import (
     FIRST,
     GRID,
     GROWTH,
+    MOST_REACHED,
     REACHED,
     RESERVE,
+    RISE,
     STILL_REACHED,
     Motion,
     make_goal,
@@ -38,7 +40,9 @@ def left(error, goal, moves):
     """What pixels are off by in the end, if stars leave a fifth of what moves not."""
     power = GROWTH / (1.0 + GROWTH)
     still = STILL_REACHED * goal * (0.2 * error / goal) ** power
-    moving = REACHED * goal * np.maximum(FIRST * error / goal, 1.0) ** power
+    cells = np.maximum(FIRST * error / goal, 1.0) ** (power / GROWTH)
+    reached = np.minimum(REACHED + RISE * np.log2(cells), MOST_REACHED)
+    moving = reached * goal * cells**GROWTH
     return np.where(error > goal, np.where(moves, moving, still), error)
 
 
@@ -89,6 +93,8 @@ def test_only_steps_that_stand_are_left_to_cells():
 
     fast = goal(0.1 * error, 0.9 * error, 0.0)
     assert fast == goal(0.1 * error)
+    # shadows of points of light are steps in any case
+    assert goal(0.1 * error, 0.9 * error, np.inf) == goal(error)
     # pixels above the goal have steps above it
     assert goal(0.1 * error, 0.9 * error, error) == goal(error) < fast
 
