@@ -193,8 +193,8 @@ class _Law:
             standing, stepped = self.steps
             first = np.where(standing > level, stepped, first)
         grown = first * level**-POWER
-        doublings = np.log2(np.maximum(grown, 1.0)) / GROWTH
-        moving = np.minimum(REACHED + RISE * doublings, MOST_REACHED) * np.maximum(grown, 1.0)
-        after = level * np.where(self.slow, moving, STILL_REACHED * grown)
+        limit = np.maximum(grown, 1.0)
+        reached = np.minimum(REACHED + RISE * np.log2(limit) / GROWTH, MOST_REACHED)
+        after = level * np.where(self.slow, reached * limit, STILL_REACHED * grown)
         left = np.where(self.error > level, after, self.error)
         return float((left * left).sum())

@@ -60,7 +60,9 @@ SLACK = 1.25
 of the pixels just miss their limits, and a round for them takes as long as it has calls. The goal
 is foreseen with it (see `REACHED`). Where nothing moves, it lasts a round or two in any case."""
 DOMINANT = 0.5
-"""Of its pixel's error: that of a cell that is split even if there are `MOST_CELLS` of them."""
+"""Of its pixel's error: that of a cell that is split even if there are `MOST_CELLS` of them: a
+few cells more settle it. (A pixel whose last split met what no other had: estimates of 489 times
+the tolerance at 0.01 %, and of 10 with this.)"""
 AXIS = 0.4
 """Of the worst axis' error in a cell: axes from there on are cut with it."""
 STRAY = 0.5
