@@ -13,7 +13,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from .scene import Vector
+from .scene import Vector, vector_of
 
 __all__ = ["Mesh", "Parallelogram", "edges_of", "parallelograms"]
 
@@ -112,7 +112,9 @@ def _tiled(mesh: Mesh, faces: Ints, simple: Mask) -> Parallelogram | str:
         return _parallelogram(mesh.take(faces))
     start = int(mesh.starts[faces[0]])
     a, b, _, d = (mesh.points[:, vertex] for vertex in mesh.corners[start : start + 4])
-    return Parallelogram(_vector(a), _vector(b - a), _vector(d - a), int(mesh.slots[faces[0]]))
+    return Parallelogram(
+        vector_of(a), vector_of(b - a), vector_of(d - a), int(mesh.slots[faces[0]])
+    )
 
 
 def _are_parallelograms(mesh: Mesh) -> Mask:
@@ -205,7 +207,7 @@ def _parallelogram(part: Mesh) -> Parallelogram | str:
     whole = float(np.linalg.norm(np.cross(b - a, d - a)))
     if abs(float(size.sum()) - whole) > allowed * extent:
         return OVERLAP
-    return Parallelogram(_vector(a), _vector(b - a), _vector(d - a), int(part.slots[0]))
+    return Parallelogram(vector_of(a), vector_of(b - a), vector_of(d - a), int(part.slots[0]))
 
 
 def _loop(edges: Ints) -> list[int] | None:
@@ -236,8 +238,3 @@ def _bends(points: Array, loop: list[int]) -> list[int]:
     turn = np.linalg.norm(np.cross(entering, leaving, axis=0), axis=0)
     straight = STRAIGHT * np.linalg.norm(entering, axis=0) * np.linalg.norm(leaving, axis=0)
     return [vertex for vertex, bent in zip(loop, turn > straight, strict=True) if bent]
-
-
-def _vector(array: Array) -> Vector:
-    x, y, z = array.tolist()
-    return (x, y, z)

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .facets import Mesh, Parallelogram, edges_of, parallelograms
-from .scene import Vector
+from .scene import Vector, vector_of
 
 __all__ = ["Ball", "Parallelogram", "recognise"]
 
@@ -79,7 +79,7 @@ def recognise(
     sizes = np.diff(starts, append=len(corners))
     slack = ROUNDINGS * float(np.abs(points).max())
     mesh = Mesh(points, corners, starts, sizes, slots, slack, RELATIVE_FIT)
-    ball = _as_uv_sphere(points, corners, starts, sizes, slack) or _as_icosphere(mesh)
+    ball = _as_uv_sphere(mesh) or _as_icosphere(mesh)
     return replace(ball, slot=int(np.bincount(slots).argmax())) if ball else parallelograms(mesh)
 
 
@@ -109,17 +109,17 @@ def _fit_sphere(points: FloatArray, slack: float) -> Ball | None:
     # a primitive's own rounding must not move it off its origin, or it would swing as it turns
     if float(np.linalg.norm(center)) <= RELATIVE_FIT * radius * extent:
         center = np.zeros(3)
-    return Ball(_vector(center), radius * extent)
+    return Ball(vector_of(center), radius * extent)
 
 
-def _as_uv_sphere(
-    points: FloatArray, corners: IntArray, starts: IntArray, sizes: IntArray, slack: float
-) -> Ball | None:
+def _as_uv_sphere(mesh: Mesh) -> Ball | None:
     """Return the sphere whose m segments and n rings the mesh is, or None.
 
     Two poles, m * (n - 1) vertices between them at the angles k pi / n and j 2 pi / m, a
     triangle for each of the 2 m cells at the poles and a quad for each other cell.
     """
+    points, corners, starts = mesh.points, mesh.corners, mesh.starts
+    sizes, slack = mesh.sizes, mesh.slack
     triangles, quads = int((sizes == 3).sum()), int((sizes == 4).sum())
     segments = triangles // 2
     if triangles % 2 or segments < 3 or triangles + quads != len(sizes) or quads % segments:
@@ -244,8 +244,3 @@ def _as_icosphere(mesh: Mesh) -> Ball | None:
         return None
     longest = float(np.linalg.norm(local[:, edges[0]] - local[:, edges[1]], axis=0).max())
     return ball if longest <= ICOSPHERE_STRETCH * ICOSAHEDRON_EDGE / 2**level else None
-
-
-def _vector(array: FloatArray) -> Vector:
-    x, y, z = array.tolist()
-    return (x, y, z)

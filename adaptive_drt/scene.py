@@ -29,6 +29,7 @@ __all__ = [
     "SphereLight",
     "Vector",
     "validate",
+    "vector_of",
 ]
 
 Vector: TypeAlias = tuple[float, float, float]
@@ -43,6 +44,12 @@ FLAT = 2.0**-50
 LARGEST_RATIO = 1e9
 """Of sensor to focal length, of a pixel's sides and of a shift, and the inverse: beyond it the
 directions of a picture's pixels cannot be told apart in float64."""
+
+
+def vector_of(values: Iterable[float]) -> Vector:
+    """Return three numbers, of an array (3,) say, as a record holds them."""
+    x, y, z = values
+    return (float(x), float(y), float(z))
 
 
 class SceneError(ValueError):

@@ -14,6 +14,7 @@ from adaptive_drt.scene import (
     Scene,
     Sphere,
     SphereLight,
+    vector_of,
 )
 
 __all__ = ["look_at", "random_scene", "scaled"]
@@ -46,12 +47,8 @@ def random_scene(seed):
     return scaled(scene, 10.0 ** rng.uniform(-2, 3)) if rng.random() < 0.3 else scene
 
 
-def _vector(values):
-    return tuple(float(x) for x in values)
-
-
 def _material(rng):
-    return Material(_vector(rng.uniform(0.1, 1.0, 3)))
+    return Material(vector_of(rng.uniform(0.1, 1.0, 3)))
 
 
 def _motion(rng, share, size=1.5):
@@ -61,7 +58,7 @@ def _motion(rng, share, size=1.5):
     move = rng.normal(size=3) * size * rng.random()
     if rng.random() < 0.4:
         move *= np.eye(3)[rng.integers(3)]
-    return Motion(_vector(move))
+    return Motion(vector_of(move))
 
 
 def _floor(rng):
@@ -76,7 +73,7 @@ def _sphere(rng):
     center = rng.uniform((-2.0, -2.0, 0.0), (2.0, 2.0, 3.0))
     if rng.random() < 0.4:
         center[2] = radius  # rests on the floor: contact shadows
-    return Sphere(_vector(center), radius, _material(rng), _motion(rng, 0.3))
+    return Sphere(vector_of(center), radius, _material(rng), _motion(rng, 0.3))
 
 
 def _quad(rng):
@@ -84,12 +81,12 @@ def _quad(rng):
     if rng.random() < 0.5:
         v = np.cross(u, v) / np.linalg.norm(u)
     corner = rng.uniform((-2.0, -2.0, 0.0), (2.0, 2.0, 3.0)) - (u + v) / 2.0
-    return Quad(_vector(corner), _vector(u), _vector(v), _material(rng), _motion(rng, 0.3))
+    return Quad(vector_of(corner), vector_of(u), vector_of(v), _material(rng), _motion(rng, 0.3))
 
 
 def _light(rng):
     center = rng.uniform((-4.0, -4.0, 1.5), (4.0, 4.0, 7.0))
-    color = _vector(rng.uniform(0.5, 20.0, 3))
+    color = vector_of(rng.uniform(0.5, 20.0, 3))
     motion, shadow = _motion(rng, 0.15), bool(rng.random() < 0.95)
     radius = float(10.0 ** rng.uniform(-1.5, 0.2))
     kind = rng.integers(4)
@@ -101,12 +98,12 @@ def _light(rng):
         v *= radius * rng.uniform(0.2, 2.0) / np.linalg.norm(v)
         if rng.random() < 0.2:
             v = v + 0.5 * u
-        return QuadLight(_vector(center), _vector(u), _vector(v), color, motion, shadow)
+        return QuadLight(vector_of(center), vector_of(u), vector_of(v), color, motion, shadow)
     if kind == 1:
-        return SphereLight(_vector(center), radius, color, motion, shadow)
+        return SphereLight(vector_of(center), radius, color, motion, shadow)
     if kind == 2:
-        return DiskLight(_vector(center), radius, color, motion, shadow)
-    return PointLight(_vector(center), color, motion, shadow)
+        return DiskLight(vector_of(center), radius, color, motion, shadow)
+    return PointLight(vector_of(center), color, motion, shadow)
 
 
 def _touch(light, shape):
@@ -142,7 +139,7 @@ def _camera(rng):
     if rng.random() < 0.08:
         fields["motion"] = _motion(rng, 1.0, 0.3)
     target = rng.uniform((-1.0, -1.0, 0.0), (1.0, 1.0, 1.0))
-    return look_at(_vector(location), _vector(target), **fields)
+    return look_at(vector_of(location), vector_of(target), **fields)
 
 
 def scaled(scene, factor):
@@ -152,13 +149,13 @@ def scaled(scene, factor):
         changes = {}
         for name in ("center", "corner", "edge_u", "edge_v", "half_u", "half_v"):
             if hasattr(thing, name):
-                changes[name] = _vector(np.array(getattr(thing, name)) * factor)
+                changes[name] = vector_of(np.array(getattr(thing, name)) * factor)
         if hasattr(thing, "radius"):
             changes["radius"] = thing.radius * factor
         if hasattr(thing, "intensity"):
-            changes["intensity"] = _vector(np.array(thing.intensity) * factor**2)
+            changes["intensity"] = vector_of(np.array(thing.intensity) * factor**2)
         if thing.motion is not None:
-            changes["motion"] = Motion(_vector(np.array(thing.motion.displacement) * factor))
+            changes["motion"] = Motion(vector_of(np.array(thing.motion.displacement) * factor))
         return type(thing)(**{**thing.__dict__, **changes})
 
     rows = [list(row) for row in scene.camera.matrix]
@@ -167,6 +164,6 @@ def scaled(scene, factor):
     fields = {**scene.camera.__dict__, "matrix": tuple(tuple(row) for row in rows)}
     if scene.camera.motion is not None:
         move = np.array(scene.camera.motion.displacement) * factor
-        fields["motion"] = Motion(_vector(move))
+        fields["motion"] = Motion(vector_of(move))
     shapes, lights = (tuple(grow(x) for x in group) for group in (scene.shapes, scene.lights))
     return Scene(Camera(**fields), shapes, lights, scene.background, scene.transparent)

@@ -22,6 +22,7 @@ from ...adaptive_drt.scene import (
     QuadLight,
     SphereLight,
     Vector,
+    vector_of,
 )
 from .nodes import input_color, input_value, output_node, source_node, uses_nodes
 from .shutter import Matrix, Track, path_of
@@ -69,9 +70,9 @@ def _power(light: Any, name: str, issues: list[Issue]) -> Vector:
     warm = getattr(light, "use_temperature", False)
     r, g, b = light_power(
         light.energy,
-        _vector(light.color),
+        vector_of(light.color),
         getattr(light, "exposure", 0.0),
-        _vector(light.temperature_color) if warm else (1.0, 1.0, 1.0),
+        vector_of(light.temperature_color) if warm else (1.0, 1.0, 1.0),
     )
     u, v, w = _shader(light, name, issues)
     return (r * u, g * v, b * w)
@@ -137,8 +138,8 @@ def _area(
     radiance = area_radiance(power, area, getattr(light, "normalize", True))
     return QuadLight(
         path.position,
-        _vector(half_u),
-        _vector(half_v),
+        vector_of(half_u),
+        vector_of(half_v),
         radiance,
         path.motion,
         bool(light.use_shadow),
@@ -152,8 +153,3 @@ def _sheared(linear: Matrix) -> bool:
         return True
     cosines = (linear / length).T @ (linear / length) - np.eye(3)
     return float(np.abs(cosines).max()) > SQUARE
-
-
-def _vector(values: Any) -> Vector:
-    x, y, z = (float(v) for v in values)
-    return (x, y, z)

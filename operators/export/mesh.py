@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...adaptive_drt.recognise import Ball, Parallelogram, recognise
-from ...adaptive_drt.scene import Issue, Material, Quad, Shape, Sphere, Vector
+from ...adaptive_drt.scene import Issue, Material, Quad, Shape, Sphere, vector_of
 from .shutter import Matrix, Track, path_of
 
 Indices = NDArray[np.int32]
@@ -41,7 +41,7 @@ def mesh_form(mesh: Any, known: dict[bytes, Form]) -> Form:
     mesh.vertices.foreach_get("co", points)
     mesh.loops.foreach_get("vertex_index", corners)
     mesh.polygons.foreach_get("loop_start", starts)
-    slots = material_indices(mesh)
+    slots = _material_indices(mesh)
     digest = hashlib.blake2b(points, digest_size=16)
     digest.update(corners)
     digest.update(starts)
@@ -57,8 +57,13 @@ def mesh_form(mesh: Any, known: dict[bytes, Form]) -> Form:
     return known[key]
 
 
-def material_indices(mesh: Any) -> Indices:
-    """Return the material slot (faces,) that each face of a Blender mesh wears."""
+def wears_several(mesh: Any) -> bool:
+    """Whether the faces of a Blender mesh wear different materials."""
+    return bool(np.ptp(_material_indices(mesh)))
+
+
+def _material_indices(mesh: Any) -> Indices:
+    """Return the material slot (faces,) that each face wears."""
     indices = np.zeros(len(mesh.polygons), dtype=np.int32)
     mesh.polygons.foreach_get("material_index", indices)
     return np.clip(indices, 0, max(len(mesh.materials) - 1, 0))
@@ -151,7 +156,7 @@ def _quads(
     center = corner + (u + v) / 2.0
     # their middle stays put when they turn about it, so that is the point to follow for all
     middle = center.mean(axis=1)
-    path = path_of(track, _vector(middle), np.hstack([u, v]))
+    path = path_of(track, vector_of(middle), np.hstack([u, v]))
     linear = track.middle[:3, :3]
     u, v = linear @ u, linear @ v
     place = np.array(path.position)[:, None] + linear @ (center - middle[:, None]) - (u + v) / 2.0
@@ -160,17 +165,12 @@ def _quads(
         issues.append(Issue(name, path.reason))
     return [
         Quad(
-            _vector(place[:, i]),
-            _vector(u[:, i]),
-            _vector(v[:, i]),
+            vector_of(place[:, i]),
+            vector_of(u[:, i]),
+            vector_of(v[:, i]),
             materials[form[i].slot],
             path.motion,
             name,
         )
         for i in shown
     ]
-
-
-def _vector(array: Matrix) -> Vector:
-    x, y, z = array.tolist()
-    return (x, y, z)

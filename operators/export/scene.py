@@ -16,7 +16,7 @@ from .clipping import clipped
 from .instances import RENDERED, Visible, key_of, name_of
 from .light import light_of
 from .material import material_of, slot_material
-from .mesh import Form, is_smooth, material_indices, mesh_form, shapes_of
+from .mesh import Form, is_smooth, mesh_form, shapes_of, wears_several
 from .shutter import Matrix, Shutter, Track, matrix_of, shutter_of
 from .world import background_of
 
@@ -37,6 +37,7 @@ class _Export:
     """What has been gathered so far; meshes and materials are read once however often used.
 
     override : the material that the view layer puts on everything, if any.
+    forms : of meshes by their pointers, and what of each is left out, or "".
     """
 
     opens: dict[Hashable, Matrix] | None
@@ -45,7 +46,7 @@ class _Export:
     shapes: list[Shape] = field(default_factory=list)
     lights: list[Light] = field(default_factory=list)
     issues: list[Issue] = field(default_factory=list)
-    forms: dict[int, Form] = field(default_factory=dict)
+    forms: dict[int, tuple[Form, str]] = field(default_factory=dict)
     known: dict[bytes, Form] = field(default_factory=dict)
     materials: dict[str, Material] = field(default_factory=dict)
 
@@ -192,22 +193,26 @@ def _gather_faces(instance: Any, mesh: Any, name: str, gathered: _Export) -> Non
     thing = instance.object
     pointer = thing.data.as_pointer()
     if pointer not in gathered.forms:
-        gathered.forms[pointer] = mesh_form(mesh, gathered.known)
-    form = gathered.forms[pointer]
+        gathered.forms[pointer] = _form(mesh, gathered)
+    form, left_out = gathered.forms[pointer]
+    if left_out:
+        gathered.issues.append(Issue(name, left_out))
     if isinstance(form, str):
-        gathered.issues.append(Issue(name, form))
         return
-    if isinstance(form, Ball):
-        slots = {form.slot}
-        if gathered.override is None and np.ptp(material_indices(mesh)):
-            gathered.issues.append(Issue(name, SEVERAL))
-    else:
-        slots = {flat.slot for flat in form}
-        if len(form) > 1 and is_smooth(mesh):
-            gathered.issues.append(Issue(name, SMOOTH))
+    slots = {form.slot} if isinstance(form, Ball) else {flat.slot for flat in form}
     worn = {slot: gathered.material(slot_material(thing, slot)) for slot in slots}
     track = gathered.track(key_of(instance), matrix_of(instance), name, thing)
     gathered.shapes.extend(shapes_of(form, track, worn, name, gathered.issues))
+
+
+def _form(mesh: Any, gathered: _Export) -> tuple[Form, str]:
+    """Return what a mesh stands for, and what of it is left out."""
+    form = mesh_form(mesh, gathered.known)
+    if isinstance(form, str):
+        return form, form
+    if isinstance(form, Ball):
+        return form, SEVERAL if gathered.override is None and wears_several(mesh) else ""
+    return form, SMOOTH if len(form) > 1 and is_smooth(mesh) else ""
 
 
 def _unheeded(thing: Any, name: str) -> list[Issue]:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...adaptive_drt.scene import Motion, SceneError, Vector
+from ...adaptive_drt.scene import Motion, SceneError, Vector, vector_of
 
 Matrix = NDArray[np.float64]
 
@@ -124,19 +124,19 @@ def path_of(track: Track, point: Vector = (0.0, 0.0, 0.0), shape: Matrix | None 
     """
     middle = _moved(track.middle, point)
     if track.opens is None or track.closes is None:
-        return Path(_vector(middle))
+        return Path(vector_of(middle))
     start, end = _moved(track.opens, point), _moved(track.closes, point)
     reason = _change(track, shape)
     if np.array_equal(start, end):
         if not np.array_equal(start, middle):
             reason = reason or "it moves and comes back during the shutter; it is rendered still"
-        return Path(_vector(middle), None, reason)
+        return Path(vector_of(middle), None, reason)
     way, mean = end - start, (start + end) / 2.0
     if np.linalg.norm(middle - mean) > CURVED * np.linalg.norm(way):
         reason = reason or (
             "its path or speed changes during the shutter; it is rendered moving straight"
         )
-    return Path(_vector(mean), Motion(_vector(way)), reason)
+    return Path(vector_of(mean), Motion(vector_of(way)), reason)
 
 
 def _change(track: Track, shape: Matrix | None) -> str | None:
@@ -151,11 +151,6 @@ def _change(track: Track, shape: Matrix | None) -> str | None:
 
 def _moved(matrix: Matrix, point: Vector) -> Matrix:
     return matrix[:3, :3] @ np.array(point) + matrix[:3, 3]
-
-
-def _vector(array: Matrix) -> Vector:
-    x, y, z = array.tolist()
-    return (x, y, z)
 
 
 Tracks = dict[Hashable, Matrix]
