@@ -116,7 +116,7 @@ def main() -> None:
     parser.add_argument("--tolerances", nargs="+", type=float, default=[1e-2, 1e-3, 1e-4])
     parser.add_argument("--renderers", nargs="+", choices=PEERS, default=list(PEERS))
     parser.add_argument("--method", default="EXACT", help="ours: EXACT or RAYS")
-    parser.add_argument("--seconds", type=float, default=20.0, help="longest render of a peer")
+    parser.add_argument("--seconds", type=float, default=30.0, help="longest render of a peer")
     parser.add_argument("--patience", type=float, default=150.0, help="seconds for all of a ladder")
     parser.add_argument("--docs", type=Path, default=HERE.parent / "docs", help="where to write")
     given = parser.parse_args()
