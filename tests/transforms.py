@@ -5,12 +5,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from adaptive_drt.scene import Motion, QuadLight, vector_of
+from adaptive_drt.scene import Motion, QuadLight
 
 __all__ = ["mirrored", "moved", "random_rotation", "reordered", "reversed_shutter", "turned"]
 
 PLACES = ("center", "corner")
 DIRECTIONS = ("edge_u", "edge_v", "half_u", "half_v")
+
+
+def _vector(values):
+    return tuple(float(x) for x in values)
 
 
 def _mapped(scene, matrix, shift):
@@ -19,17 +23,17 @@ def _mapped(scene, matrix, shift):
     def change(thing):
         fields = {n: matrix @ getattr(thing, n) + shift for n in PLACES if hasattr(thing, n)}
         fields |= {n: matrix @ getattr(thing, n) for n in DIRECTIONS if hasattr(thing, n)}
-        fields = {name: vector_of(value) for name, value in fields.items()}
+        fields = {name: _vector(value) for name, value in fields.items()}
         if thing.motion is not None:
-            fields["motion"] = Motion(vector_of(matrix @ thing.motion.displacement))
+            fields["motion"] = Motion(_vector(matrix @ thing.motion.displacement))
         return replace(thing, **fields)
 
     rows = np.array(scene.camera.matrix)
     rows[:3, :3] = matrix @ rows[:3, :3]
     rows[:3, 3] = matrix @ rows[:3, 3] + shift
-    fields = {"matrix": tuple(vector_of(row) for row in rows)}
+    fields = {"matrix": tuple(_vector(row) for row in rows)}
     if scene.camera.motion is not None:
-        fields["motion"] = Motion(vector_of(matrix @ scene.camera.motion.displacement))
+        fields["motion"] = Motion(_vector(matrix @ scene.camera.motion.displacement))
     return replace(
         scene,
         camera=replace(scene.camera, **fields),
@@ -64,7 +68,7 @@ def mirrored(scene, normal):
     normal = np.array(normal) / np.linalg.norm(normal)
     there = _mapped(scene, np.eye(3) - 2.0 * np.outer(normal, normal), np.zeros(3))
     lights = tuple(
-        replace(x, half_v=vector_of(-np.array(x.half_v))) if isinstance(x, QuadLight) else x
+        replace(x, half_v=_vector(-np.array(x.half_v))) if isinstance(x, QuadLight) else x
         for x in there.lights
     )
     return replace(there, lights=lights)
@@ -83,7 +87,7 @@ def reversed_shutter(scene):
     def back(thing):
         if thing.motion is None:
             return thing
-        return replace(thing, motion=Motion(vector_of(-np.array(thing.motion.displacement))))
+        return replace(thing, motion=Motion(_vector(-np.array(thing.motion.displacement))))
 
     return replace(
         scene,
