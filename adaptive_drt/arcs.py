@@ -188,10 +188,10 @@ def enclosed(potential: Potential, spans: Spans) -> Array:
     """Twice what arcs add to the integral: (n,), the sum over spans (j, k, n) of curves (k, n)."""
     low, high = spans
     rows = _evaluate(potential, high) - _evaluate(potential, low)
-    total: Array = np.zeros(rows.shape[2:])
-    # one by one: a sum over an axis may group its terms by the shape of the batch
-    for row in rows.reshape((-1, *rows.shape[2:])):
-        total += row
+    # one by one: a sum over an axis may group its terms by the shape of the batch; and curve by
+    # curve, so that an empty span more, which shifts the others', adds a zero and changes no bit
+    of_curves: Array = sum(rows, np.zeros(rows.shape[1:]))
+    total: Array = sum(of_curves, np.zeros(rows.shape[2:]))
     return total
 
 
