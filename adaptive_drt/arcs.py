@@ -29,7 +29,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from .vector import cross, dot
+from .vector import cross, dot, total
 
 __all__ = [
     "Circles",
@@ -188,11 +188,8 @@ def enclosed(potential: Potential, spans: Spans) -> Array:
     """Twice what arcs add to the integral: (n,), the sum over spans (j, k, n) of curves (k, n)."""
     low, high = spans
     rows = _evaluate(potential, high) - _evaluate(potential, low)
-    # one by one: a sum over an axis may group its terms by the shape of the batch; and curve by
-    # curve, so that an empty span more, which shifts the others', adds a zero and changes no bit
-    of_curves: Array = sum(rows, np.zeros(rows.shape[1:]))
-    total: Array = sum(of_curves, np.zeros(rows.shape[2:]))
-    return total
+    # curve by curve: an empty span more, which shifts the others', adds a zero and changes no bit
+    return total(total(rows))
 
 
 def _evaluate(potential: Potential, phi: Array) -> Array:

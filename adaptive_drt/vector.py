@@ -15,7 +15,7 @@ from .elementary import patch_jump, patch_kink, sqrt
 from .jet import Batch, Jet, Operand, bilinear, quadratic, where
 from .partials import Array, Partial, Partials, leading
 
-__all__ = ["cross", "dot", "norm", "normalize", "rms", "scale", "squared_norm"]
+__all__ = ["cross", "dot", "norm", "normalize", "rms", "scale", "squared_norm", "total"]
 
 
 FEW = 12_288
@@ -93,6 +93,14 @@ def rms(a: Array) -> Array:
     """Root mean square over the components, (3, ..., n) to (..., n): the size of a radiance."""
     size: Array = np.sqrt(_dot(a, a, 0) / 3.0)
     return size
+
+
+def total(rows: Array) -> Array:
+    """The sum (...) of rows (k, ...), from the first on: `sum` may group them by their shape."""
+    result: Array = np.zeros(rows.shape[1:])
+    for row in rows:
+        result += row
+    return result
 
 
 def normalize(a: Batch) -> Batch:
