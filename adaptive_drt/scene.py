@@ -58,10 +58,23 @@ class SceneError(ValueError):
 
 @dataclass(frozen=True)
 class Issue:
-    """Something of the scene that is left out or changed: its name, and the reason for a person."""
+    """Something of the scene that the picture lacks or shows otherwise than it is set.
+
+    Attributes
+    ----------
+    name : the thing, as a person knows it: an object's name, or 'Material "Red"'.
+    reason : what is lacking or different, and what to do.
+    missing : True: the thing itself is not in the picture, which counts as an error. False: the
+        thing is there, simplified; a note.
+    kind : Blender's kind of datablock, such as 'OBJECT', 'MATERIAL', 'WORLD', 'SCENE'.
+    target : name of that datablock; "" where `name` is it.
+    """
 
     name: str
     reason: str
+    missing: bool = False
+    kind: str = "OBJECT"
+    target: str = ""
 
 
 @dataclass(frozen=True)
@@ -223,7 +236,13 @@ def validate(scene: Scene) -> Scene:
     shapes, lights = _kept(scene.shapes, issues), _kept(scene.lights, issues)
     background = scene.background
     if not _finite(background):
-        issues.append(Issue("World", "its background colour is not a finite number; black is used"))
+        issues.append(
+            Issue(
+                "World",
+                "its background colour is not a finite number; black is used",
+                kind="WORLD",
+            )
+        )
         background = ZERO
     return replace(scene, shapes=shapes, lights=lights, background=background, issues=tuple(issues))
 
@@ -236,7 +255,7 @@ def _kept(things: Iterable[Thing], issues: list[Issue]) -> tuple[Thing, ...]:
     for thing in things:
         reason = _fault(thing)
         if reason:
-            issues.append(Issue(thing.name, reason))
+            issues.append(Issue(thing.name, reason, missing=True))
         else:
             kept.append(thing)
     return tuple(kept)

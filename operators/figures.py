@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from dataclasses import asdict, replace
+from dataclasses import asdict, fields, replace
 from typing import Any
 
 from ..adaptive_drt.scene import Issue, Scene
@@ -63,7 +63,9 @@ def gather_figures(
 
 def issues_of(figures: dict[str, Any]) -> list[Issue]:
     """Return what a render left out."""
-    return [Issue(i["name"], i["reason"]) for i in figures.get("issues", [])]
+    known = {one.name for one in fields(Issue)}
+    found = figures.get("issues", [])
+    return [Issue(**{key: i[key] for key in i.keys() & known}) for i in found]
 
 
 def summary(figures: dict[str, Any]) -> str:
