@@ -7,7 +7,6 @@ from collections.abc import Hashable, Iterator
 from typing import Any
 
 from ...adaptive_drt.scene import Issue
-from .nodes import called
 
 
 def key_of(instance: Any) -> Hashable:
@@ -30,19 +29,17 @@ class Visible:
 
     A render's own depsgraph holds nothing else. The depsgraph of an operator is the viewport's:
     what is hidden from renders is in it, and is found here; what is hidden in the viewport alone is
-    not in it, and `missing` names it. `unheeded` is what the view layer asks of its collections
-    beyond being there.
+    not in it, and `missing` names it.
     """
 
     def __init__(self, depsgraph: Any) -> None:
         self._of_render = depsgraph.mode == "RENDER"
         self._objects: set[Any] = set()
         self._instanced: dict[Any, _Members] = {}
-        self.unheeded: list[Issue] = []
         self._walk(depsgraph.view_layer.layer_collection)
         below = depsgraph.scene.original.background_set
         while below is not None:
-            self._walk(_first_layer(below).layer_collection)
+            self._walk(lent_layer(below).layer_collection)
             below = below.background_set
 
     def __call__(self, instance: Any) -> bool:
@@ -75,7 +72,6 @@ class Visible:
         if layer.exclude or layer.collection.hide_render:
             return
         self._objects.update(o.original for o in layer.collection.objects if not o.hide_render)
-        self.unheeded.extend(_asked_of(layer))
         for child in layer.children:
             self._walk(child)
 
@@ -113,19 +109,7 @@ RENDERED = frozenset(
 """Types of objects that a render of Blender's shows."""
 
 
-def _asked_of(layer: Any) -> Iterator[Issue]:
-    """Yield what a view layer asks of a collection, and is left out."""
-    if not len(layer.collection.all_objects):
-        return
-    said = called("Collection", layer.name)
-    remedy = "exclude it from the view layer, or switch that off"
-    if layer.holdout:
-        yield Issue(said, f"its Holdout is left out, so its objects are seen: {remedy}")
-    if layer.indirect_only:
-        yield Issue(said, f"its Indirect Only is left out, so the camera sees it: {remedy}")
-
-
-def _first_layer(scene: Any) -> Any:
+def lent_layer(scene: Any) -> Any:
     """Return the view layer whose objects a scene lends as a Background Set."""
     layers = scene.view_layers
     return next((layer for layer in layers if layer.use), layers[0])

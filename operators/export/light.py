@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import bpy
 import numpy as np
 
 from ...adaptive_drt.radiometry import (
@@ -32,6 +33,16 @@ FULL_SPREAD = math.pi - 1e-4
 
 SQUARE = 1e-5
 """Cosine between an area light's axes: less is float32's rounding."""
+
+
+INSTANCERS_COUNT = (4, 5, 0)
+"""First Blender whose Cycles asks a light's instancer for Ray Visibility, too; 4.4 does not."""
+
+
+def gives_light(thing: Any, instancer: Any | None) -> bool:
+    """Whether a light object lights surfaces that scatter light evenly, by its Ray Visibility."""
+    counts = instancer is not None and bpy.app.version >= INSTANCERS_COUNT
+    return bool(thing.visible_diffuse and (not counts or instancer.visible_diffuse))
 
 
 def light_of(thing: Any, track: Track, name: str, issues: list[Issue]) -> Light | None:

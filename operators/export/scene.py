@@ -10,23 +10,21 @@ from typing import Any
 import numpy as np
 
 from ...adaptive_drt.recognise import Ball
-from ...adaptive_drt.scene import Camera, Issue, Light, Material, Scene, SceneError, Shape
+from ...adaptive_drt.scene import Camera, Issue, Light, Material, Scene, SceneError, Shape, Vector
 from .camera import camera_of
 from .clipping import clipped
+from .compositing import compositing_issues
+from .exposure import exposed, exposed_light, exposure_of
 from .instances import RENDERED, Visible, key_of, name_of
-from .light import light_of
+from .layer_filter import lets_through
+from .light import gives_light, light_of
+from .listing import ObjectIssues, cycles_of, instancer_of, scene_issues
 from .material import material_of, slot_material
 from .mesh import Form, is_smooth, mesh_form, shapes_of, wears_several
 from .shutter import Matrix, Shutter, Track, matrix_of, shutter_of
-from .world import background_of
+from .world import BLACK, background_of
 
 CAMERA_KEY = "camera"
-
-STEREO = (
-    "Stereoscopy is left out, so its views are all alike: render each eye with a camera of its "
-    "own, or switch Stereoscopy off (scene.render.use_multiview; its panel is in Output under "
-    "Blender's own engines)"
-)
 
 SEVERAL = "it wears several materials; the one of most faces is used"
 SMOOTH = "its smooth shading is left out: its faces are rendered flat, as they are"
@@ -58,10 +56,14 @@ class _Export:
             self.materials[key] = material_of(worn, self.issues)
         return self.materials[key]
 
-    def track(self, key: Hashable, middle: Matrix, name: str, thing: Any) -> Track:
-        # Cycles' own switch; a change of it does not reach the evaluated copy
-        blurred = getattr(getattr(thing.original, "cycles", None), "use_motion_blur", True)
-        if self.opens is None or self.closes is None or not blurred:
+    def track(
+        self, key: Hashable, middle: Matrix, name: str, thing: Any, instancer: Any | None = None
+    ) -> Track:
+        if self.opens is None or self.closes is None:
+            return Track(middle)
+        # Cycles' own switch, of what is instanced and of what instances it
+        owners = (thing,) if instancer is None else (thing, instancer)
+        if not all(getattr(cycles_of(owner), "use_motion_blur", True) for owner in owners):
             return Track(middle)
         opens, closes = self.opens.get(key), self.closes.get(key)
         ends = [m for m in (opens, closes) if m is not None]
@@ -93,17 +95,23 @@ def export_scene(
     camera_object = scene.camera
     if camera_object is None:
         raise SceneError("The scene has no camera: add one, or make one active")
-    shutter = shutter_of(scene) if use_motion and move is not None else None
+    layer = depsgraph.view_layer_eval
+    moves = use_motion and move is not None and layer.use_motion_blur
+    shutter = shutter_of(scene) if moves else None
     opens = closes = None
     if shutter is not None and move is not None:
         opens, closes = _ends(depsgraph, camera_object, move, shutter)
-    layer = depsgraph.view_layer_eval
+        layer = depsgraph.view_layer_eval  # another frame's copy is another one
     gathered = _Export(opens, closes, layer.material_override)
     camera = _camera(depsgraph, camera_object, gathered)
-    if scene.render.use_multiview:
-        gathered.issues.append(Issue("Scene", STEREO))
+    gathered.issues.extend(scene_issues(depsgraph))
+    gathered.issues.extend(compositing_issues(scene, layer))
     _gather(depsgraph, gathered)
-    background = background_of(layer.world_override or depsgraph.scene_eval.world, gathered.issues)
+    background = _background(depsgraph, gathered)
+    exposure = exposure_of(depsgraph.scene_eval)
+    if exposure != 1.0:
+        gathered.lights = [exposed_light(light, exposure) for light in gathered.lights]
+        background = exposed(background, exposure)
     camera_data = camera_object.evaluated_get(depsgraph).data
     gathered.issues.extend(clipped(camera_data, camera, gathered.shapes))
     return Scene(
@@ -145,9 +153,16 @@ def _camera(depsgraph: Any, camera: Any, gathered: _Export) -> Camera:
     return camera_of(thing, track, depsgraph.scene.original.render, gathered.issues)
 
 
+def _background(depsgraph: Any, gathered: _Export) -> Vector:
+    layer = depsgraph.view_layer_eval
+    if not layer.use_sky:
+        return BLACK
+    return background_of(layer.world_override or depsgraph.scene_eval.world, gathered.issues)
+
+
 def _gather(depsgraph: Any, gathered: _Export) -> None:
-    visible = Visible(depsgraph)
-    gathered.issues.extend(visible.unheeded)
+    visible, layer = Visible(depsgraph), depsgraph.view_layer_eval
+    objects = ObjectIssues()
     seen, meshes = set(), set()
     others: dict[str, Issue] = {}
     # an instance is valid only until the next one, so all of it is copied here
@@ -157,14 +172,14 @@ def _gather(depsgraph: Any, gathered: _Export) -> None:
             seen.add(thing.original)
         if thing.type not in RENDERED or not visible(instance):
             continue
+        if not lets_through(layer, thing.type):
+            continue
         name = name_of(instance)
-        gathered.issues.extend(_unheeded(thing, name))
         if thing.type == "LIGHT":
-            track = gathered.track(key_of(instance), matrix_of(instance), name, thing)
-            light = light_of(thing, track, name, gathered.issues)
-            if light is not None:
-                gathered.lights.append(light)
+            objects.read(instance)
+            _gather_light(instance, name, gathered)
         elif thing.type == "MESH":
+            objects.read(instance)
             meshes.add(name)
             _gather_mesh(instance, name, gathered)
         else:
@@ -173,6 +188,17 @@ def _gather(depsgraph: Any, gathered: _Export) -> None:
     # a text or a curve that has faces is there a second time, as a mesh
     gathered.issues.extend(issue for name, issue in others.items() if name not in meshes)
     gathered.issues.extend(visible.missing(seen))
+    gathered.issues.extend(objects)
+
+
+def _gather_light(instance: Any, name: str, gathered: _Export) -> None:
+    thing, instancer = instance.object, instancer_of(instance)
+    if not gives_light(thing, instancer):
+        return
+    track = gathered.track(key_of(instance), matrix_of(instance), name, thing, instancer)
+    light = light_of(thing, track, name, gathered.issues)
+    if light is not None:
+        gathered.lights.append(light)
 
 
 def _gather_mesh(instance: Any, name: str, gathered: _Export) -> None:
@@ -201,7 +227,8 @@ def _gather_faces(instance: Any, mesh: Any, name: str, gathered: _Export) -> Non
         return
     slots = {form.slot} if isinstance(form, Ball) else {flat.slot for flat in form}
     worn = {slot: gathered.material(slot_material(thing, slot)) for slot in slots}
-    track = gathered.track(key_of(instance), matrix_of(instance), name, thing)
+    instancer = instancer_of(instance)
+    track = gathered.track(key_of(instance), matrix_of(instance), name, thing, instancer)
     gathered.shapes.extend(shapes_of(form, track, worn, name, gathered.issues))
 
 
@@ -213,20 +240,3 @@ def _form(mesh: Any, gathered: _Export) -> tuple[Form, str]:
     if isinstance(form, Ball):
         return form, SEVERAL if gathered.override is None and wears_several(mesh) else ""
     return form, SMOOTH if len(form) > 1 and is_smooth(mesh) else ""
-
-
-def _unheeded(thing: Any, name: str) -> list[Issue]:
-    """Return what an object asks of a render beyond being there."""
-    found = []
-    if thing.type == "LIGHT":
-        if thing.visible_camera:
-            found.append("lights are not seen by the camera; its Ray Visibility is left out")
-    else:
-        if thing.is_holdout or thing.is_shadow_catcher:
-            found.append("its Holdout or Shadow Catcher setting is left out")
-        if not (thing.visible_camera and thing.visible_shadow):
-            found.append("its Ray Visibility is left out: camera and lights both see it")
-    linking = getattr(thing, "light_linking", None)
-    if linking is not None and (linking.receiver_collection or linking.blocker_collection):
-        found.append("its light linking is left out")
-    return [Issue(name, reason) for reason in found]

@@ -242,10 +242,11 @@ def test_a_mesh_that_is_empty_leaves_nothing_out(export):
 def test_visibility_flags_are_told(export):
     things.uv_sphere("Ball").visible_shadow = False
     things.uv_sphere("Hole").is_holdout = True
-    things.light("POINT", "Seen").visible_camera = True
+    things.light("POINT", "Seen", shadow_soft_size=0.5).visible_camera = True
+    things.light("POINT", "No size to see").visible_camera = True
     scene = export()
     assert set(things.reasons(scene)) == {"Ball", "Hole", "Seen"}
-    assert len(scene.shapes) == 2 and len(scene.lights) == 1
+    assert len(scene.shapes) == 2 and len(scene.lights) == 2
 
 
 def test_background_sets_are_seen(export):
