@@ -75,6 +75,9 @@ class ADRT_PT_film(_Ours, bpy.types.Panel):
         layout.use_property_split = True
         layout.use_property_decorate = False
         layout.prop(context.scene.render, "film_transparent")
+        cycles = getattr(context.scene, "cycles", None)
+        if cycles is not None:  # Cycles is an add-on, and may be switched off
+            layout.prop(cycles, "film_exposure")
 
 
 class ADRT_PT_passes(_Ours, bpy.types.Panel):
@@ -90,6 +93,25 @@ class ADRT_PT_passes(_Ours, bpy.types.Panel):
             column.prop(context.view_layer, switch)
 
 
+class ADRT_PT_filter(_Ours, bpy.types.Panel):
+    bl_label = "Filter"
+    bl_context = "view_layer"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: Any) -> None:
+        layout, layer = self.layout, context.view_layer
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        column = layout.column(heading="Include")
+        column.prop(layer, "use_sky", text="Environment")
+        column.prop(layer, "use_solid", text="Surfaces")
+        if hasattr(layer, "use_grease_pencil"):  # from 4.3 on; Blender draws it
+            column.prop(layer, "use_grease_pencil", text="Grease Pencil")
+        column = layout.column(heading="Use")
+        column.active = context.scene.render.use_motion_blur
+        column.prop(layer, "use_motion_blur", text="Motion Blur")
+
+
 class ADRT_PT_override(_Ours, bpy.types.Panel):
     bl_label = "Override"
     bl_context = "view_layer"
@@ -103,7 +125,7 @@ class ADRT_PT_override(_Ours, bpy.types.Panel):
         layout.prop(context.view_layer, "world_override", text="World")
 
 
-classes = (ADRT_PT_film, ADRT_PT_passes, ADRT_PT_override)
+classes = (ADRT_PT_film, ADRT_PT_passes, ADRT_PT_filter, ADRT_PT_override)
 
 
 def register() -> None:
