@@ -105,6 +105,9 @@ class ADRT_PT_filter(_Ours, bpy.types.Panel):
         column = layout.column(heading="Include")
         column.prop(layer, "use_sky", text="Environment")
         column.prop(layer, "use_solid", text="Surfaces")
+        # these are left out in any case, but listed only where they are on
+        column.prop(layer, "use_strand", text="Curves")
+        column.prop(layer, "use_volumes", text="Volumes")
         if hasattr(layer, "use_grease_pencil"):  # from 4.3 on; Blender draws it
             column.prop(layer, "use_grease_pencil", text="Grease Pencil")
         column = layout.column(heading="Use")

@@ -74,3 +74,80 @@ def test_cycles_overrides_alike(export, tmp_path):
     ratio = picture.mean(axis=(0, 1))
     color = scene.shapes[0].material.color
     np.testing.assert_allclose(ratio / ratio[0], np.array(color) / color[0], rtol=1e-3)
+
+
+def test_environment_off_leaves_no_sky(export):
+    bpy.context.scene.world = _world("Blue", BLUE)
+    assert any(export().background)
+    bpy.context.view_layer.use_sky = False
+    scene = export()
+    assert scene.background == (0.0, 0.0, 0.0) and scene.issues == ()
+
+
+def test_surfaces_off_leaves_none(export):
+    things.uv_sphere("Ball")
+    things.link(bpy.data.objects.new("Text", bpy.data.curves.new("Text", "FONT"))).data.body = "a"
+    things.light("POINT", "Lamp")
+    bpy.context.view_layer.use_solid = False
+    scene = export()
+    assert scene.shapes == () and len(scene.lights) == 1 and scene.issues == ()
+
+
+@pytest.mark.parametrize(
+    "switch, make",
+    [
+        ("use_volumes", lambda: bpy.data.volumes.new("Thing")),
+        ("use_strand", lambda: bpy.data.hair_curves.new("Thing")),
+    ],
+)
+def test_what_the_layer_filters_away_is_not_missed(export, switch, make):
+    things.link(bpy.data.objects.new("Thing", make()))
+    assert set(things.reasons(export())) == {"Thing"}
+    setattr(bpy.context.view_layer, switch, False)
+    assert export().issues == ()
+
+
+def test_motion_blur_of_the_layer(export):
+    things.keyed(things.uv_sphere("Ball"), "location", (0.0, 0.0, 0.0), (10.0, 0.0, 0.0))
+    scene = bpy.context.scene
+    scene.render.use_motion_blur, scene.render.motion_blur_position = True, "START"
+    scene.cycles.rolling_shutter_type = "TOP"
+    scene.frame_set(6)
+    found = export()
+    assert found.shapes[0].motion is not None and "Rolling Shutter" in found.issues[0].reason
+    bpy.context.view_layer.use_motion_blur = False
+    found = export()
+    assert found.shapes[0].motion is None and found.issues == ()
+    assert found.shapes[0].center[0] == pytest.approx(5.0)  # at the frame itself
+
+
+def _filtered(switch):
+    scene = bpy.context.scene
+    scene.world = _world("Blue", BLUE)
+    floor = things.plane("Floor", size=3.0)
+    matt = things.material("Matt", "ShaderNodeBsdfDiffuse", Color=RED, Roughness=0.0)
+    floor.data.materials.append(matt)
+    lamp = things.light("AREA", energy=3000.0, size=4.0)
+    lamp.location.z, lamp.visible_camera = 8.0, False
+    if switch == "use_motion_blur":
+        things.keyed(floor, "location", (0.0, 0.0, 0.0), (10.0, 0.0, 0.0))
+        scene.render.use_motion_blur, scene.render.motion_blur_position = True, "START"
+    scene.frame_set(2)
+    setattr(bpy.context.view_layer, switch, False)
+
+
+@pytest.mark.parametrize("switch", ["use_sky", "use_solid", "use_motion_blur"])
+def test_cycles_filters_alike(export, tmp_path, switch):
+    """By the pixels in which there is nothing, which need no light of the world."""
+    from peer import render_cycles
+
+    _filtered(switch)
+    bpy.ops.adaptive_drt.render()
+    image = bpy.data.images["Adaptive Render"]
+    flat = np.empty(len(image.pixels), dtype=np.float32)
+    image.pixels.foreach_get(flat)
+    ours = flat.reshape(image.size[1], image.size[0], 4)[..., :3]
+    theirs = render_cycles(tmp_path, samples=64)
+    sky = (0.0, 0.0, 0.0) if switch == "use_sky" else BLUE[:3]
+    empty = [np.isclose(picture, sky, atol=1e-5).all(axis=2) for picture in (ours, theirs)]
+    assert empty[0].any() and np.array_equal(*empty)

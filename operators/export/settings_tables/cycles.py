@@ -57,35 +57,39 @@ CYCLES: Table = {
         neutral=(),
         when=_blurs_pixels,
         reason="its Pixel Filter of {value:.3g} px is left out: each pixel is the mean over "
-        "itself; blur the picture in the compositor, or set the width to 1.5",
+        "itself; blur the picture in the compositor, or set the width to 1.5 (under Cycles)",
     ),
     "rolling_shutter_type": Listed(
         neutral=("NONE",),
         when=lambda cycles: blurs(cycles.id_data),
-        reason="its Rolling Shutter is left out: all lines are exposed at once",
+        reason="its Rolling Shutter is left out: all lines are exposed at once; "
+        "set it to None (in Motion Blur, under Cycles)",
     ),
     "rolling_shutter_duration": Use.NO_EFFECT,  # of that
     "sample_clamp_direct": Listed(
         neutral=(0.0,),
         reason="its Clamping of direct light at {value:.3g} is left out: "
-        "bright light stays as it is; set it to 0",
+        "bright light stays as it is; set it to 0 (in Light Paths, under Cycles)",
     ),
     "fast_gi_method": Listed(
         neutral=("REPLACE",),
         when=_adds_light,
-        reason="the light that Fast GI adds is left out: switch it off, or add lights",
+        reason="the light that Fast GI adds is left out: add lights, or switch it off "
+        "(in Light Paths, under Cycles)",
     ),
     # it replaces indirect light, of which this engine has none
     **dict.fromkeys(("use_fast_gi", "ao_bounces", "ao_bounces_render"), Use.NO_EFFECT),
     "use_camera_cull": Listed(
         neutral=(False,),
         when=_culls("use_camera_cull"),
-        reason="Camera Culling is left out: what is out of view casts its shadows all the same",
+        reason="its Camera Culling is left out: what is out of view casts its shadows all the "
+        "same; switch it off (in Simplify, under Cycles)",
     ),
     "use_distance_cull": Listed(
         neutral=(False,),
         when=_culls("use_distance_cull"),
-        reason="Distance Culling is left out: what is far away is rendered all the same",
+        reason="its Distance Culling is left out: what is far away is rendered all the same; "
+        "hide that from renders, or switch it off (in Simplify, under Cycles)",
     ),
     **dict.fromkeys(("camera_cull_margin", "distance_cull_margin"), Use.NO_EFFECT),  # of those
     # samples: how Cycles finds its picture, not which

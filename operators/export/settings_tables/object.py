@@ -258,7 +258,7 @@ LAMP: Table = {
         neutral=(False,),
         when=_could_be_seen,
         reason="Camera is on in its Ray Visibility, but the camera sees no lights: "
-        "switch Camera off, or put a surface in its place",
+        "switch Camera off (in Object, under Cycles)",
     ),
     # the share of surfaces that scatter light evenly: without it the light gives none here
     "visible_diffuse": Use.RENDERED,

@@ -59,7 +59,7 @@ RENDER: Table = {
         neutral=(),
         when=_shutter_is_shaped,
         reason="its Shutter Curve is left out: the shutter is open evenly; "
-        "reset the curve to a flat line",
+        "reset the curve to a flat line (in Motion Blur, under Cycles)",
     ),
     "use_multiview": Listed(
         neutral=(False,),

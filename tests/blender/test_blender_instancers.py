@@ -1,0 +1,138 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What an instancer asks for its instances is listed or rendered, as far as Cycles heeds it."""
+
+from __future__ import annotations
+
+import importlib
+
+import bpy
+import numpy as np
+import pytest
+import things
+
+FLAGS = {"visible_camera": False, "visible_shadow": False, "is_holdout": True}
+FLAGS["is_shadow_catcher"] = True
+
+
+def _instanced(name, *members):
+    """An empty that instances a collection of these objects, which stand nowhere else."""
+    inside = bpy.data.collections.new(name)
+    for member in members:
+        for collection in member.users_collection:
+            collection.objects.unlink(member)
+        inside.objects.link(member)
+    empty = things.link(bpy.data.objects.new(name, None))
+    empty.instance_type, empty.instance_collection = "COLLECTION", inside
+    return empty
+
+
+def _on_vertices(ball):
+    field = things.plane("Field")
+    ball.parent, field.instance_type = field, "VERTS"
+    field.show_instancer_for_render = False
+    return field
+
+
+def _by_nodes(ball):
+    field = things.plane("Field")
+    things.scatter(field, ball)
+    ball.hide_render = True
+    return field
+
+
+@pytest.mark.parametrize("flag", FLAGS)
+@pytest.mark.parametrize(
+    "repeat", [lambda ball: _instanced("Field", ball), _on_vertices, _by_nodes]
+)
+def test_an_instancer_s_switches_are_listed_once(rendered, repeat, flag):
+    field = repeat(things.uv_sphere("Ball", radius=0.2))
+    (scene,) = rendered()
+    assert not any(issue.name == "Field" for issue in scene.issues)
+    setattr(field, flag, FLAGS[flag])
+    (scene,) = rendered()
+    (issue,) = (issue for issue in scene.issues if issue.name == "Field")
+    assert (issue.kind, issue.missing) == ("OBJECT", False)
+    assert len(scene.shapes) >= 1  # what it repeats is there, simplified
+
+
+def test_only_the_outermost_instancer_is_asked(export):
+    """As Cycles does, which never sees an instancer within another one."""
+    inner = _instanced("Inner", things.uv_sphere("Ball"))
+    outer = _instanced("Outer", inner)
+    inner.visible_camera, inner.is_shadow_catcher = False, True
+    assert export().issues == ()
+    outer.visible_camera = False
+    assert set(things.reasons(export())) == {"Outer"}
+
+
+def test_an_instancer_s_holdout_replaces_that_of_the_instance(export):
+    ball = things.uv_sphere("Ball")
+    ball.is_holdout = True
+    assert set(things.reasons(export())) == {"Ball"}
+    _instanced("Empty", ball)
+    assert export().issues == ()
+    ball.is_shadow_catcher = True
+    assert set(things.reasons(export())) == {"Ball"}
+
+
+@pytest.mark.parametrize("flag", ["is_holdout", "is_shadow_catcher", "visible_shadow"])
+def test_what_changes_no_light_is_not_listed_for_one(export, flag):
+    for thing in (things.light("POINT", "Lamp"), _instanced("E", things.light("POINT", "Inside"))):
+        setattr(thing, flag, not getattr(thing, flag))
+    scene = export()
+    assert scene.issues == () and len(scene.lights) == 2
+
+
+def test_objects_are_read_once_however_often_they_are_instanced(export, addon, monkeypatch):
+    listing = importlib.import_module(f"{addon.__name__}.operators.export.listing")
+    count, read = [0], listing.unheeded
+
+    def counted(*arguments):
+        count[0] += 1
+        return read(*arguments)
+
+    monkeypatch.setattr(listing, "unheeded", counted)
+    ball, fields = things.uv_sphere("Ball", radius=0.01), []
+    for side in (1, 20):
+        fields.append(things.plane("Field", segments=side))
+        things.scatter(fields[-1], ball)
+        fields[0].hide_render = fields[0].hide_viewport = side > 1
+        count.append(len(export().shapes))
+        count[0], before = 0, count[0]
+    few, many = count[1:]
+    assert many > 100 * few / 4 and many >= 400
+    export()
+    assert count[0] <= before
+
+
+def test_a_light_without_diffuse_rays_gives_no_light(export):
+    lamp = things.light("POINT", "Lamp")
+    assert len(export().lights) == 1
+    lamp.visible_diffuse = False
+    scene = export()
+    assert scene.lights == () and scene.issues == ()
+
+
+def test_an_instancer_takes_diffuse_rays_from_its_lights(export, tmp_path):
+    """Cycles does so from 4.5 on."""
+    from peer import render_cycles
+
+    floor = things.plane("Floor", size=40.0)
+    floor.data.materials.append(things.material("Matt", "ShaderNodeBsdfDiffuse", Roughness=0.0))
+    lamp = things.light("AREA", "Lamp", energy=1000.0, size=4.0)
+    lamp.location.z, lamp.visible_camera = 5.0, False
+    _instanced("Empty", lamp).visible_diffuse = False
+    assert bool(export().lights) == bool(render_cycles(tmp_path, samples=4).max() > 0.01)
+    assert bool(export().lights) == (bpy.app.version < (4, 5, 0))
+
+
+def test_an_instancer_may_be_left_unblurred(export):
+    ball = things.uv_sphere("Ball")
+    empty = _instanced("Empty", ball)
+    things.keyed(empty, "location", (0.0, 0.0, 0.0), (10.0, 0.0, 0.0))
+    bpy.context.scene.render.use_motion_blur = True
+    bpy.context.scene.frame_set(6)
+    assert np.any(export().shapes[0].motion.displacement)
+    empty.cycles.use_motion_blur = False
+    scene = export()
+    assert scene.shapes[0].motion is None and scene.issues == ()
