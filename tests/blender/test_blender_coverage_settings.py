@@ -55,18 +55,21 @@ ELSEWHERE = {
 
 
 def test_every_property_is_in_a_class(addon):
-    assert coverage_walk.unclassified(PACKAGE) == []
+    found = coverage_walk.unclassified(PACKAGE)
+    assert not found, "\n".join(found)
 
 
 def test_no_name_is_of_no_blender(addon):
     """A name that this Blender does not have is one that another Blender is known to have."""
     known = {f"{struct}.{name}" for struct, names in ELSEWHERE.items() for name in names.split()}
-    assert set(coverage_walk.unknown(PACKAGE)) - known == set()
+    found = set(coverage_walk.unknown(PACKAGE)) - known
+    assert not found, "\n".join(sorted(found))
 
 
 def test_each_listed_setting_is_listed_when_it_is_set(addon):
     faults, count = coverage_walk.unlisted(PACKAGE)
-    assert faults == [] and count > 40
+    assert not faults, "\n".join(faults)
+    assert count > 40
 
 
 def test_the_startup_file_lists_no_setting(addon):
