@@ -22,13 +22,16 @@ from .settings_tables.render import RENDER
 from .settings_tables.scene import SCENE
 from .settings_tables.view_layer import COLLECTION, LAYER_COLLECTION, VIEW_LAYER
 
+OWN = "own"
+"""Stands for the owner itself among a checklist's attributes."""
+
 
 class Checklist:
     """The listed entries of tables, each of which is of something reached from an owner.
 
     Parameters
     ----------
-    tables : by the attribute of the owner that has these settings; "" for its own.
+    tables : by the attribute of the owner that has these settings; `OWN` for the owner itself.
     """
 
     def __init__(self, **tables: Table) -> None:
@@ -59,9 +62,6 @@ def unheeded(owner: Any | None, name: str, entry: Listed) -> str | None:
         return None
     return entry.reason.format(value=value)
 
-
-OWN = "own"
-"""Stands for the owner itself among a checklist's attributes."""
 
 SCENES = Checklist(
     own=SCENE,

@@ -179,9 +179,11 @@ def _gather(depsgraph: Any, gathered: _Export) -> None:
             objects.read(instance)
             _gather_light(instance, name, gathered)
         elif thing.type == "MESH":
-            objects.read(instance)
             meshes.add(name)
+            before = len(gathered.shapes)
             _gather_mesh(instance, name, gathered)
+            if len(gathered.shapes) > before:  # of what is missing there is no more to tell
+                objects.read(instance)
         else:
             kind = thing.type.replace("_", " ").title()
             others[name] = Issue(name, f"objects of type {kind} are left out")

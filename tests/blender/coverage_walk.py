@@ -149,7 +149,7 @@ def _culled(switch):
 
 
 def _subdivided(made):
-    made.shape.modifiers.new("Subdivision", "SUBSURF")
+    made.shape.modifiers.new("Subdivision", "SUBSURF").subdivision_type = "SIMPLE"
     if hasattr(made.scene.cycles, "feature_set"):  # until 4.5
         made.scene.cycles.feature_set = "EXPERIMENTAL"
 
@@ -184,6 +184,7 @@ def _link(name):
 
 def _subdivide_adaptively(thing):
     modifier = thing.modifiers.new("Subdivision", "SUBSURF")
+    modifier.subdivision_type = "SIMPLE"  # it stays a parallelogram
     if not hasattr(modifier, "use_adaptive_subdivision"):
         assert bpy.app.version < (5, 0, 0)
         return False

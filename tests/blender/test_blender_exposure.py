@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import addon_utils
 import bpy
 import numpy as np
 import pytest
@@ -49,14 +50,18 @@ def test_an_exposure_that_is_keyed(stage, rendered):
     assert last == pytest.approx(2.0 * first)
 
 
-def test_without_cycles_there_is_no_exposure(stage, export, addon, monkeypatch):
-    import importlib
-
-    exposure = importlib.import_module(f"{addon.__name__}.operators.export.exposure")
-    monkeypatch.setattr(exposure, "cycles_of", lambda thing: None)
+def test_without_cycles_there_is_no_exposure(stage, export):
+    """Cycles is an add-on: its settings go with it, and come back."""
     stage.cycles.film_exposure = 2.0
-    assert exposure.exposure_of(stage) == 1.0
-    assert export().lights
+    exposed = export().background
+    addon_utils.disable("cycles")
+    try:
+        assert not hasattr(stage, "cycles")
+        found = export()
+    finally:
+        addon_utils.enable("cycles")
+    assert exposed == pytest.approx([2.0 * c for c in found.background]) and any(exposed)
+    assert export().background == exposed
 
 
 def test_cycles_agrees(stage, tmp_path):

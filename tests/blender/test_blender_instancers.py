@@ -75,6 +75,13 @@ def test_an_instancer_s_holdout_replaces_that_of_the_instance(export):
     assert set(things.reasons(export())) == {"Ball"}
 
 
+def test_of_what_is_missing_nothing_else_is_told(export):
+    bent = things.mesh_object("Bent", [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 3, 0)], [(0, 1, 2, 3)])
+    (said,) = things.reasons(export())["Bent"]
+    bent.visible_camera = _instanced("Empty", bent).visible_shadow = False
+    assert things.reasons(export()) == {"Empty/Bent": [said]}
+
+
 @pytest.mark.parametrize("flag", ["is_holdout", "is_shadow_catcher", "visible_shadow"])
 def test_what_changes_no_light_is_not_listed_for_one(export, flag):
     for thing in (things.light("POINT", "Lamp"), _instanced("E", things.light("POINT", "Inside"))):
