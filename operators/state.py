@@ -20,6 +20,7 @@ class State:
     """What runs and what was found.
 
     job : the running render, if any.
+    preparing : whether a render is about to read the scene.
     left : renders that nobody waits for any more, whose threads may have yet to end.
     watch : is told of the engine's progress with the scene and the job; None: nobody.
     issues : the last found, by `issues_key`.
@@ -27,6 +28,7 @@ class State:
     """
 
     job: Job | None = None
+    preparing: bool = False
     left: deque[Job] = field(default_factory=deque)
     watch: Callable[[Any, Job], None] | None = None
     issues: dict[str, tuple[Issue, ...]] = field(default_factory=dict)
