@@ -109,6 +109,8 @@ def _ready(name: str, size: tuple[int, int], is_data: bool) -> Any:
     _show_as_render(image, is_data)
     if tuple(image.size) != size:
         image.scale(*size)
+    # what a new image of Blender's is saved as by `Image.save`; packing makes it OpenEXR
+    image.file_format = "PNG"
     return image
 
 

@@ -11,6 +11,8 @@ from typing import Any
 import bpy
 
 RENDER_RESULT = "Render Result"
+SLOT = "Adaptive Render"
+"""Name of the render slot that the button's reading of the scene empties."""
 
 LAST_PART = re.compile(r'(?P<owner>.*?)(?:\.?(?P<name>[a-z_]\w*)|\["(?P<key>(?:[^"\\]|\\.)*)"\])')
 """A data path: what holds the property, and the property's name or the custom property's key."""
@@ -33,7 +35,7 @@ def changed(thing: Any, **values: Any) -> Iterator[None]:
 
 @contextmanager
 def kept_render_result() -> Iterator[None]:
-    """Let Blender render into an empty slot, so that the user's own renders stay in theirs."""
+    """Let Blender render into a slot of ours, so that the user's own renders stay in theirs."""
     image = _render_result()
     if image is None:
         try:
@@ -45,7 +47,12 @@ def kept_render_result() -> Iterator[None]:
         return
     slots = image.render_slots
     active = slots.active_index
-    slots.active_index = _empty_slot(image)
+    # a slot cannot be asked whether it is empty: Blender loses the picture of one that is not
+    names = [slot.name for slot in slots]
+    if SLOT not in names:
+        slots.new(name=SLOT)
+        names.append(SLOT)
+    slots.active_index = names.index(SLOT)
     try:
         yield
     finally:
@@ -54,17 +61,6 @@ def kept_render_result() -> Iterator[None]:
 
 def _render_result() -> Any | None:
     return next((i for i in bpy.data.images if i.type == "RENDER_RESULT"), None)
-
-
-def _empty_slot(image: Any) -> int:
-    """Return the number of a slot that holds no picture; a new one if all of Blender's do."""
-    slots = image.render_slots
-    for number in range(len(slots)):
-        slots.active_index = number
-        if not any(image.size):
-            return number
-    slots.new()
-    return len(slots) - 1
 
 
 @contextmanager
