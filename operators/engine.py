@@ -24,6 +24,7 @@ from .engine_export import ENGINE, export, pending
 from .figures import issues_of, summary
 from .job import Job
 from .state import issues_key, state
+from .temporary import RENDER_RESULT
 
 OPTIONAL = {"Depth": "use_pass_z", "Normal": "use_pass_normal"}
 """Passes of Blender's own that a view layer asks for; the others are always there."""
@@ -140,6 +141,7 @@ class ADRT_RE_engine(bpy.types.RenderEngine):
                 log.warning("%s: %s", issue.name, issue.reason)
         state.issues[key] = issues
         state.figures[key] = film.stats
+        state.newest[key] = RENDER_RESULT
         said = summary(film.stats)
         self.update_stats("", f"{said}, {len(issues)} left out or changed" if issues else said)
 

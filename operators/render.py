@@ -13,7 +13,7 @@ from ..adaptive_drt.scene import SceneError
 from ..adaptive_drt.settings import SettingsError
 from .engine_export import export_for_render
 from .figures import gather_figures, issues_of, read_figures, summary
-from .images import MASK, find_image, frame_of, write_images, write_picture
+from .images import MASK, RESULT, find_image, frame_of, write_images, write_picture
 from .job import Job
 from .show import redraw_images, show_rendered
 from .state import issues_key, state
@@ -192,6 +192,7 @@ class ADRT_OT_render(bpy.types.Operator):
         figures = gather_figures(stats, self._scene, self._settings, before)
         write_images(job, self._frame, figures)
         state.figures[self._uid] = figures
+        state.newest[self._uid] = RESULT
         self._tell(job, figures)
         # a window must not change inside modal(): that would run its end a second time
         if not bpy.app.background:

@@ -48,6 +48,7 @@ def file(addon):
     state = importlib.import_module(f"{PACKAGE}.operators.state").state
     state.issues.clear()
     state.figures.clear()
+    state.newest.clear()
     scene = bpy.context.scene
     camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
     camera.location = (0.0, 0.0, 10.0)
