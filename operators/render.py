@@ -155,6 +155,7 @@ class ADRT_OT_render(bpy.types.Operator):
         state.leave()
         self._leave(context)
         if job is not None:
+            log.warning("the window was closed, or another file is loaded: the render is cancelled")
             self._finish(job)
 
     def _prepare(self, context: Any, watched: bool = False) -> bool:
