@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What this engine does with each of Blender's settings: the terms in which the tables state it.
 
-Every property of the datablocks that a render reads is in one class, of `Use` or `Listed`. A test walks
-Blender's RNA and fails for a property that is in none, so a new version of Blender shows what is
-new in it.
+Every property of the datablocks that a render reads is in one class, of `Use` or `Listed`. A test
+walks Blender's RNA and fails for a property that is in none, so a new version of Blender shows what
+is new in it.
 """
 
 from __future__ import annotations
