@@ -14,7 +14,7 @@ from ...adaptive_drt.scene import Camera, Issue, Light, Material, Scene, SceneEr
 from .camera import camera_of
 from .clipping import clipped
 from .instances import RENDERED, Visible, key_of, name_of
-from .light import light_of
+from .light import Lamp, lamp_of, light_of
 from .material import material_of, slot_material
 from .mesh import Form, is_smooth, mesh_form, shapes_of, wears_several
 from .shutter import Matrix, Shutter, Track, matrix_of, shutter_of
@@ -49,6 +49,7 @@ class _Export:
     forms: dict[int, tuple[Form, str]] = field(default_factory=dict)
     known: dict[bytes, Form] = field(default_factory=dict)
     materials: dict[str, Material] = field(default_factory=dict)
+    lamps: dict[str, Lamp] = field(default_factory=dict)
 
     def material(self, worn: Any | None) -> Material:
         """Return the Lambert material of what a face wears."""
@@ -57,6 +58,12 @@ class _Export:
         if key not in self.materials:
             self.materials[key] = material_of(worn, self.issues)
         return self.materials[key]
+
+    def lamp(self, light: Any) -> Lamp:
+        """Return what the datablock of a light object says."""
+        if light.name_full not in self.lamps:
+            self.lamps[light.name_full] = lamp_of(light, self.issues)
+        return self.lamps[light.name_full]
 
     def track(self, key: Hashable, middle: Matrix, name: str, thing: Any) -> Track:
         # Cycles' own switch; a change of it does not reach the evaluated copy
@@ -161,7 +168,8 @@ def _gather(depsgraph: Any, gathered: _Export) -> None:
         gathered.issues.extend(_unheeded(thing, name))
         if thing.type == "LIGHT":
             track = gathered.track(key_of(instance), matrix_of(instance), name, thing)
-            light = light_of(thing, track, name, gathered.issues)
+            lamp = gathered.lamp(thing.data)
+            light = light_of(thing, lamp, track, name, gathered.issues)
             if light is not None:
                 gathered.lights.append(light)
         elif thing.type == "MESH":
