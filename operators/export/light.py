@@ -114,12 +114,14 @@ def _power(light: Any, reasons: list[str]) -> Vector:
         getattr(light, "exposure", 0.0),
         vector_of(light.temperature_color) if warm else WHITE,
     )
-    u, v, w = _shaded(light, reasons) if uses_nodes(light) else WHITE
+    u, v, w = emission_of(light, reasons)
     return (r * u, g * v, b * w)
 
 
-def _shaded(light: Any, reasons: list[str]) -> Vector:
+def emission_of(light: Any, reasons: list[str]) -> Vector:
     """Return the factor (RGB) that a light's own nodes put on its power."""
+    if not uses_nodes(light):
+        return WHITE
     source = surface_of(light.node_tree)
     if source.node is None:  # nor does it shine in Cycles
         return (0.0, 0.0, 0.0)

@@ -10,6 +10,7 @@ from .coverage import Table
 from .links import Source, output_node, surface_of
 from .listing import left_out
 from .material_table import CYCLES_MATERIAL, MATERIAL
+from .node_table import VOLUME
 from .nodes import called, node_called, uses_nodes
 from .shader import Shader
 
@@ -59,11 +60,13 @@ def _settings(material: Any) -> list[str]:
 
 def _shaded(material: Any, reasons: list[str]) -> Material:
     output = output_node(material.node_tree)
-    if output is not None:
-        reasons.extend(Shader(Source(output, None)).terms())
+    terms = [] if output is None else Shader(Source(output, None)).terms()
+    reasons.extend(terms)
     source = surface_of(material.node_tree)
     node = source.node
-    if node is None:  # Cycles shows black, too
+    if node is None:  # Cycles shows black, too, but nothing around a volume
+        if VOLUME in terms:
+            reasons.append("it has no surface shader, only a volume; its surface is shown black")
         return BLACK
     if node.bl_idname not in COLORS:
         reasons.append(

@@ -181,9 +181,11 @@ EMITTER: Table = {
     "Weight": Use.NO_EFFECT,
 }
 
+VOLUME = "its volume is left out"
+
 MATERIAL_OUTPUT: Table = {
     "Surface": Use.RENDERED,
-    "Volume": Listed(UNLINKED, "its volume is left out"),
+    "Volume": Listed(UNLINKED, VOLUME),
     "Displacement": Listed(UNLINKED, "its displacement is left out"),
     # EEVEE's
     "Thickness": Use.NO_EFFECT,
@@ -191,7 +193,7 @@ MATERIAL_OUTPUT: Table = {
 
 WORLD_OUTPUT: Table = {
     "Surface": Use.RENDERED,
-    "Volume": Listed(UNLINKED, "its volume is left out"),
+    "Volume": Listed(UNLINKED, VOLUME),
 }
 
 INPUTS: dict[str, Table] = {

@@ -11,6 +11,7 @@ import numpy as np
 
 from ...adaptive_drt.recognise import Ball
 from ...adaptive_drt.scene import Camera, Issue, Light, Material, Scene, SceneError, Shape
+from .animated import Animated, Key
 from .camera import camera_of
 from .clipping import clipped
 from .instances import RENDERED, Visible, key_of, name_of
@@ -102,17 +103,21 @@ def export_scene(
         raise SceneError("The scene has no camera: add one, or make one active")
     shutter = shutter_of(scene) if use_motion and move is not None else None
     opens = closes = None
+    animated = Animated()
     if shutter is not None and move is not None:
-        opens, closes = _ends(depsgraph, camera_object, move, shutter)
+        opens, closes = _ends(depsgraph, camera_object, move, shutter, animated)
     layer = depsgraph.view_layer_eval
     gathered = _Export(opens, closes, layer.material_override)
     camera = _camera(depsgraph, camera_object, gathered)
     if scene.render.use_multiview:
         gathered.issues.append(Issue("Scene", STEREO))
     _gather(depsgraph, gathered)
-    background = background_of(layer.world_override or depsgraph.scene_eval.world, gathered.issues)
+    world = layer.world_override or depsgraph.scene_eval.world
+    background = background_of(world, gathered.issues)
     camera_data = camera_object.evaluated_get(depsgraph).data
-    gathered.issues.extend(clipped(camera_data, camera, gathered.shapes))
+    clip = animated.clip(camera_data)
+    gathered.issues.extend(clipped(camera_data, camera, gathered.shapes, clip))
+    gathered.issues.extend(animated.changes(depsgraph, _used(gathered, camera_data, world)))
     return Scene(
         camera=camera,
         shapes=tuple(gathered.shapes),
@@ -124,14 +129,31 @@ def export_scene(
     )
 
 
+def _used(gathered: _Export, camera: Any, world: Any | None) -> set[Key]:
+    """Return the datablocks whose settings are in the picture."""
+    shining = (name for name, lamp in gathered.lamps.items() if not (lamp.missing or lamp.is_dark))
+    return {
+        ("CAMERA", camera.name_full),
+        *(("WORLD", thing.name_full) for thing in (world,) if thing is not None),
+        *(("MATERIAL", name) for name in gathered.materials),
+        *(("LIGHT", name) for name in shining),
+    }
+
+
 def _ends(
-    depsgraph: Any, camera: Any, move: Callable[[float], None], shutter: Shutter
+    depsgraph: Any,
+    camera: Any,
+    move: Callable[[float], None],
+    shutter: Shutter,
+    animated: Animated,
 ) -> tuple[dict[Hashable, Matrix], dict[Hashable, Matrix]]:
     """Sample both ends of the shutter and leave the scene at its middle."""
     move(shutter.opens)
     opens = _matrices(depsgraph, camera)
+    animated.sample(depsgraph)
     move(shutter.closes)
     closes = _matrices(depsgraph, camera)
+    animated.sample(depsgraph)
     move(shutter.middle)
     return opens, closes
 

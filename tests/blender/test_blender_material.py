@@ -119,6 +119,45 @@ def test_world(export):
     assert "left out" in things.reasons(scene)['World "World"'][0]
 
 
+def test_world_that_the_camera_does_not_see(export):
+    world = _world(COLOR, 2.0)
+    if not hasattr(world, "cycles_visibility"):  # Cycles is an add-on, and may be switched off
+        return
+    world.cycles_visibility.camera = False
+    scene = export()
+    assert scene.background == (0.0, 0.0, 0.0)
+    told = things.reasons(scene)['World "World"']
+    assert told == ["the light it throws on surfaces is left out"]
+    world.cycles_visibility.diffuse = False
+    assert export().issues == ()
+
+
+def test_volume_without_a_surface(export):
+    fog = things.material(node="ShaderNodeVolumeScatter")
+    tree = fog.node_tree
+    scatter = next(n for n in tree.nodes if n.outputs)
+    output = next(n for n in tree.nodes if not n.outputs)
+    tree.links.clear()
+    tree.links.new(scatter.outputs[0], output.inputs["Volume"])
+    color, told = _worn(export, fog)
+    assert color == (0.0, 0.0, 0.0)
+    reasons = told['Material "Material"']
+    assert reasons[0] == "its volume is left out" and "its surface is shown black" in reasons[1]
+
+
+def test_principled_that_reflects_nothing(export):
+    """An IOR of 1 has no reflection in Cycles, whatever the Specular."""
+    _, told = _worn(export, things.material(IOR=1.0))
+    assert told == {}
+
+
+def test_issues_say_which_datablock_they_are_about(export):
+    things.uv_sphere().data.materials.append(things.material("Gold"))
+    _world(COLOR, 1.0)
+    found = {(i.kind, i.target) for i in export().issues}
+    assert found == {("MATERIAL", "Gold"), ("WORLD", "World")}
+
+
 def test_black_world_leaves_nothing_out(export):
     _world((0.0, 0.0, 0.0, 1.0), 1.0)
     scene = export()
