@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Settings that change while the shutter is open, and are rendered as at its middle.
 
-Animation, drivers and handlers alike may change them, so what the picture would be made of is
-compared, rather than what has keyframes.
+What the picture would be made of is compared, rather than keyframes: these may all be alike, and
+drivers and handlers change settings, too.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from .camera_table import CAMERA, DEPTH_OF_FIELD
 from .coverage import Listed, Table, Use
 from .light import emission_of, lamp_of
 from .light_table import BY_TYPE, LIGHT
+from .links import GROUPS
 from .listing import left_out, plain, same
 from .material import material_of
 from .nodes import called
@@ -25,6 +26,13 @@ from .world import background_of
 
 Key = tuple[str, str]
 """Kind of a datablock, as an issue names it, and its full name."""
+
+HANDLERS = tuple(
+    getattr(bpy.app.handlers, f"{event}_{time}")
+    for event in ("frame_change", "depsgraph_update")
+    for time in ("pre", "post")
+)
+"""Functions of the user's own that may change anything at a change of the frame."""
 
 PLAIN = ("BOOLEAN", "INT", "FLOAT", "ENUM")
 """Types of properties whose values can be compared."""
@@ -47,7 +55,8 @@ class Animated:
 
     def sample(self, depsgraph: Any) -> None:
         """Read the settings at one end of the shutter."""
-        self._ends.append({key: state(thing) for key, thing, state in _things(depsgraph)})
+        changeable = (x for x in _things(depsgraph) if _may_change(x[1]))
+        self._ends.append({key: state(thing) for key, thing, state in changeable})
 
     def changes(self, depsgraph: Any, used: set[Key]) -> Iterator[Issue]:
         """Yield what differs from the middle of the shutter, at which the depsgraph is.
@@ -93,6 +102,26 @@ def _things(depsgraph: Any) -> Iterator[tuple[Key, Any, Any]]:
         for kind, (type_of, state) in READERS.items():
             if isinstance(thing, type_of):
                 yield (kind, thing.name_full), thing, state
+
+
+def _may_change(thing: Any) -> bool:
+    """Whether anything could change a datablock from one time to another."""
+    if any(HANDLERS):
+        return True
+    thing = thing.original
+    tree = getattr(thing, "node_tree", None)
+    return thing.animation_data is not None or (tree is not None and _is_animated(tree, set()))
+
+
+def _is_animated(tree: Any, seen: set[Any]) -> bool:
+    """Whether a tree of nodes, or one of the groups in it, has keyframes or drivers."""
+    if tree in seen:
+        return False
+    seen.add(tree)
+    if tree.animation_data is not None:
+        return True
+    groups = (n.node_tree for n in tree.nodes if isinstance(n, GROUPS))
+    return any(group is not None and _is_animated(group, seen) for group in groups)
 
 
 def _values(table: Table, owner: Any) -> dict[str, Any]:

@@ -64,11 +64,6 @@ class Source:
     groups: tuple[Any, ...] = ()
     passed: tuple[str, ...] = ()
 
-    def input(self, name: str) -> Input | None:
-        """Return an input of the node by its identifier, or None if it has no such input."""
-        found = None if self.node is None else _identified(self.node.inputs, name)
-        return None if found is None else Input(found, self.groups)
-
 
 def output_node(tree: Any) -> Any | None:
     """Return the output node that Cycles takes, or None."""
@@ -149,9 +144,9 @@ def _followed(fed: Input) -> Source:
 
 def _link(socket: Any) -> Any | None:
     """Return the link that feeds a socket, or None: Cycles leaves out those that are not valid."""
-    if not socket.enabled or socket.is_unavailable:
+    if not socket.is_linked or not socket.enabled or socket.is_unavailable:
         return None
-    for link in socket.links if socket.is_linked else ():
+    for link in socket.links:
         if link.is_valid and not link.is_muted and link.from_socket.enabled:
             return link
     return None

@@ -20,22 +20,23 @@ class Shader:
     """Reads the inputs of a node of `INPUTS` by their identifiers."""
 
     def __init__(self, source: Source) -> None:
-        self._source = source
         self._node: Any = source.node
+        # read once: a Principled BSDF has thirty, and each look at one of Blender's takes time
+        self._inputs = {s.identifier: Input(s, source.groups) for s in source.node.inputs}
 
     def number(self, name: str) -> float | None:
         """Return the number of an input, or None when it is not constant or not there."""
-        found = self._source.input(name)
+        found = self._inputs.get(name)
         return None if found is None else number_of(found)
 
     def color(self, name: str) -> Vector | None:
         """Return the colour of an input, or None when it is not constant or not there."""
-        found = self._source.input(name)
+        found = self._inputs.get(name)
         return None if found is None else color_of(found)
 
     def rendered_color(self, name: str, left_out: list[str]) -> Vector:
         """Return the colour of an input; where it is not constant the input's own, and say so."""
-        found = self._input(name)
+        found = self._inputs[name]
         color = color_of(found)
         if color is None:
             left_out.append(self._linked(found))
@@ -44,7 +45,7 @@ class Shader:
 
     def rendered_number(self, name: str, left_out: list[str]) -> float:
         """Return the number of an input; where it is not constant the input's own, and say so."""
-        found = self._input(name)
+        found = self._inputs[name]
         number = number_of(found)
         if number is None:
             left_out.append(self._linked(found))
@@ -61,7 +62,7 @@ class Shader:
         """Return the reasons of the inputs that are left out; a linked input is taken to matter."""
         found = []
         for name, entry in INPUTS[self._node.bl_idname].items():
-            fed = self._source.input(name)
+            fed = self._inputs.get(name) if isinstance(entry, Listed) else None
             if fed is None or not isinstance(entry, Listed):
                 continue
             if entry.neutral == UNLINKED:
@@ -72,12 +73,6 @@ class Shader:
                 neutral = any(same(single, x) for x in entry.neutral)
             if not neutral and (entry.when is None or entry.when(self)):
                 found.append(entry.reason)
-        return found
-
-    def _input(self, name: str) -> Input:
-        found = self._source.input(name)
-        if found is None:
-            raise KeyError(f"{self._node.bl_idname} has no input {name}")
         return found
 
     def _linked(self, fed: Input) -> str:

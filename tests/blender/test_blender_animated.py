@@ -114,6 +114,39 @@ def test_a_value_that_drives_a_colour(export, shutter):
     assert _told(export, "MATERIAL") == ["its colour changes"]
 
 
+def test_a_handler_that_changes_a_colour(export, shutter):
+    node = _ball()
+
+    def change(scene, _):
+        node.inputs["Color"].default_value = (scene.frame_current / 20, 0.0, 0.0, 1.0)
+
+    bpy.app.handlers.frame_change_pre.append(change)
+    try:
+        assert _told(export, "MATERIAL") == ["its colour changes"]
+    finally:
+        bpy.app.handlers.frame_change_pre.remove(change)
+
+
+def test_a_colour_in_a_group_of_a_group(export, shutter):
+    node = _ball()
+    trees = [node.id_data]
+    for name in ("Outer", "Inner"):
+        tree = bpy.data.node_groups.new(name, "ShaderNodeTree")
+        tree.interface.new_socket("Color", in_out="OUTPUT", socket_type="NodeSocketColor")
+        group = trees[-1].nodes.new("ShaderNodeGroup")
+        group.node_tree = tree
+        into = (
+            node.inputs["Color"] if len(trees) == 1 else trees[-1].nodes["Group Output"].inputs[0]
+        )
+        trees[-1].links.new(group.outputs[0], into)
+        tree.nodes.new("NodeGroupOutput")
+        trees.append(tree)
+    color = trees[-1].nodes.new("ShaderNodeRGB")
+    trees[-1].links.new(color.outputs[0], trees[-1].nodes["Group Output"].inputs[0])
+    _key_input(color.outputs[0], RED, BLUE)
+    assert _told(export, "MATERIAL") == ["its colour changes"]
+
+
 def test_a_material_that_nothing_wears(export, shutter):
     node = _ball()
     bpy.data.objects["Sphere"].data.materials.clear()
