@@ -53,7 +53,8 @@ def _shaded(world: Any, reasons: list[str]) -> Vector:
     if source.node is None:  # Cycles shows black, too
         return BLACK
     if source.node.bl_idname not in EMITTERS:
-        reasons.append(f"its {node_called(source.node)} is left out; black is used")
+        said = f"its {node_called(source.node)} is left out, and the light that it throws"
+        reasons.append(f"{said}; black is used")
         return BLACK
     linked: list[str] = []
     color = Shader(source).emission(linked)

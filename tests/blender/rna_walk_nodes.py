@@ -113,7 +113,8 @@ class _Stage:
         self._package = package
 
     def clear(self):
-        bpy.ops.wm.read_factory_settings(use_empty=True)
+        # unlike read_factory_settings it leaves the add-ons alone
+        bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
         scene = bpy.context.scene
         self.camera = bpy.data.cameras.new("Eye")
         scene.camera = self.link("Eye", self.camera)

@@ -54,6 +54,17 @@ def test_the_middle_is_what_is_rendered(export, shutter):
     assert export().camera.focal_length == pytest.approx(60.0)
 
 
+def test_a_render_tells_it_too(rendered, shutter):
+    """Its depsgraph is another one than the viewport's, and the engine moves it."""
+    things.keyed(shutter.camera.data, "lens", 30.0, 90.0)
+    node = _ball()
+    _key_input(node.inputs["Color"], RED, BLUE)
+    shutter.frame_set(6)
+    (scene,) = rendered()
+    found = {i.kind: i.reason for i in scene.issues if "during the shutter" in i.reason}
+    assert "focal length" in found["CAMERA"] and "colour" in found["MATERIAL"]
+
+
 LIGHTS = {
     "energy": ("POINT", (10.0, 50.0)),
     "color": ("POINT", ((1.0, 1.0, 1.0), (1.0, 0.0, 0.0))),
