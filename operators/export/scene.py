@@ -11,10 +11,11 @@ import numpy as np
 
 from ...adaptive_drt.recognise import Ball
 from ...adaptive_drt.scene import Camera, Issue, Light, Material, Scene, SceneError, Shape
+from .animated import Animated, Key
 from .camera import camera_of
 from .clipping import clipped
 from .instances import RENDERED, Visible, key_of, name_of
-from .light import light_of
+from .light import Lamp, lamp_of, light_of
 from .material import material_of, slot_material
 from .mesh import Form, is_smooth, mesh_form, shapes_of, wears_several
 from .shutter import Matrix, Shutter, Track, matrix_of, shutter_of
@@ -49,6 +50,7 @@ class _Export:
     forms: dict[int, tuple[Form, str]] = field(default_factory=dict)
     known: dict[bytes, Form] = field(default_factory=dict)
     materials: dict[str, Material] = field(default_factory=dict)
+    lamps: dict[str, Lamp] = field(default_factory=dict)
 
     def material(self, worn: Any | None) -> Material:
         """Return the Lambert material of what a face wears."""
@@ -57,6 +59,12 @@ class _Export:
         if key not in self.materials:
             self.materials[key] = material_of(worn, self.issues)
         return self.materials[key]
+
+    def lamp(self, light: Any) -> Lamp:
+        """Return what the datablock of a light object says."""
+        if light.name_full not in self.lamps:
+            self.lamps[light.name_full] = lamp_of(light, self.issues)
+        return self.lamps[light.name_full]
 
     def track(self, key: Hashable, middle: Matrix, name: str, thing: Any) -> Track:
         # Cycles' own switch; a change of it does not reach the evaluated copy
@@ -95,17 +103,21 @@ def export_scene(
         raise SceneError("The scene has no camera: add one, or make one active")
     shutter = shutter_of(scene) if use_motion and move is not None else None
     opens = closes = None
+    animated = Animated()
     if shutter is not None and move is not None:
-        opens, closes = _ends(depsgraph, camera_object, move, shutter)
+        opens, closes = _ends(depsgraph, camera_object, move, shutter, animated)
     layer = depsgraph.view_layer_eval
     gathered = _Export(opens, closes, layer.material_override)
     camera = _camera(depsgraph, camera_object, gathered)
     if scene.render.use_multiview:
         gathered.issues.append(Issue("Scene", STEREO))
     _gather(depsgraph, gathered)
-    background = background_of(layer.world_override or depsgraph.scene_eval.world, gathered.issues)
+    world = layer.world_override or depsgraph.scene_eval.world
+    background = background_of(world, gathered.issues)
     camera_data = camera_object.evaluated_get(depsgraph).data
-    gathered.issues.extend(clipped(camera_data, camera, gathered.shapes))
+    clip = animated.clip(camera_data)
+    gathered.issues.extend(clipped(camera_data, camera, gathered.shapes, clip))
+    gathered.issues.extend(animated.changes(depsgraph, _used(gathered, camera_data, world)))
     return Scene(
         camera=camera,
         shapes=tuple(gathered.shapes),
@@ -117,14 +129,31 @@ def export_scene(
     )
 
 
+def _used(gathered: _Export, camera: Any, world: Any | None) -> set[Key]:
+    """Return the datablocks whose settings are in the picture."""
+    shining = (name for name, lamp in gathered.lamps.items() if not (lamp.missing or lamp.is_dark))
+    return {
+        ("CAMERA", camera.name_full),
+        *(("WORLD", thing.name_full) for thing in (world,) if thing is not None),
+        *(("MATERIAL", name) for name in gathered.materials),
+        *(("LIGHT", name) for name in shining),
+    }
+
+
 def _ends(
-    depsgraph: Any, camera: Any, move: Callable[[float], None], shutter: Shutter
+    depsgraph: Any,
+    camera: Any,
+    move: Callable[[float], None],
+    shutter: Shutter,
+    animated: Animated,
 ) -> tuple[dict[Hashable, Matrix], dict[Hashable, Matrix]]:
     """Sample both ends of the shutter and leave the scene at its middle."""
     move(shutter.opens)
     opens = _matrices(depsgraph, camera)
+    animated.sample(depsgraph)
     move(shutter.closes)
     closes = _matrices(depsgraph, camera)
+    animated.sample(depsgraph)
     move(shutter.middle)
     return opens, closes
 
@@ -161,7 +190,8 @@ def _gather(depsgraph: Any, gathered: _Export) -> None:
         gathered.issues.extend(_unheeded(thing, name))
         if thing.type == "LIGHT":
             track = gathered.track(key_of(instance), matrix_of(instance), name, thing)
-            light = light_of(thing, track, name, gathered.issues)
+            lamp = gathered.lamp(thing.data)
+            light = light_of(thing, lamp, track, name, gathered.issues)
             if light is not None:
                 gathered.lights.append(light)
         elif thing.type == "MESH":
