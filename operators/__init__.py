@@ -3,12 +3,13 @@
 
 import bpy
 
-from . import check, command, compositor, engine, images, render, undo
+from . import check, command, compositor, engine, images, render, show, undo
 
 classes = (
     render.ADRT_OT_render,
     render.ADRT_OT_cancel,
     check.ADRT_OT_check,
+    show.ADRT_OT_show_image,
     compositor.ADRT_OT_show_mask,
     engine.ADRT_RE_engine,
 )

@@ -8,7 +8,8 @@ from typing import Any
 import bpy
 
 from ..adaptive_drt.scene import SceneError, validate
-from .export import export_scene
+from ..adaptive_drt.settings import SettingsError
+from .engine_export import export_for_render
 from .state import issues_key, state
 
 
@@ -24,9 +25,9 @@ class ADRT_OT_check(bpy.types.Operator):
 
     def execute(self, context: Any) -> set[str]:
         try:
-            # no motion: moving through time would lose edits that have no keyframe yet
-            scene = validate(export_scene(context.evaluated_depsgraph_get()))
-        except SceneError as error:
+            exported, _settings = export_for_render(context.scene, context.view_layer)
+            scene = validate(exported)
+        except (SceneError, SettingsError) as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
         state.issues[issues_key(context.scene)] = scene.issues

@@ -14,6 +14,8 @@ import bpy
 
 from .engine import ENGINE
 from .images import MASK, RESULT, find_image
+from .show_nodes import show_selected_nodes
+from .state import issues_key, state
 
 FRAME = "Adaptive Mask"
 """Label of the frame that holds our nodes, by which they are found again."""
@@ -58,7 +60,7 @@ def add_overlay(scene: Any, to_output: bool = False) -> Any:
     Raises
     ------
     LookupError
-        There is nothing to show: another engine renders, and the operator has not yet.
+        There is nothing to show: another engine renders, and the button has not yet.
     """
     tree = compositor_tree(scene)
     remove_overlay(tree)
@@ -67,7 +69,7 @@ def add_overlay(scene: Any, to_output: bool = False) -> Any:
     frame = tree.nodes.new("NodeFrame")
     frame.label = frame.name = FRAME
     try:
-        source = _source(tree, scene)
+        source = _source(tree, scene, to_output)
     except LookupError:
         tree.nodes.remove(frame)
         raise
@@ -90,8 +92,8 @@ def remove_overlay(tree: Any) -> None:
             tree.nodes.remove(node)
 
 
-def _source(tree: Any, scene: Any) -> _Source:
-    if scene.render.engine == ENGINE:
+def _source(tree: Any, scene: Any, to_output: bool) -> _Source:
+    if scene.render.engine == ENGINE and (to_output or not _button_was_last(scene)):
         layers = _placed(tree, "CompositorNodeRLayers", 0)
         layers.scene = scene
         return _Source(layers.outputs["Image"], layers.outputs[FRAME])
@@ -104,6 +106,11 @@ def _source(tree: Any, scene: Any) -> _Source:
         node.image = image
         found.append(node.outputs["Image"])
     return _Source(*found)
+
+
+def _button_was_last(scene: Any) -> bool:
+    """Whether the newest picture is in our images, and not in Blender's Render Result."""
+    return state.newest.get(issues_key(scene)) == RESULT
 
 
 def _overlay(tree: Any, source: _Source) -> Any:
@@ -168,8 +175,7 @@ class ADRT_OT_show_mask(bpy.types.Operator):
         except LookupError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
-        for window in context.window_manager.windows:
-            for area in window.screen.areas:
-                if area.ui_type == "CompositorNodeTree":
-                    area.spaces.active.show_backdrop = True
+        if not bpy.app.background:
+            # a window must not change inside an operator that a panel calls
+            bpy.app.timers.register(show_selected_nodes, first_interval=0.0)
         return {"FINISHED"}

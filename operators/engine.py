@@ -20,13 +20,11 @@ from numpy.typing import NDArray
 from ..adaptive_drt.film import PASSES, Film, Pass
 from ..adaptive_drt.scene import SceneError
 from ..adaptive_drt.settings import SettingsError
-from .export import export_scene, kept_frame
+from .engine_export import ENGINE, export, pending
 from .figures import issues_of, summary
 from .job import Job
-from .settings import settings_of
 from .state import issues_key, state
-
-ENGINE = "ADAPTIVE_DRT"
+from .temporary import RENDER_RESULT
 
 OPTIONAL = {"Depth": "use_pass_z", "Normal": "use_pass_normal"}
 """Passes of Blender's own that a view layer asks for; the others are always there."""
@@ -75,7 +73,10 @@ class ADRT_RE_engine(bpy.types.RenderEngine):
             self.register_pass(scene, renderlayer, one.name, channels, one.channels, one.kind)
 
     def render(self, depsgraph: Any) -> None:
-        """Render one view layer at the current frame."""
+        """Render one view layer at the current frame, or only export it for the button."""
+        if pending:
+            pending[0].answer(self, depsgraph)
+            return
         try:
             self._render(depsgraph)
         except (SceneError, SettingsError) as error:
@@ -113,11 +114,8 @@ class ADRT_RE_engine(bpy.types.RenderEngine):
             self._tell(depsgraph.scene.original, job.film)
 
     def _export(self, depsgraph: Any) -> Job:
-        scene = depsgraph.scene.original
-        settings = settings_of(scene)
         self.update_stats("", "Exporting")
-        with kept_frame(scene, self) as move:
-            exported = export_scene(depsgraph, move, settings.use_motion)
+        exported, settings = export(self, depsgraph)
         return Job(exported, settings, watched=not bpy.app.background)
 
     def _is_over(self) -> bool:
@@ -143,6 +141,7 @@ class ADRT_RE_engine(bpy.types.RenderEngine):
                 log.warning("%s: %s", issue.name, issue.reason)
         state.issues[key] = issues
         state.figures[key] = film.stats
+        state.newest[key] = RENDER_RESULT
         said = summary(film.stats)
         self.update_stats("", f"{said}, {len(issues)} left out or changed" if issues else said)
 

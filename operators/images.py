@@ -9,6 +9,7 @@ the file is saved, not at every render.
 from __future__ import annotations
 
 import json
+import logging
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,6 +21,9 @@ from numpy.typing import NDArray
 from ..adaptive_drt.film import Film
 from .figures import KEY
 from .job import Job
+from .state import state
+
+log = logging.getLogger(__name__)
 
 RESULT, MASK, SAMPLES = "Adaptive Render", "Adaptive Mask", "Adaptive Samples"
 OUTPUTS = (
@@ -98,13 +102,34 @@ def _ready(name: str, size: tuple[int, int], is_data: bool) -> Any:
         image.source = "GENERATED"
         image.use_generated_float = True
     if image is None:
-        image = bpy.data.images.new(name, *size, alpha=True, float_buffer=True, is_data=is_data)
+        image = bpy.data.images.new(name, 1, 1, alpha=True, float_buffer=True, is_data=is_data)
         # somebody else's linked image may hold the name already
         image.name = name
         image.use_fake_user = True
+    _show_as_render(image, is_data)
     if tuple(image.size) != size:
         image.scale(*size)
+    # what a new image of Blender's is saved as by `Image.save`; packing makes it OpenEXR
+    image.file_format = "PNG"
     return image
+
+
+def _show_as_render(image: Any, is_data: bool) -> None:
+    """Let Blender show and save an image as it does its own Render Result.
+
+    That is with the scene's view transform, look, exposure and gamma. An Image Editor heeds
+    `use_view_as_render` only where an image is not generated (Blender 5.2,
+    draw_color_management.cc); a generated image that is packed counts as a file's from then
+    on. Alpha is premultiplied, as that of the Combined pass is.
+    """
+    image.alpha_mode = "PREMUL"
+    image.use_view_as_render = not is_data
+    if image.source == "GENERATED":
+        if tuple(image.size) != (1, 1):  # only one pixel is to be compressed
+            image.scale(1, 1)
+        image.pixels[0] = 0.0
+        image.update()
+        image.pack()
 
 
 def holds_picture(image: Any) -> bool:
@@ -124,37 +149,16 @@ def _framed(flat: NDArray[np.float32], film: Film, frame: Frame) -> NDArray[np.f
     return whole.reshape(-1)
 
 
-def show_result() -> None:
-    """Show the picture in an open Image Editor, unless one already shows something of ours."""
-    image = find_image(RESULT)
-    if bpy.app.background or image is None:
-        return
-    editors = [
-        area
-        for window in bpy.context.window_manager.windows
-        for area in window.screen.areas
-        if area.type == "IMAGE_EDITOR"
-    ]
-    for area in editors:
-        area.tag_redraw()
-    shown = [area.spaces.active.image for area in editors]
-    if editors and not any(i is not None and i.name in NAMES for i in shown):
-        editors[0].spaces.active.image = image
-
-
-def redraw_images() -> None:
-    """Ask the Image Editors that show something of ours to draw again."""
-    for window in bpy.context.window_manager.windows:
-        for area in window.screen.areas:
-            if area.type == "IMAGE_EDITOR":
-                image = area.spaces.active.image
-                if image is not None and image.name in NAMES:
-                    area.tag_redraw()
-
-
 @persistent
 def pack_outputs(*_: Any) -> None:
-    """Pack our images if they changed, so that they survive in the file."""
+    """Pack our images if they changed, so that they survive in the file.
+
+    Not while they are being rendered: the processors are busy, so packing took a window 4.5 s at
+    1280 x 960, for a picture that is soon another.
+    """
+    if state.job is not None:
+        log.info("the picture in progress is not saved; save again when it is rendered")
+        return
     for name, _source, _is_data in OUTPUTS:
         image = find_image(name)
         if image is not None and image.is_dirty and image.has_data:

@@ -11,19 +11,11 @@ import bpy
 
 from ..adaptive_drt.scene import SceneError
 from ..adaptive_drt.settings import SettingsError
-from .export import export_scene, kept_frame
+from .engine_export import export_for_render
 from .figures import gather_figures, issues_of, read_figures, summary
-from .images import (
-    MASK,
-    find_image,
-    frame_of,
-    redraw_images,
-    show_result,
-    write_images,
-    write_picture,
-)
+from .images import MASK, RESULT, find_image, frame_of, write_images, write_picture
 from .job import Job
-from .settings import settings_of
+from .show import redraw_images, show_rendered
 from .state import issues_key, state
 
 log = logging.getLogger(__name__)
@@ -59,7 +51,7 @@ class ADRT_OT_render(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: Any) -> bool:
-        if state.job is not None:
+        if state.job is not None or state.preparing or bpy.app.is_job_running("RENDER"):
             cls.poll_message_set("A render is running; ESC cancels it")
             return False
         return context.scene is not None
@@ -79,15 +71,26 @@ class ADRT_OT_render(bpy.types.Operator):
         """Render in a thread while the window stays alive."""
         if context.window is None or bpy.app.background:
             return self.execute(context)
-        if not self._prepare(context, watched=True):
-            return {"CANCELLED"}
+        state.preparing = True
+        # the window says so before it stands still to read a large scene
+        context.workspace.status_text_set("Adaptive Render: reading the scene")
         manager = context.window_manager
         self._timer = manager.event_timer_add(TICK, window=context.window)
         manager.modal_handler_add(self)
+        return {"RUNNING_MODAL"}
+
+    def _start(self, context: Any) -> set[str]:
+        """Begin the render at the first tick."""
+        state.preparing = False
+        if not self._prepare(context, watched=True):
+            self._leave(context)
+            return {"CANCELLED"}
         state.job.start()
         return {"RUNNING_MODAL"}
 
     def modal(self, context: Any, event: Any) -> set[str]:
+        if state.preparing:
+            return self._start(context) if event.type == "TIMER" else {"PASS_THROUGH"}
         job = state.job
         if job is None:  # the add-on was switched off meanwhile
             self._leave(context)
@@ -132,7 +135,7 @@ class ADRT_OT_render(bpy.types.Operator):
             write_picture(preview, job.film, self._frame)
             if not self._shown:
                 # a window must not change inside modal(): that would run its end a second time
-                bpy.app.timers.register(show_result, first_interval=0.0)
+                bpy.app.timers.register(show_rendered, first_interval=0.0)
             redraw_images()
             self._shown = True
             self._drew, self._due = now, now + SHOW
@@ -140,20 +143,27 @@ class ADRT_OT_render(bpy.types.Operator):
             job.want_preview()
 
     def cancel(self, context: Any) -> None:
-        """Stop when Blender ends the operator itself: a file is loaded, a window closed."""
+        """Stop when Blender ends the operator itself: a file is loaded, the window is closed.
+
+        What is done of the picture is kept; a file that is loaded takes it away.
+        """
+        state.preparing = False
+        job = state.job
+        if job is not None:
+            job.cancel()
+            job.wait(GRACE)
         state.leave()
         self._leave(context)
+        if job is not None:
+            log.warning("the window was closed, or another file is loaded: the render is cancelled")
+            self._finish(job)
 
     def _prepare(self, context: Any, watched: bool = False) -> bool:
         """Export the scene and make the job; report and return False if there is nothing to do."""
         scene = context.scene
         self._uid = issues_key(scene)
         try:
-            self._settings = settings_of(scene)
-            with kept_frame(scene) as move:
-                self._scene = export_scene(
-                    context.evaluated_depsgraph_get(), move, self._settings.use_motion
-                )
+            self._scene, self._settings = export_for_render(scene, context.view_layer)
             crop = scene.render.use_border and scene.render.use_crop_to_border
             self._frame = frame_of(self._scene.camera, crop)
             state.job = Job(self._scene, self._settings, watched)
@@ -183,10 +193,11 @@ class ADRT_OT_render(bpy.types.Operator):
         figures = gather_figures(stats, self._scene, self._settings, before)
         write_images(job, self._frame, figures)
         state.figures[self._uid] = figures
+        state.newest[self._uid] = RESULT
         self._tell(job, figures)
         # a window must not change inside modal(): that would run its end a second time
         if not bpy.app.background:
-            bpy.app.timers.register(show_result, first_interval=0.0)
+            bpy.app.timers.register(show_rendered, first_interval=0.0)
         return {"FINISHED"}
 
     def _tell(self, job: Job, figures: dict[str, Any]) -> None:

@@ -20,17 +20,21 @@ class State:
     """What runs and what was found.
 
     job : the running render, if any.
+    preparing : whether a render is about to read the scene.
     left : renders that nobody waits for any more, whose threads may have yet to end.
     watch : is told of the engine's progress with the scene and the job; None: nobody.
     issues : the last found, by `issues_key`.
     figures : of the last render, by `issues_key`.
+    newest : name of the image that holds the newest picture, by `issues_key`.
     """
 
     job: Job | None = None
+    preparing: bool = False
     left: deque[Job] = field(default_factory=deque)
     watch: Callable[[Any, Job], None] | None = None
     issues: dict[str, tuple[Issue, ...]] = field(default_factory=dict)
     figures: dict[str, dict[str, Any]] = field(default_factory=dict)
+    newest: dict[str, str] = field(default_factory=dict)
 
     def leave(self, job: Job | None = None) -> None:
         """Be done with a render, the running one unless given, and let its threads end."""

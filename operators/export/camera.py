@@ -8,6 +8,9 @@ from typing import Any
 import numpy as np
 
 from ...adaptive_drt.scene import Camera, Issue, SceneError
+from .camera_table import CAMERA, DEPTH_OF_FIELD
+from .listing import left_out
+from .nodes import called
 from .shutter import Track, path_of
 
 FRAME = np.array([[1.0, 0.0], [0.0, 1.0], [0.0, 0.0]])
@@ -45,12 +48,15 @@ def camera_of(thing: Any, track: Track, render: Any, issues: list[Issue]) -> Cam
     name = thing.original.name
     data = thing.data if thing.type == "CAMERA" else None
     if data is None:
-        raise SceneError(f"{name} is no camera: make a camera the active one")
+        raise SceneError(f'"{name}" is no camera: make a camera the active one')
     if data.type != "PERSP":
         kind = {"ORTHO": "orthographic", "PANO": "panoramic"}.get(data.type, data.type.lower())
-        raise SceneError(f"The camera {name} is {kind}: set its type to Perspective")
-    if data.dof.use_dof:
-        issues.append(Issue(name, "its depth of field is left out"))
+        raise SceneError(f'The camera "{name}" is {kind}: set its type to Perspective')
+    for table, owner in ((CAMERA, data), (DEPTH_OF_FIELD, data.dof)):
+        issues.extend(
+            Issue(called("Camera", data.name), reason, kind="CAMERA", target=data.name)
+            for reason, _ in left_out(table, owner)
+        )
     path = path_of(_unscaled(track), shape=FRAME)
     if path.reason:
         issues.append(Issue(name, path.reason))

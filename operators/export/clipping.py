@@ -18,7 +18,9 @@ MOMENTS = np.linspace(-0.5, 0.5, 9)
 """Of the shutter, at which moving shapes are looked at."""
 
 
-def clipped(data: Any, camera: Camera, shapes: Sequence[Shape]) -> Iterator[Issue]:
+def clipped(
+    data: Any, camera: Camera, shapes: Sequence[Shape], clip: tuple[float, float]
+) -> Iterator[Issue]:
     """Yield an issue for each shape that reaches nearer or farther than the camera shows.
 
     Here all of a shape is rendered. Near is a ball around the camera as large as the part of the
@@ -27,16 +29,18 @@ def clipped(data: Any, camera: Camera, shapes: Sequence[Shape]) -> Iterator[Issu
     Parameters
     ----------
     data : Blender's camera.
+    clip : its Clip Start and Clip End.
     """
     if not shapes:
         return
-    near, far = data.clip_start * _slant(data, camera), data.clip_end
+    start, far = clip
+    near = start * _slant(data, camera)
     # what is not finite makes no issue here: it has its own
     with np.errstate(all="ignore"):
         closest, deepest = _reach(camera, shapes)
     for index in np.flatnonzero((deepest > 0.0) & ((closest < near) | (deepest > far))):
         if closest[index] < near:
-            said = f"is nearer than the camera's Clip Start, {data.clip_start:.4g} m"
+            said = f"is nearer than the camera's Clip Start, {start:.4g} m"
             remedy = "lower Clip Start, so that all renderers show it, or move it away"
         else:
             said = f"reaches beyond the camera's Clip End, {far:.4g} m"

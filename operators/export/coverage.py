@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What this engine does with each of Blender's settings: the terms in which the tables state it.
 
-Every property of the datablocks that a render reads is in one of three classes. A test walks
-Blender's RNA and fails for a property that is in none, so a new version of Blender shows what is
-new in it.
+Every property of the datablocks that a render reads is in one class, of `Use` or `Listed`. A test
+walks Blender's RNA and fails for a property that is in none, so a new version of Blender shows what
+is new in it.
 """
 
 from __future__ import annotations
@@ -20,10 +20,13 @@ class Use(Enum):
     RENDERED : the picture heeds it, or Blender has applied it to what the engine is given.
     NO_EFFECT : by its nature it cannot change this engine's picture: it belongs to the viewport,
         the user interface, files, other engines, or speed.
+    COVERED : where it would change the picture, another line says so already: of the thing that it
+        is a detail of (the f-stop of a depth of field that is left out), or of what it acts on.
     """
 
     RENDERED = "rendered"
     NO_EFFECT = "no effect"
+    COVERED = "covered"
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from ...adaptive_drt.scene import Light, PointLight, Vector
-from .listing import cycles_of
+from .checklist import cycles_of
 
 
 def exposure_of(scene: Any) -> float:

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-import math
+from dataclasses import dataclass
 from typing import Any
 
 import bpy
@@ -25,15 +25,17 @@ from ...adaptive_drt.scene import (
     Vector,
     vector_of,
 )
-from .nodes import input_color, input_value, output_node, source_node, uses_nodes
+from .light_table import BY_TYPE, CYCLES_LIGHT, LIGHT
+from .links import surface_of
+from .listing import left_out
+from .nodes import called, node_called, uses_nodes
+from .shader import EMITTERS, Shader
 from .shutter import Matrix, Track, path_of
-
-FULL_SPREAD = math.pi - 1e-4
-"""Radians: an area light of at least this spread is Lambertian; pi in float32 is no closer."""
 
 SQUARE = 1e-5
 """Cosine between an area light's axes: less is float32's rounding."""
 
+WHITE: Vector = (1.0, 1.0, 1.0)
 
 INSTANCERS_COUNT = (4, 5, 0)
 """First Blender whose Cycles asks a light's instancer for Ray Visibility, too; 4.4 does not."""
@@ -45,77 +47,111 @@ def gives_light(thing: Any, instancer: Any | None) -> bool:
     return bool(thing.visible_diffuse and (not counts or instancer.visible_diffuse))
 
 
-def light_of(thing: Any, track: Track, name: str, issues: list[Issue]) -> Light | None:
-    """Return the light of an evaluated light object, or None with an issue that says why not."""
-    light = thing.data
+@dataclass(frozen=True)
+class Lamp:
+    """What a light's datablock says, however many objects show it.
+
+    Attributes
+    ----------
+    power : radiant power (RGB).
+    missing : why none of the objects gives light, though it would in Blender.
+    is_dark : whether they give none in Blender either.
+    """
+
+    power: Vector = (0.0, 0.0, 0.0)
+    missing: tuple[str, ...] = ()
+    is_dark: bool = False
+
+
+def lamp_of(light: Any, issues: list[Issue]) -> Lamp:
+    """Return what an evaluated light datablock says, and append what of it is simplified."""
+    # a change of an add-on's settings does not reach the evaluated copy
+    cycles = getattr(light.original, "cycles", None)
+    found = [
+        *left_out(BY_TYPE.get(light.type, LIGHT), light),
+        *left_out(CYCLES_LIGHT, cycles),
+    ]
+    missing = tuple(reason for reason, is_missing in found if is_missing)
+    if missing:
+        return Lamp(missing=missing)
+    if light.type == "AREA" and getattr(cycles, "is_portal", False):
+        return Lamp(is_dark=True)
+    reasons = [reason for reason, _ in found]
+    power = _power(light, reasons)
+    said = called("Light", light.name)
+    issues.extend(Issue(said, r, kind="LIGHT", target=light.name) for r in reasons)
+    return Lamp(power)
+
+
+def light_of(thing: Any, lamp: Lamp, track: Track, name: str, issues: list[Issue]) -> Light | None:
+    """Return the light of an evaluated light object, or None if it gives no light here.
+
+    Parameters
+    ----------
+    lamp : what its datablock says.
+    """
+    light, tell = thing.data, _Teller(name, thing.original.name, issues)
     if not np.isfinite(track.middle).all():
-        reason = "its matrix is not finite: check its location and scale"
-    else:
-        reason = _unsupported(light)
-    if reason is not None:
-        issues.append(Issue(name, reason))
+        tell("its matrix is not finite: check its location and scale", missing=True)
         return None
-    power = _power(light, name, issues)
+    for reason in lamp.missing:
+        tell(reason, missing=True)
+    if lamp.missing or lamp.is_dark:
+        return None
     if light.type == "POINT":
-        return _point(light, power, track, name, issues)
-    return _area(light, power, track, name, issues)
+        return _point(light, lamp.power, track, tell)
+    return _area(light, lamp.power, track, tell)
 
 
-def _unsupported(light: Any) -> str | None:
-    if light.type in ("SUN", "SPOT"):
-        return f"{light.type.title()} lights are left out; use an Area or Point light"
-    if light.type == "AREA":
-        if light.shape not in ("SQUARE", "RECTANGLE"):
-            return f"Area lights of shape {light.shape.title()} are left out; use a rectangle"
-        if light.spread < FULL_SPREAD:
-            degrees = math.degrees(light.spread)
-            return f"its spread is {degrees:.0f}°: area lights below 180° are left out"
-        if getattr(getattr(light, "cycles", None), "is_portal", False):
-            return "it is a light portal, which gives no light of its own"
-    elif light.type != "POINT":
-        return f"lights of type {light.type.title()} are left out"
-    return None
+@dataclass(frozen=True)
+class _Teller:
+    """Appends issues of one light object, which is shown as `name`."""
+
+    name: str
+    target: str
+    issues: list[Issue]
+
+    def __call__(self, reason: str | None, missing: bool = False) -> None:
+        if reason:
+            self.issues.append(Issue(self.name, reason, missing, "OBJECT", self.target))
 
 
-def _power(light: Any, name: str, issues: list[Issue]) -> Vector:
+def _power(light: Any, reasons: list[str]) -> Vector:
     warm = getattr(light, "use_temperature", False)
     r, g, b = light_power(
         light.energy,
         vector_of(light.color),
         getattr(light, "exposure", 0.0),
-        vector_of(light.temperature_color) if warm else (1.0, 1.0, 1.0),
+        vector_of(light.temperature_color) if warm else WHITE,
     )
-    u, v, w = _shader(light, name, issues)
+    u, v, w = emission_of(light, reasons)
     return (r * u, g * v, b * w)
 
 
-def _shader(light: Any, name: str, issues: list[Issue]) -> Vector:
+def emission_of(light: Any, reasons: list[str]) -> Vector:
     """Return the factor (RGB) that a light's own nodes put on its power."""
-    white = (1.0, 1.0, 1.0)
     if not uses_nodes(light):
-        return white
-    output = output_node(light.node_tree)
-    node = source_node(output.inputs["Surface"]) if output is not None else None
-    strength = input_value(node.inputs["Strength"]) if _emits(node) else None
-    color, exact = input_color(node.inputs["Color"]) if _emits(node) else (white, False)
-    if strength is None or not exact:
-        issues.append(Issue(name, "its shader nodes are left out; its own power and colour shine"))
-        return white
-    return (color[0] * strength, color[1] * strength, color[2] * strength)
-
-
-def _emits(node: Any | None) -> bool:
-    return node is not None and node.type == "EMISSION"
+        return WHITE
+    source = surface_of(light.node_tree)
+    if source.node is None:  # nor does it shine in Cycles
+        return (0.0, 0.0, 0.0)
+    used = "its own power and colour shine"
+    if source.node.bl_idname not in EMITTERS:
+        reasons.append(f"its {node_called(source.node)} is left out; {used}")
+        return WHITE
+    linked: list[str] = []
+    factor = Shader(source).emission(linked)
+    reasons.extend(f"{said}; {used}" for said in linked)
+    return WHITE if linked else factor
 
 
 def _point(
-    light: Any, power: Vector, track: Track, name: str, issues: list[Issue]
+    light: Any, power: Vector, track: Track, tell: _Teller
 ) -> PointLight | SphereLight | DiskLight:
     path = path_of(track)
-    if path.reason:
-        issues.append(Issue(name, path.reason))
+    tell(path.reason)
     normalize, shadow = getattr(light, "normalize", True), bool(light.use_shadow)
-    radius = float(light.shadow_soft_size)
+    radius, name = float(light.shadow_soft_size), tell.name
     if radius == 0.0:
         intensity = point_intensity(power, normalize)
         return PointLight(path.position, intensity, path.motion, shadow, name)
@@ -125,27 +161,26 @@ def _point(
     return kind(path.position, radius, radiance, path.motion, shadow, name)
 
 
-def _area(
-    light: Any, power: Vector, track: Track, name: str, issues: list[Issue]
-) -> QuadLight | None:
+def _area(light: Any, power: Vector, track: Track, tell: _Teller) -> QuadLight | None:
     size_x = float(light.size)
     size_y = size_x if light.shape == "SQUARE" else float(light.size_y)
     # the light shines along its own -Z, and cross(X, -Y) = -Z
     half = np.array([[size_x, 0.0, 0.0], [0.0, -size_y, 0.0]]).T / 2.0
     half_u, half_v = (track.middle[:3, :3] @ half).T
     area = 4.0 * float(np.linalg.norm(np.cross(half_u, half_v)))
-    if area == 0.0:
-        issues.append(Issue(name, "its size is zero"))
+    flat = not float(np.linalg.norm(track.middle[:3, 2]))
+    if area == 0.0 or flat:  # measured: Cycles renders no light of either
+        what = "scale along its Z axis" if flat else "size"
+        tell(f"its {what} is zero, so it gives no light, nor does it in Cycles")
         return None
     if _sheared(track.middle[:3, :3]):
-        issues.append(Issue(name, "its parents shear it; sheared area lights are left out"))
+        tell("its parents shear it; sheared area lights are left out", missing=True)
         return None
     forward = -track.middle[:3, 2]
     if float(np.cross(half_u, half_v) @ forward) < 0.0:  # a mirrored object
         half_u, half_v = half_v, half_u
     path = path_of(track, shape=half)
-    if path.reason:
-        issues.append(Issue(name, path.reason))
+    tell(path.reason)
     radiance = area_radiance(power, area, getattr(light, "normalize", True))
     return QuadLight(
         path.position,
@@ -154,13 +189,11 @@ def _area(
         radiance,
         path.motion,
         bool(light.use_shadow),
-        name,
+        tell.name,
     )
 
 
 def _sheared(linear: Matrix) -> bool:
     length = np.linalg.norm(linear, axis=0)
-    if not length.all():  # a flattened depth does not matter, but leaves no direction to shine in
-        return True
     cosines = (linear / length).T @ (linear / length) - np.eye(3)
     return float(np.abs(cosines).max()) > SQUARE

@@ -6,22 +6,26 @@ from __future__ import annotations
 from typing import Any
 
 from ...adaptive_drt.scene import Issue, Material, Vector
-from .nodes import called, input_color, input_value, output_node, source_node, uses_nodes
+from .coverage import Table
+from .links import Source, output_node, surface_of
+from .listing import left_out
+from .material_table import CYCLES_MATERIAL, MATERIAL
+from .node_table import VOLUME
+from .nodes import called, node_called, uses_nodes
+from .shader import Shader
 
 CYCLES_DEFAULT = Material((0.8, 0.8, 0.8))
 """What Cycles gives to a surface without a material."""
 
-PRINCIPLED_TERMS = (
-    ("Metallic", "Metallic"),
-    ("Specular IOR Level", "Specular"),
-    ("Transmission Weight", "Transmission"),
-    ("Subsurface Weight", "Subsurface"),
-    ("Coat Weight", "Coat"),
-    ("Sheen Weight", "Sheen"),
-    ("Diffuse Roughness", "Diffuse Roughness"),
-    ("Thin Film Thickness", "Thin Film"),
-)
-"""Inputs of a Principled BSDF that change nothing when they are 0, and what a person calls them."""
+BLACK = Material((0.0, 0.0, 0.0))
+
+COLORS = {"ShaderNodeBsdfDiffuse": "Color", "ShaderNodeBsdfPrincipled": "Base Color"}
+"""Surface nodes that are rendered, and the input that is their diffuse colour."""
+
+USED = {
+    "ShaderNodeBsdfDiffuse": "only the colour of its Diffuse BSDF is used",
+    "ShaderNodeBsdfPrincipled": "only its base colour is used",
+}
 
 
 def slot_material(thing: Any, slot: int) -> Any | None:
@@ -34,80 +38,50 @@ def material_of(material: Any | None, issues: list[Issue]) -> Material:
     """Return the Lambert material of a Blender material, and append what it leaves out."""
     if material is None:
         return CYCLES_DEFAULT
+    reasons = list(_settings(material))
+    if uses_nodes(material):
+        result = _shaded(material, reasons)
+    else:
+        result = Material(_rgb(material.diffuse_color))
     said = called("Material", material.name)
-    viewport = _rgb(material.diffuse_color)
-    if not uses_nodes(material):
-        return Material(viewport)
-    output = output_node(material.node_tree)
-    surface = source_node(output.inputs["Surface"]) if output is not None else None
-    if output is not None:
-        for socket in ("Volume", "Displacement"):
-            if source_node(output.inputs[socket]) is not None:
-                issues.append(Issue(said, f"its {socket.lower()} is left out"))
-    if surface is None:
-        issues.append(Issue(said, "it has no surface shader; black is used, as Cycles does"))
-        return Material((0.0, 0.0, 0.0))
-    if surface.type == "BSDF_DIFFUSE":
-        return _diffuse(surface, said, issues)
-    if surface.type == "BSDF_PRINCIPLED":
-        return _principled(surface, said, issues)
-    issues.append(
-        Issue(
-            said, f"its {surface.bl_label} node is left out; its viewport colour is used as diffuse"
-        )
+    issues.extend(Issue(said, r, kind="MATERIAL", target=material.name) for r in reasons)
+    return result
+
+
+def _settings(material: Any) -> list[str]:
+    """Return what is left out of a material's settings, Cycles' own included."""
+    tables: tuple[tuple[Table, Any], ...] = (
+        (MATERIAL, material),
+        # a change of an add-on's settings does not reach the evaluated copy
+        (CYCLES_MATERIAL, getattr(material.original, "cycles", None)),
     )
-    return Material(viewport)
+    return [reason for table, owner in tables for reason, _ in left_out(table, owner)]
 
 
-def _diffuse(node: Any, said: str, issues: list[Issue]) -> Material:
-    left_out = _left_out(node, (("Roughness", "Roughness"),))
-    _tell(said, left_out, "only the colour of its Diffuse BSDF is used", issues)
-    return Material(_color(node.inputs["Color"], said, issues))
-
-
-def _principled(node: Any, said: str, issues: list[Issue]) -> Material:
-    left_out = _left_out(node, PRINCIPLED_TERMS)
-    alpha = node.inputs.get("Alpha")
-    if alpha is not None and input_value(alpha) != 1.0:
-        left_out.append("Alpha")
-    strength = node.inputs.get("Emission Strength")
-    glow = node.inputs.get("Emission Color")
-    if strength is not None and glow is not None:
-        dark = input_value(strength) == 0.0 or not (
-            glow.is_linked or any(tuple(glow.default_value)[:3])
+def _shaded(material: Any, reasons: list[str]) -> Material:
+    output = output_node(material.node_tree)
+    terms = [] if output is None else Shader(Source(output, None)).terms()
+    reasons.extend(terms)
+    source = surface_of(material.node_tree)
+    node = source.node
+    if node is None:  # Cycles shows black, too, but nothing around a volume
+        if VOLUME in terms:
+            reasons.append("it has no surface shader, only a volume; its surface is shown black")
+        return BLACK
+    if node.bl_idname not in COLORS:
+        reasons.append(
+            f"its {node_called(node)} is left out; its viewport colour is used as diffuse"
         )
-        if not dark:
-            left_out.append("Emission")
-    _tell(said, left_out, "only its base colour is used", issues)
-    return Material(_color(node.inputs["Base Color"], said, issues))
-
-
-def _left_out(node: Any, terms: tuple[tuple[str, str], ...]) -> list[str]:
-    """Return what a node has beyond a Lambert surface; a linked input is taken to matter."""
-    found = []
-    for key, said in terms:
-        socket = node.inputs.get(key)
-        if socket is not None and input_value(socket) != 0.0:
-            found.append(said)
-    normal = node.inputs.get("Normal")
-    if normal is not None and normal.is_linked:
-        found.append("Normal")
-    return found
-
-
-def _tell(said: str, left_out: list[str], used: str, issues: list[Issue]) -> None:
-    if left_out:
-        verb = "is" if len(left_out) == 1 else "are"
-        issues.append(Issue(said, f"{', '.join(left_out)} {verb} left out: {used}"))
-
-
-def _color(socket: Any, said: str, issues: list[Issue]) -> Vector:
-    color, exact = input_color(socket)
-    if not exact:
-        issues.append(
-            Issue(said, f"what is linked to its {socket.name} is left out; one colour is used")
-        )
-    return color
+        return Material(_rgb(material.diffuse_color))
+    shader = Shader(source)
+    terms = shader.terms()
+    if terms:
+        verb = "is" if len(terms) == 1 else "are"
+        reasons.append(f"{', '.join(terms)} {verb} left out: {USED[node.bl_idname]}")
+    linked: list[str] = []
+    color = shader.rendered_color(COLORS[node.bl_idname], linked)
+    reasons.extend(f"{said}; one colour is used" for said in linked)
+    return Material(color)
 
 
 def _rgb(color: Any) -> Vector:

@@ -10,19 +10,20 @@ from typing import Any
 import numpy as np
 
 from ...adaptive_drt.recognise import Ball
-from ...adaptive_drt.scene import Camera, Issue, Light, Material, Scene, SceneError, Shape, Vector
+from ...adaptive_drt.scene import Camera, Issue, Light, Material, Scene, SceneError, Shape
+from .animated import Animated, Key
 from .camera import camera_of
+from .checklist import ObjectIssues, cycles_of, instancer_of, scene_issues
 from .clipping import clipped
 from .compositing import compositing_issues
 from .exposure import exposed, exposed_light, exposure_of
 from .instances import RENDERED, Visible, key_of, name_of
 from .layer_filter import lets_through
-from .light import gives_light, light_of
-from .listing import ObjectIssues, cycles_of, instancer_of, scene_issues
+from .light import Lamp, gives_light, lamp_of, light_of
 from .material import material_of, slot_material
 from .mesh import Form, is_smooth, mesh_form, shapes_of, wears_several
 from .shutter import Matrix, Shutter, Track, matrix_of, shutter_of
-from .world import BLACK, background_of
+from .world import background_of
 
 CAMERA_KEY = "camera"
 
@@ -47,6 +48,7 @@ class _Export:
     forms: dict[int, tuple[Form, str]] = field(default_factory=dict)
     known: dict[bytes, Form] = field(default_factory=dict)
     materials: dict[str, Material] = field(default_factory=dict)
+    lamps: dict[str, Lamp] = field(default_factory=dict)
 
     def material(self, worn: Any | None) -> Material:
         """Return the Lambert material of what a face wears."""
@@ -55,6 +57,12 @@ class _Export:
         if key not in self.materials:
             self.materials[key] = material_of(worn, self.issues)
         return self.materials[key]
+
+    def lamp(self, light: Any) -> Lamp:
+        """Return what the datablock of a light object says."""
+        if light.name_full not in self.lamps:
+            self.lamps[light.name_full] = lamp_of(light, self.issues)
+        return self.lamps[light.name_full]
 
     def track(
         self, key: Hashable, middle: Matrix, name: str, thing: Any, instancer: Any | None = None
@@ -99,21 +107,25 @@ def export_scene(
     moves = use_motion and move is not None and layer.use_motion_blur
     shutter = shutter_of(scene) if moves else None
     opens = closes = None
+    animated = Animated()
     if shutter is not None and move is not None:
-        opens, closes = _ends(depsgraph, camera_object, move, shutter)
+        opens, closes = _ends(depsgraph, camera_object, move, shutter, animated)
         layer = depsgraph.view_layer_eval  # another frame's copy is another one
     gathered = _Export(opens, closes, layer.material_override)
     camera = _camera(depsgraph, camera_object, gathered)
     gathered.issues.extend(scene_issues(depsgraph))
     gathered.issues.extend(compositing_issues(scene, layer))
     _gather(depsgraph, gathered)
-    background = _background(depsgraph, gathered)
+    world = _world(depsgraph)
+    background = background_of(world, gathered.issues)
     exposure = exposure_of(depsgraph.scene_eval)
     if exposure != 1.0:
         gathered.lights = [exposed_light(light, exposure) for light in gathered.lights]
         background = exposed(background, exposure)
     camera_data = camera_object.evaluated_get(depsgraph).data
-    gathered.issues.extend(clipped(camera_data, camera, gathered.shapes))
+    clip = animated.clip(camera_data)
+    gathered.issues.extend(clipped(camera_data, camera, gathered.shapes, clip))
+    gathered.issues.extend(animated.changes(depsgraph, _used(gathered, camera_data, world)))
     return Scene(
         camera=camera,
         shapes=tuple(gathered.shapes),
@@ -125,14 +137,31 @@ def export_scene(
     )
 
 
+def _used(gathered: _Export, camera: Any, world: Any | None) -> set[Key]:
+    """Return the datablocks whose settings are in the picture."""
+    shining = (name for name, lamp in gathered.lamps.items() if not (lamp.missing or lamp.is_dark))
+    return {
+        ("CAMERA", camera.name_full),
+        *(("WORLD", thing.name_full) for thing in (world,) if thing is not None),
+        *(("MATERIAL", name) for name in gathered.materials),
+        *(("LIGHT", name) for name in shining),
+    }
+
+
 def _ends(
-    depsgraph: Any, camera: Any, move: Callable[[float], None], shutter: Shutter
+    depsgraph: Any,
+    camera: Any,
+    move: Callable[[float], None],
+    shutter: Shutter,
+    animated: Animated,
 ) -> tuple[dict[Hashable, Matrix], dict[Hashable, Matrix]]:
     """Sample both ends of the shutter and leave the scene at its middle."""
     move(shutter.opens)
     opens = _matrices(depsgraph, camera)
+    animated.sample(depsgraph)
     move(shutter.closes)
     closes = _matrices(depsgraph, camera)
+    animated.sample(depsgraph)
     move(shutter.middle)
     return opens, closes
 
@@ -153,11 +182,9 @@ def _camera(depsgraph: Any, camera: Any, gathered: _Export) -> Camera:
     return camera_of(thing, track, depsgraph.scene.original.render, gathered.issues)
 
 
-def _background(depsgraph: Any, gathered: _Export) -> Vector:
+def _world(depsgraph: Any) -> Any | None:
     layer = depsgraph.view_layer_eval
-    if not layer.use_sky:
-        return BLACK
-    return background_of(layer.world_override or depsgraph.scene_eval.world, gathered.issues)
+    return (layer.world_override or depsgraph.scene_eval.world) if layer.use_sky else None
 
 
 def _gather(depsgraph: Any, gathered: _Export) -> None:
@@ -198,7 +225,7 @@ def _gather_light(instance: Any, name: str, gathered: _Export) -> None:
     if not gives_light(thing, instancer):
         return
     track = gathered.track(key_of(instance), matrix_of(instance), name, thing, instancer)
-    light = light_of(thing, track, name, gathered.issues)
+    light = light_of(thing, gathered.lamp(thing.data), track, name, gathered.issues)
     if light is not None:
         gathered.lights.append(light)
 

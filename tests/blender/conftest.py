@@ -48,6 +48,7 @@ def file(addon):
     state = importlib.import_module(f"{PACKAGE}.operators.state").state
     state.issues.clear()
     state.figures.clear()
+    state.newest.clear()
     scene = bpy.context.scene
     camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
     camera.location = (0.0, 0.0, 10.0)
@@ -62,11 +63,16 @@ def export(addon, file):
     """Export the scene as the operator does; returns the core's scene."""
     import bpy
 
-    module = importlib.import_module(f"{PACKAGE}.operators.export")
+    module = importlib.import_module(f"{PACKAGE}.operators.engine_export")
 
     def run(use_motion=True):
-        with module.kept_frame(bpy.context.scene) as move:
-            return module.export_scene(bpy.context.evaluated_depsgraph_get(), move, use_motion)
+        scene = bpy.context.scene
+        before = scene.adaptive_drt.use_motion
+        scene.adaptive_drt.use_motion = use_motion
+        try:
+            return module.export_for_render(scene, bpy.context.view_layer)[0]
+        finally:
+            scene.adaptive_drt.use_motion = before
 
     return run
 
@@ -76,7 +82,7 @@ def rendered(addon, file, monkeypatch, tmp_path):
     """Render with the engine, one frame or those from first to last; the core's scene of each."""
     import bpy
 
-    engine = importlib.import_module(f"{PACKAGE}.operators.engine")
+    engine = importlib.import_module(f"{PACKAGE}.operators.engine_export")
     made, found = engine.export_scene, []
     monkeypatch.setattr(engine, "export_scene", lambda *a: found.append(made(*a)) or found[-1])
 

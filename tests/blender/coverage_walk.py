@@ -47,12 +47,12 @@ def unclassified(package):
 def unknown(package):
     """Names in the tables that this Blender does not have, as Struct.property."""
     tables = importlib.import_module(f"{package}.operators.export.settings_tables")
-    shared = importlib.import_module(f"{package}.operators.export.settings_tables.datablock")
+    shared = importlib.import_module(f"{package}.operators.export.datablock_table")
     return sorted(
         {
             f"{one.struct}.{name}"
             for one in tables.COVERED
-            for name in one.table.keys() - properties(one.struct) - shared.DATABLOCK.keys()
+            for name in one.table.keys() - properties(one.struct) - shared.ID.keys()
         }
     )
 
@@ -237,10 +237,14 @@ def _fault_of(covered, name, entry):
         _change(owner, name, entry)
     elif change(owner) is False:
         return None
-    reason = entry.reason.format(value=getattr(owner, name))
-    if any(issue.reason == reason for issue in before):
+    start, _, end = entry.reason.partition("{value}")
+
+    def says_so(issue):
+        return issue.reason.startswith(start) and issue.reason.endswith(end)
+
+    if any(map(says_so, before)):
         return f"{said} ({covered.part}) is listed where it is not set"
-    found = [issue for issue in exported() if issue.reason == reason]
+    found = list(filter(says_so, exported()))
     if [(i.kind, i.target, i.missing) for i in found] != [(kind, target, entry.missing)]:
         return f"{said} ({covered.part}) is not listed: {found}"
     return ""

@@ -45,7 +45,7 @@ def test_camera_moves(export):
 
 def test_depth_of_field_is_told(export):
     bpy.context.scene.camera.data.dof.use_dof = True
-    assert "depth of field" in things.reasons(export())["Camera"][0]
+    assert "depth of field" in things.reasons(export())['Camera "Camera"'][0]
 
 
 def test_stereoscopy_is_told(export):
@@ -58,7 +58,7 @@ def test_stereoscopy_is_told(export):
 @pytest.mark.parametrize("kind, said", [("ORTHO", "orthographic"), ("PANO", "panoramic")])
 def test_other_cameras(export, core, kind, said):
     bpy.context.scene.camera.data.type = kind
-    with pytest.raises(core.SceneError, match=f"The camera Camera is {said}"):
+    with pytest.raises(core.SceneError, match=f'The camera "Camera" is {said}'):
         export()
 
 
@@ -70,5 +70,5 @@ def test_no_camera(export, core):
 
 def test_no_camera_but_a_light(export, core):
     bpy.context.scene.camera = things.light("POINT", "Lamp")
-    with pytest.raises(core.SceneError, match="Lamp is no camera"):
+    with pytest.raises(core.SceneError, match='"Lamp" is no camera'):
         export()

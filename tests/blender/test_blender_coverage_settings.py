@@ -74,5 +74,5 @@ def test_each_listed_setting_is_listed_when_it_is_set(addon):
 
 def test_the_startup_file_lists_no_setting(addon):
     found = coverage_walk.factory_issues(PACKAGE)
-    assert {issue.name for issue in found} <= {"World", "Material"}, found
+    assert {issue.kind for issue in found} <= {"WORLD", "MATERIAL"}, found
     assert not any(issue.missing for issue in found)

@@ -91,14 +91,14 @@ def test_what_changes_no_light_is_not_listed_for_one(export, flag):
 
 
 def test_objects_are_read_once_however_often_they_are_instanced(export, addon, monkeypatch):
-    listing = importlib.import_module(f"{addon.__name__}.operators.export.listing")
-    count, read = [0], listing.unheeded
+    checklist = importlib.import_module(f"{addon.__name__}.operators.export.checklist")
+    count, read = [0], checklist.left_out
 
     def counted(*arguments):
         count[0] += 1
         return read(*arguments)
 
-    monkeypatch.setattr(listing, "unheeded", counted)
+    monkeypatch.setattr(checklist, "left_out", counted)
     ball, fields = things.uv_sphere("Ball", radius=0.01), []
     for side in (1, 20):
         fields.append(things.plane("Field", segments=side))

@@ -53,7 +53,7 @@ def test_switches_of_collections_are_told(export, switch, said):
     assert export().issues == ()  # there is nothing in it
     things.uv_sphere("Ball", collection=collection)
     scene = export()
-    (reason,) = things.reasons(scene)["Collection Things"]
+    (reason,) = things.reasons(scene)['Collection "Things"']
     assert said in reason and "exclude it" in reason and len(scene.shapes) == 1
     layer.exclude = True
     bpy.context.view_layer.update()

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 
+import bpy
 import numpy as np
 import pytest
 import things
@@ -110,6 +111,54 @@ def test_zero_scale(export):
     things.light("AREA", "Flat").scale = (0.0, 1.0, 1.0)
     scene = export()
     assert scene.lights == () and "zero" in things.reasons(scene)["Flat"][0]
+
+
+def test_a_depth_of_zero_gives_no_light(export):
+    """Cycles renders none of it, and no parent shears it."""
+    things.light("AREA", "Flat").scale = (1.0, 1.0, 0.0)
+    scene = export()
+    (issue,) = scene.issues
+    assert scene.lights == () and not issue.missing
+    assert "scale along its Z axis is zero" in issue.reason and "shear" not in issue.reason
+
+
+def test_a_light_that_is_left_out_is_missing(export):
+    lamp = things.light("SUN", "Lamp")
+    parent = things.link(bpy.data.objects.new("Parent", None))
+    lamp.parent = parent
+    (issue,) = export().issues
+    assert issue.missing and (issue.name, issue.kind, issue.target) == ("Lamp", "OBJECT", "Lamp")
+
+
+def test_a_shear_is_told(export):
+    parent = things.link(bpy.data.objects.new("Parent", None))
+    parent.scale = (1.0, 3.0, 1.0)
+    lamp = things.light("AREA", "Lamp")
+    lamp.parent, lamp.rotation_euler = parent, (0.0, 0.0, 0.5)
+    (issue,) = export().issues
+    assert issue.missing and "shear" in issue.reason
+
+
+def test_a_portal_gives_no_light_and_no_line(export):
+    lamp = things.light("AREA")
+    if hasattr(lamp.data, "cycles"):  # Cycles is an add-on, and may be switched off
+        lamp.data.cycles.is_portal = True
+        scene = export()
+        assert scene.lights == () and scene.issues == ()
+
+
+def test_a_light_s_nodes_that_are_left_out_are_told_once(export):
+    lamp = things.light("POINT", "Lamp", energy=4.0 * PI, shadow_soft_size=0.0)
+    things.link(bpy.data.objects.new("Second", lamp.data))
+    lamp.data.use_nodes = True
+    tree = lamp.data.node_tree
+    node = next(n for n in tree.nodes if n.type == "EMISSION")
+    tree.links.new(tree.nodes.new("ShaderNodeLightFalloff").outputs[0], node.inputs["Strength"])
+    scene = export()
+    assert [light.intensity for light in scene.lights] == [pytest.approx((1.0, 1.0, 1.0))] * 2
+    (issue,) = scene.issues
+    assert (issue.name, issue.kind, issue.target) == ('Light "Lamp"', "LIGHT", "Lamp")
+    assert "Light Falloff node linked to its Strength is left out" in issue.reason
 
 
 def test_radiometry_against_flux(addon):

@@ -31,7 +31,7 @@ def test_diffuse(export):
 
 def test_rough_diffuse_is_told(export):
     _, told = _worn(export, things.material(node="ShaderNodeBsdfDiffuse", Roughness=0.5))
-    assert "Roughness is left out" in told["Material"][0]
+    assert "Roughness is left out" in told['Material "Material"'][0]
 
 
 def test_principled_without_its_other_terms(export):
@@ -46,13 +46,13 @@ def test_principled_terms_are_told(export):
     )
     color, told = _worn(export, rich)
     assert color == pytest.approx(COLOR[:3])
-    (reason,) = told["Material"]
+    (reason,) = told['Material "Material"']
     assert reason.startswith("Metallic, Specular, Coat, Alpha, Emission are left out")
 
 
 def test_principled_default_has_specular(export):
     _, told = _worn(export, things.material())
-    assert told["Material"] == ["Specular is left out: only its base colour is used"]
+    assert told['Material "Material"'] == ["Specular is left out: only its base colour is used"]
 
 
 def test_linked_colour(export):
@@ -62,7 +62,7 @@ def test_linked_colour(export):
     tree.links.new(tree.nodes.new("ShaderNodeTexNoise").outputs["Color"], shader.inputs[0])
     color, told = _worn(export, textured)
     assert color == pytest.approx(COLOR[:3])
-    assert "linked to its Base Color" in told["Material"][0]
+    assert "linked to its Base Color" in told['Material "Material"'][0]
 
 
 def test_rgb_node_through_a_reroute(export):
@@ -82,7 +82,7 @@ def test_other_shaders_are_told(export):
     glass.diffuse_color = COLOR
     color, told = _worn(export, glass)
     assert color == pytest.approx(COLOR[:3])
-    assert "Glass BSDF node is left out" in told["Material"][0]
+    assert "Glass BSDF node is left out" in told['Material "Material"'][0]
 
 
 def test_object_slot_and_several_materials(export):
@@ -116,7 +116,46 @@ def test_world(export):
     _world(COLOR, 2.0)
     scene = export()
     assert scene.background == pytest.approx((0.2, 0.4, 0.6))
-    assert "left out" in things.reasons(scene)["World"][0]
+    assert "left out" in things.reasons(scene)['World "World"'][0]
+
+
+def test_world_that_the_camera_does_not_see(export):
+    world = _world(COLOR, 2.0)
+    if not hasattr(world, "cycles_visibility"):  # Cycles is an add-on, and may be switched off
+        return
+    world.cycles_visibility.camera = False
+    scene = export()
+    assert scene.background == (0.0, 0.0, 0.0)
+    told = things.reasons(scene)['World "World"']
+    assert told == ["the light it throws on surfaces is left out"]
+    world.cycles_visibility.diffuse = False
+    assert export().issues == ()
+
+
+def test_volume_without_a_surface(export):
+    fog = things.material(node="ShaderNodeVolumeScatter")
+    tree = fog.node_tree
+    scatter = next(n for n in tree.nodes if n.outputs)
+    output = next(n for n in tree.nodes if not n.outputs)
+    tree.links.clear()
+    tree.links.new(scatter.outputs[0], output.inputs["Volume"])
+    color, told = _worn(export, fog)
+    assert color == (0.0, 0.0, 0.0)
+    reasons = told['Material "Material"']
+    assert reasons[0] == "its volume is left out" and "its surface is shown black" in reasons[1]
+
+
+def test_principled_that_reflects_nothing(export):
+    """An IOR of 1 has no reflection in Cycles, whatever the Specular."""
+    _, told = _worn(export, things.material(IOR=1.0))
+    assert told == {}
+
+
+def test_issues_say_which_datablock_they_are_about(export):
+    things.uv_sphere().data.materials.append(things.material("Gold"))
+    _world(COLOR, 1.0)
+    found = {(i.kind, i.target) for i in export().issues}
+    assert found == {("MATERIAL", "Gold"), ("WORLD", "World")}
 
 
 def test_black_world_leaves_nothing_out(export):
@@ -136,7 +175,7 @@ def test_world_without_nodes(export):
 
 def test_names_in_the_list(export):
     _, told = _worn(export, things.material("Gold"))
-    assert list(told) == ["Material Gold"]
+    assert list(told) == ['Material "Gold"']
 
 
 def test_transparent_film(export):

@@ -108,10 +108,10 @@ def test_curved_path_is_told(export, shutter):
 
 def test_appearing_during_the_shutter(export, shutter):
     ball = things.uv_sphere()
-    ball.hide_viewport = True
-    ball.keyframe_insert("hide_viewport", frame=1)
-    ball.hide_viewport = False
-    ball.keyframe_insert("hide_viewport", frame=6)
+    ball.hide_render = True
+    ball.keyframe_insert("hide_render", frame=1)
+    ball.hide_render = False
+    ball.keyframe_insert("hide_render", frame=6)
     shutter.frame_set(6)
     scene = export()
     assert scene.shapes[0].motion is None
@@ -123,21 +123,42 @@ def test_still_scenes_never_move_the_frame(export, shutter, why):
     ball = things.uv_sphere()
     things.keyed(ball, "location", (0.0, 0.0, 0.0), (10.0, 0.0, 0.0))
     shutter.frame_set(6)
-    ball.location.x = 77.0  # an edit that has no keyframe yet
-    bpy.context.view_layer.update()
     if why == "blur off":
         shutter.render.use_motion_blur = False
     elif why == "no shutter":
         shutter.render.motion_blur_shutter = 0.0
     seen = []
-    handler = lambda *_: seen.append(1)  # noqa: E731
+    handler = lambda scene, *_: seen.append((scene.frame_current, scene.frame_subframe))  # noqa: E731
     bpy.app.handlers.frame_change_pre.append(handler)
     try:
         scene = export(use_motion=why != "not wanted")
     finally:
         bpy.app.handlers.frame_change_pre.remove(handler)
-    assert seen == [] and scene.shapes[0].motion is None
-    assert scene.shapes[0].center[0] == 77.0
+    # a render evaluates the current frame, and no other
+    assert set(seen) == {(6, 0.0)} and scene.shapes[0].motion is None
+
+
+@pytest.mark.parametrize("blur", [False, True])
+def test_edits_that_are_not_keyed_stay(export, shutter, blur):
+    """The picture shows what is keyed, as F12's does; the edit itself is not lost."""
+    ball = things.uv_sphere()
+    things.keyed(ball, "location", (0.0, 0.0, 0.0), (10.0, 0.0, 0.0))
+    ball["size.of it"] = 1.0
+    ball.keyframe_insert('["size.of it"]', frame=1)
+    paint = things.material(Base_Color=(1.0, 1.0, 1.0, 1.0))
+    node = paint.node_tree.nodes["Principled BSDF"]
+    node.name = "A.001"
+    node.inputs["Base Color"].keyframe_insert("default_value", frame=1)
+    ball.data.materials.append(paint)
+    shutter.render.use_motion_blur = blur
+    shutter.frame_set(6)
+    ball.location.x, ball["size.of it"] = 77.0, 3.0
+    node.inputs["Base Color"].default_value[1] = 0.25
+    bpy.context.view_layer.update()
+    assert export().shapes[0].center[0] == pytest.approx(5.0)
+    bpy.context.view_layer.update()
+    assert ball.location.x == 77.0 and ball.matrix_world.translation.x == 77.0
+    assert ball["size.of it"] == 3.0 and node.inputs["Base Color"].default_value[1] == 0.25
 
 
 @pytest.mark.parametrize("fail", [False, True])
@@ -177,9 +198,9 @@ def test_a_cut_between_cameras(rendered, shutter, position):
 
 
 def test_the_user_s_own_choice_of_a_camera_stays(export, shutter):
-    """The button renders what the 3D View looks through, whatever the markers say."""
+    """Markers decide what is rendered, as for F12; what the 3D View looks through stays."""
     chosen, other = shutter.camera, shutter.camera.copy()
     things.link(other).location.x = 3.0
     shutter.timeline_markers.new("Cut", frame=2).camera = other
     shutter.camera = chosen
-    assert export().camera.matrix[0][3] == 0.0 and shutter.camera == chosen
+    assert export().camera.matrix[0][3] == 3.0 and shutter.camera == chosen

@@ -4,10 +4,10 @@
 from __future__ import annotations
 
 from ..coverage import Table, Use
-from .datablock import STRUCT
+from ..datablock_table import GROUP
 
 VIEW: Table = {
-    **STRUCT,
+    **GROUP,
     **dict.fromkeys(
         (
             "view_transform",
@@ -28,9 +28,9 @@ VIEW: Table = {
 }
 
 DISPLAY: Table = {
-    **STRUCT,
+    **GROUP,
     **dict.fromkeys(("display_device", "emulation"), Use.RENDERED),
 }
 
-SEQUENCER_COLOR: Table = {**STRUCT, "name": Use.RENDERED}
+SEQUENCER_COLOR: Table = {**GROUP, "name": Use.RENDERED}
 """Its name is the colour space in which Blender mixes strips."""

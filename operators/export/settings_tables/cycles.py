@@ -6,7 +6,7 @@ from __future__ import annotations
 from typing import Any
 
 from ..coverage import Listed, Table, Use
-from .datablock import STRUCT
+from ..datablock_table import GROUP
 from .object import ADAPTIVE
 from .passes import passes
 from .render import blurs
@@ -48,7 +48,7 @@ def _dices(cycles: Any) -> bool:
 
 
 CYCLES: Table = {
-    **STRUCT,
+    **GROUP,
     # applied to lights and background
     "film_exposure": Use.RENDERED,
     # any of them stands for the mean over the pixel here
@@ -56,7 +56,7 @@ CYCLES: Table = {
     "filter_width": Listed(
         neutral=(),
         when=_blurs_pixels,
-        reason="its Pixel Filter of {value:.3g} px is left out: each pixel is the mean over "
+        reason="its Pixel Filter of {value} px is left out: each pixel is the mean over "
         "itself; blur the picture in the compositor, or set the width to 1.5 (under Cycles)",
     ),
     "rolling_shutter_type": Listed(
@@ -65,10 +65,10 @@ CYCLES: Table = {
         reason="its Rolling Shutter is left out: all lines are exposed at once; "
         "set it to None (in Motion Blur, under Cycles)",
     ),
-    "rolling_shutter_duration": Use.NO_EFFECT,  # of that
+    "rolling_shutter_duration": Use.COVERED,  # of that
     "sample_clamp_direct": Listed(
         neutral=(0.0,),
-        reason="its Clamping of direct light at {value:.3g} is left out: "
+        reason="its Clamping of direct light at {value} is left out: "
         "bright light stays as it is; set it to 0 (in Light Paths, under Cycles)",
     ),
     "fast_gi_method": Listed(
@@ -91,7 +91,7 @@ CYCLES: Table = {
         reason="its Distance Culling is left out: what is far away is rendered all the same; "
         "hide that from renders, or switch it off (in Simplify, under Cycles)",
     ),
-    **dict.fromkeys(("camera_cull_margin", "distance_cull_margin"), Use.NO_EFFECT),  # of those
+    **dict.fromkeys(("camera_cull_margin", "distance_cull_margin"), Use.COVERED),  # of those
     # samples: how Cycles finds its picture, not which
     **dict.fromkeys(
         (
@@ -164,7 +164,7 @@ CYCLES: Table = {
             "texture_resolution_render",
             "shading_system",
         ),
-        Use.NO_EFFECT,
+        Use.COVERED,
     ),
     # adaptive subdivision, listed with the objects that use it
     **dict.fromkeys(
@@ -175,7 +175,7 @@ CYCLES: Table = {
             "dicing_camera",
             "offscreen_dicing_scale",
         ),
-        Use.NO_EFFECT,
+        Use.COVERED,
     ),
     # speed, memory and baking
     **dict.fromkeys(
@@ -227,13 +227,13 @@ CYCLES: Table = {
 }
 
 CYCLES_CURVES: Table = {
-    **STRUCT,
+    **GROUP,
     # hair and curves without faces, which are left out by name
-    **dict.fromkeys(("shape", "subdivisions"), Use.NO_EFFECT),
+    **dict.fromkeys(("shape", "subdivisions"), Use.COVERED),
 }
 
 CYCLES_LAYER: Table = {
-    **STRUCT,
+    **GROUP,
     **passes(
         {
             "pass_debug_sample_count": "Sample Count",
@@ -259,7 +259,7 @@ CYCLES_LAYER: Table = {
 }
 
 CYCLES_OBJECT: Table = {
-    **STRUCT,
+    **GROUP,
     # an instancer's counts for what it instances, too
     "use_motion_blur": Use.RENDERED,
     # off is what this engine does; a form that changes during the shutter is told by its mesh
@@ -267,9 +267,9 @@ CYCLES_OBJECT: Table = {
     # how closely Cycles follows a path; one that is not straight is told by its object
     "motion_steps": Use.NO_EFFECT,
     "use_adaptive_subdivision": Listed(neutral=(False,), when=_dices, reason=ADAPTIVE),
-    "dicing_rate": Use.NO_EFFECT,  # of that
+    "dicing_rate": Use.COVERED,  # of that
     # in force only with the scene's own switches, which are listed
-    **dict.fromkeys(("use_camera_cull", "use_distance_cull"), Use.NO_EFFECT),
+    **dict.fromkeys(("use_camera_cull", "use_distance_cull"), Use.COVERED),
     # smooth shading, Fast GI and glass, which are listed themselves
     **dict.fromkeys(
         (
@@ -279,6 +279,6 @@ CYCLES_OBJECT: Table = {
             "is_caustics_caster",
             "is_caustics_receiver",
         ),
-        Use.NO_EFFECT,
+        Use.COVERED,
     ),
 }

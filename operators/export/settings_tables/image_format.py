@@ -4,10 +4,10 @@
 from __future__ import annotations
 
 from ..coverage import Table, Use
-from .datablock import STRUCT
+from ..datablock_table import GROUP
 
 IMAGE_FORMAT: Table = {
-    **STRUCT,
+    **GROUP,
     **dict.fromkeys(
         (
             "media_type",
@@ -35,7 +35,7 @@ IMAGE_FORMAT: Table = {
         Use.RENDERED,
     ),
     # in force with Stereoscopy alone, which is listed
-    **dict.fromkeys(("views_format", "stereo_3d_format"), Use.NO_EFFECT),
+    **dict.fromkeys(("views_format", "stereo_3d_format"), Use.COVERED),
     # a second file beside the picture, and a fact about the format
     **dict.fromkeys(("use_preview", "has_linear_colorspace"), Use.NO_EFFECT),
 }

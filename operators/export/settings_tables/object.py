@@ -11,7 +11,7 @@ from __future__ import annotations
 from typing import Any
 
 from ..coverage import Listed, Table, Use
-from .datablock import DATABLOCK, STRUCT
+from ..datablock_table import GROUP, ID
 
 
 def subdivides_adaptively(thing: Any) -> bool:
@@ -25,7 +25,7 @@ def subdivides_adaptively(thing: Any) -> bool:
 ADAPTIVE = "its adaptive subdivision is left out: the levels of its Subdivision modifier are used"
 
 SHAPE: Table = {
-    **DATABLOCK,
+    **ID,
     # what it is, and where
     **dict.fromkeys(
         (
@@ -103,7 +103,7 @@ SHAPE: Table = {
     # settings with tables of their own
     "cycles": Use.RENDERED,
     # that of lights: what else emits light is left out by its material
-    "light_linking": Use.NO_EFFECT,
+    "light_linking": Use.COVERED,
     "visible_camera": Listed(
         neutral=(True,),
         reason="Camera is off in its Ray Visibility, but the camera sees it: "
@@ -142,10 +142,10 @@ SHAPE: Table = {
             "shadow_terminator_geometry_offset",
             "shadow_terminator_shading_offset",
         ),
-        Use.NO_EFFECT,
+        Use.COVERED,
     ),
     # read by nodes and passes alone, which are listed themselves
-    **dict.fromkeys(("color", "pass_index", "lightgroup"), Use.NO_EFFECT),
+    **dict.fromkeys(("color", "pass_index", "lightgroup"), Use.COVERED),
     # EEVEE's light probes
     **dict.fromkeys(("hide_probe_volume", "hide_probe_sphere", "hide_probe_plane"), Use.NO_EFFECT),
     # empties that show an image, in the viewport alone
@@ -273,7 +273,7 @@ def _has_members(collection: Any | None) -> bool:
 
 
 LIGHT_LINKING: Table = {
-    **STRUCT,
+    **GROUP,
     # a collection without objects links nothing
     "receiver_collection": Listed(
         neutral=(None,),

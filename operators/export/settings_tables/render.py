@@ -6,7 +6,7 @@ from __future__ import annotations
 from typing import Any
 
 from ..coverage import Listed, Table, Use
-from .datablock import STRUCT
+from ..datablock_table import GROUP
 
 
 def blurs(scene: Any) -> bool:
@@ -32,7 +32,7 @@ def _shutter_is_shaped(render: Any) -> bool:
 
 
 RENDER: Table = {
-    **STRUCT,
+    **GROUP,
     # the picture, and its shutter
     **dict.fromkeys(
         (
@@ -68,9 +68,7 @@ RENDER: Table = {
         "in Output under Blender's own engines)",
     ),
     # in force with Stereoscopy alone
-    **dict.fromkeys(
-        ("views", "stereo_views", "views_format", "use_spherical_stereo"), Use.NO_EFFECT
-    ),
+    **dict.fromkeys(("views", "stereo_views", "views_format", "use_spherical_stereo"), Use.COVERED),
     # time, and Simplify: Blender has applied them to what the engine is given
     **dict.fromkeys(
         (
@@ -186,7 +184,7 @@ RENDER: Table = {
     # image textures: a material that uses one is listed itself
     **dict.fromkeys(
         ("anisotropic_filter", "use_texture_cache", "use_auto_generate_texture_cache"),
-        Use.NO_EFFECT,
+        Use.COVERED,
     ),
     # baking is no render
     **dict.fromkeys(

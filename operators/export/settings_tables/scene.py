@@ -4,10 +4,10 @@
 from __future__ import annotations
 
 from ..coverage import Table, Use
-from .datablock import DATABLOCK
+from ..datablock_table import ID
 
 SCENE: Table = {
-    **DATABLOCK,
+    **ID,
     # what the picture is of
     **dict.fromkeys(
         ("camera", "world", "background_set", "objects", "collection", "view_layers"), Use.RENDERED
@@ -64,8 +64,10 @@ SCENE: Table = {
         ),
         Use.RENDERED,
     ),
-    # other engines' settings; hair, whose shape `cycles_curves` sets, is left out by name
-    **dict.fromkeys(("eevee", "display", "hydra", "cycles_curves"), Use.NO_EFFECT),
+    # other engines' settings
+    **dict.fromkeys(("eevee", "display", "hydra"), Use.NO_EFFECT),
+    # hair, whose shape it sets, is left out by name
+    "cycles_curves": Use.COVERED,
     # sound
     **dict.fromkeys(
         (

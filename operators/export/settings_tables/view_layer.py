@@ -6,7 +6,7 @@ from __future__ import annotations
 from typing import Any
 
 from ..coverage import Listed, Table, Use
-from .datablock import DATABLOCK, STRUCT
+from ..datablock_table import GROUP, ID
 from .passes import goes_to_layers, passes
 
 NOT_SHAPES = frozenset(("LIGHT", "CAMERA", "LIGHT_PROBE", "SPEAKER", "ARMATURE", "LATTICE"))
@@ -24,7 +24,7 @@ def _writes_some(collection: str) -> Any:
 REMEDY = "exclude it from the view layer, or switch that off"
 
 VIEW_LAYER: Table = {
-    **STRUCT,
+    **GROUP,
     # what it shows
     **dict.fromkeys(
         (
@@ -95,10 +95,10 @@ VIEW_LAYER: Table = {
             "active_lightgroup",
             "active_lightgroup_index",
         ),
-        Use.NO_EFFECT,
+        Use.COVERED,
     ),
     # of surfaces that are transparent in part: their materials are listed
-    "pass_alpha_threshold": Use.NO_EFFECT,
+    "pass_alpha_threshold": Use.COVERED,
     # what Blender draws over the picture
     **dict.fromkeys(("use_freestyle", "freestyle_settings", "use_grease_pencil"), Use.RENDERED),
     # Cycles' samples; its Ambient Occlusion switch changes no picture of Cycles either
@@ -113,7 +113,7 @@ VIEW_LAYER: Table = {
 }
 
 LAYER_COLLECTION: Table = {
-    **STRUCT,
+    **GROUP,
     **dict.fromkeys(("collection", "children", "exclude"), Use.RENDERED),
     "holdout": Listed(
         neutral=(False,),
@@ -130,7 +130,7 @@ LAYER_COLLECTION: Table = {
 }
 
 COLLECTION: Table = {
-    **DATABLOCK,
+    **ID,
     **dict.fromkeys(
         ("objects", "all_objects", "children", "hide_render", "instance_offset"), Use.RENDERED
     ),
@@ -146,7 +146,7 @@ COLLECTION: Table = {
         Use.RENDERED,
     ),
     # how members take part in light linking, which is listed with the lights that use it
-    **dict.fromkeys(("collection_objects", "collection_children"), Use.NO_EFFECT),
+    **dict.fromkeys(("collection_objects", "collection_children"), Use.COVERED),
     # the viewport, the outliner, and files
     **dict.fromkeys(
         ("hide_viewport", "hide_select", "color_tag", "exporters", "active_exporter_index"),

@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A shader node that is rendered, and which of its inputs are left out."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ...adaptive_drt.scene import Vector
+from .coverage import Listed
+from .links import Input, Source, color_of, number_of, own_color, own_number, value_of
+from .listing import same
+from .node_table import INPUTS, UNLINKED
+from .nodes import node_called
+
+EMITTERS = ("ShaderNodeEmission", "ShaderNodeBackground")
+"""Nodes that shine; measured: Cycles takes both alike in worlds and in lights."""
+
+
+class Shader:
+    """Reads the inputs of a node of `INPUTS` by their identifiers."""
+
+    def __init__(self, source: Source) -> None:
+        self._node: Any = source.node
+        # read once: a Principled BSDF has thirty, and each look at one of Blender's takes time
+        self._inputs = {s.identifier: Input(s, source.groups) for s in source.node.inputs}
+
+    def number(self, name: str) -> float | None:
+        """Return the number of an input, or None when it is not constant or not there."""
+        found = self._inputs.get(name)
+        return None if found is None else number_of(found)
+
+    def color(self, name: str) -> Vector | None:
+        """Return the colour of an input, or None when it is not constant or not there."""
+        found = self._inputs.get(name)
+        return None if found is None else color_of(found)
+
+    def rendered_color(self, name: str, left_out: list[str]) -> Vector:
+        """Return the colour of an input; where it is not constant the input's own, and say so."""
+        found = self._inputs[name]
+        color = color_of(found)
+        if color is None:
+            left_out.append(self._linked(found))
+            return own_color(found)
+        return color
+
+    def rendered_number(self, name: str, left_out: list[str]) -> float:
+        """Return the number of an input; where it is not constant the input's own, and say so."""
+        found = self._inputs[name]
+        number = number_of(found)
+        if number is None:
+            left_out.append(self._linked(found))
+            return own_number(found)
+        return number
+
+    def emission(self, left_out: list[str]) -> Vector:
+        """Return colour times strength of an emitter."""
+        strength = self.rendered_number("Strength", left_out)
+        r, g, b = self.rendered_color("Color", left_out)
+        return (r * strength, g * strength, b * strength)
+
+    def terms(self) -> list[str]:
+        """Return the reasons of the inputs that are left out; a linked input is taken to matter."""
+        found = []
+        for name, entry in INPUTS[self._node.bl_idname].items():
+            fed = self._inputs.get(name) if isinstance(entry, Listed) else None
+            if fed is None or not isinstance(entry, Listed):
+                continue
+            if entry.neutral == UNLINKED:
+                neutral = fed.source().node is None
+            else:
+                value = value_of(fed)
+                single = value[0] if value is not None and len(value) == 1 else value
+                neutral = any(same(single, x) for x in entry.neutral)
+            if not neutral and (entry.when is None or entry.when(self)):
+                found.append(entry.reason)
+        return found
+
+    def _linked(self, fed: Input) -> str:
+        node = fed.source().node
+        said = "what is" if node is None else f"the {node_called(node)}"
+        return f"{said} linked to its {fed.socket.name} is left out"
