@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -15,14 +16,21 @@ def exposure_of(scene: Any) -> float:
     return float(getattr(cycles_of(scene), "film_exposure", 1.0))
 
 
-def exposed_light(light: Light, factor: float) -> Light:
-    """Return a light that shines so many times as bright."""
+def exposed(
+    lights: Sequence[Light], background: Vector, factor: float
+) -> tuple[Sequence[Light], Vector]:
+    """Return lights and a background so many times as bright."""
+    if factor == 1.0:
+        return lights, background
+    return [_exposed_light(light, factor) for light in lights], _times(background, factor)
+
+
+def _exposed_light(light: Light, factor: float) -> Light:
     if isinstance(light, PointLight):
-        return replace(light, intensity=exposed(light.intensity, factor))
-    return replace(light, radiance=exposed(light.radiance, factor))
+        return replace(light, intensity=_times(light.intensity, factor))
+    return replace(light, radiance=_times(light.radiance, factor))
 
 
-def exposed(color: Vector, factor: float) -> Vector:
-    """Return a colour so many times as bright."""
+def _times(color: Vector, factor: float) -> Vector:
     r, g, b = color
     return (r * factor, g * factor, b * factor)

@@ -16,7 +16,7 @@ from .camera import camera_of
 from .checklist import ObjectIssues, cycles_of, instancer_of, scene_issues
 from .clipping import clipped
 from .compositing import compositing_issues
-from .exposure import exposed, exposed_light, exposure_of
+from .exposure import exposed, exposure_of
 from .instances import RENDERED, Visible, key_of, name_of
 from .layer_filter import lets_through
 from .light import Lamp, gives_light, lamp_of, light_of
@@ -118,10 +118,7 @@ def export_scene(
     _gather(depsgraph, gathered)
     world = _world(depsgraph)
     background = background_of(world, gathered.issues)
-    exposure = exposure_of(depsgraph.scene_eval)
-    if exposure != 1.0:
-        gathered.lights = [exposed_light(light, exposure) for light in gathered.lights]
-        background = exposed(background, exposure)
+    lights, background = exposed(gathered.lights, background, exposure_of(depsgraph.scene_eval))
     camera_data = camera_object.evaluated_get(depsgraph).data
     clip = animated.clip(camera_data)
     gathered.issues.extend(clipped(camera_data, camera, gathered.shapes, clip))
@@ -129,7 +126,7 @@ def export_scene(
     return Scene(
         camera=camera,
         shapes=tuple(gathered.shapes),
-        lights=tuple(gathered.lights),
+        lights=tuple(lights),
         background=background,
         transparent=bool(scene.render.film_transparent),
         # an issue of a mesh or material is told once, however many instances share it
