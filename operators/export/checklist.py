@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from ...adaptive_drt.scene import Issue
+from .compositing import compositing_issues
 from .coverage import Listed, Table
 from .instances import lent_layer
 from .listing import left_out
@@ -100,6 +101,7 @@ def scene_issues(depsgraph: Any) -> Iterator[Issue]:
     yield from SCENES(scene, called("Scene", scene.name), "SCENE", scene.name)
     layer = depsgraph.view_layer_eval
     yield from VIEW_LAYERS(layer, called("View Layer", layer.name), "VIEW_LAYER", layer.name)
+    yield from compositing_issues(scene.original, layer)
     yield from _collections(depsgraph.view_layer.layer_collection)
     below = scene.original.background_set
     while below is not None:

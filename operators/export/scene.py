@@ -15,7 +15,6 @@ from .animated import Animated, Key
 from .camera import camera_of
 from .checklist import ObjectIssues, cycles_of, instancer_of, scene_issues
 from .clipping import clipped
-from .compositing import compositing_issues
 from .exposure import exposed, exposure_of
 from .instances import RENDERED, Visible, key_of, name_of
 from .layer_filter import lets_through
@@ -103,18 +102,16 @@ def export_scene(
     camera_object = scene.camera
     if camera_object is None:
         raise SceneError("The scene has no camera: add one, or make one active")
-    layer = depsgraph.view_layer_eval
-    moves = use_motion and move is not None and layer.use_motion_blur
+    # at each frame the evaluated layer is another one
+    moves = use_motion and move is not None and depsgraph.view_layer_eval.use_motion_blur
     shutter = shutter_of(scene) if moves else None
     opens = closes = None
     animated = Animated()
     if shutter is not None and move is not None:
         opens, closes = _ends(depsgraph, camera_object, move, shutter, animated)
-        layer = depsgraph.view_layer_eval  # another frame's copy is another one
-    gathered = _Export(opens, closes, layer.material_override)
+    gathered = _Export(opens, closes, depsgraph.view_layer_eval.material_override)
     camera = _camera(depsgraph, camera_object, gathered)
     gathered.issues.extend(scene_issues(depsgraph))
-    gathered.issues.extend(compositing_issues(scene, layer))
     _gather(depsgraph, gathered)
     world = _world(depsgraph)
     background = background_of(world, gathered.issues)

@@ -51,7 +51,7 @@ def test_depth_of_field_is_told(export):
 def test_stereoscopy_is_told(export):
     assert export().issues == ()
     bpy.context.scene.render.use_multiview = True
-    (reason,) = things.reasons(export())["Scene"]
+    (reason,) = things.reasons(export())['Scene "Scene"']
     assert "Stereoscopy is left out" in reason and "use_multiview" in reason
 
 
