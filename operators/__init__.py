@@ -3,12 +3,14 @@
 
 import bpy
 
-from . import check, command, compositor, engine, images, render, undo
+from . import check, command, compositor, engine, images, render, report, selection, undo
 
 classes = (
     render.ADRT_OT_render,
     render.ADRT_OT_cancel,
     check.ADRT_OT_check,
+    report.ADRT_OT_show_report,
+    selection.ADRT_OT_select,
     compositor.ADRT_OT_show_mask,
     engine.ADRT_RE_engine,
 )
@@ -19,12 +21,14 @@ def register() -> None:
         bpy.utils.register_class(cls)
     images.register()
     undo.register()
+    report.register()
     command.register()
 
 
 def unregister() -> None:
     render.stop()
     command.unregister()
+    report.unregister()
     undo.unregister()
     images.unregister()
     for cls in reversed(classes):

@@ -66,7 +66,7 @@ def test_its_processes_end_with_it(switched_off):
 def test_labels_and_places(addon):
     assert bpy.ops.adaptive_drt.render.get_rna_type().name == "Adaptive Render"
     sidebar, render = bpy.types.ADRT_PT_sidebar, bpy.types.ADRT_PT_render
-    assert (sidebar.bl_space_type, sidebar.bl_category) == ("VIEW_3D", "Adaptive")
+    assert (sidebar.bl_space_type, sidebar.bl_category) == ("VIEW_3D", "Adaptive Render")
     assert (render.bl_space_type, render.bl_context) == ("PROPERTIES", "render")
 
 
