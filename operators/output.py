@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import os
 import struct
+import tempfile
 import time
 from dataclasses import dataclass
 from typing import Any, BinaryIO
@@ -17,6 +18,12 @@ import bpy
 
 COARSE = 3.0
 """Seconds. A file system may keep times in steps of 2 s: a file younger than this is new."""
+
+SMALLEST = 16
+"""Octets: no picture in any format is shorter."""
+
+PROBE = 1 << 16
+"""Octets; more than what a program keeps back until it closes a file."""
 
 PNG, BMP, EXR, RIFF = b"\x89PNG\r\n\x1a\n", b"BM", b"v/1\x01", b"RIFF"
 PNG_END = b"\x00\x00\x00\x00IEND\xaeB`\x82"
@@ -63,11 +70,31 @@ def fault_of(path: str, before: Stamp) -> str:
             whole = _is_whole(file, now.size, path)
     except OSError as error:
         return f"it cannot be read: {error.strerror}"
+    if whole is None:
+        return _probe(os.path.dirname(path))
     return "" if whole else "its end is missing; is the disk full?"
 
 
-def _is_whole(file: BinaryIO, size: int, path: str) -> bool:
-    """Whether a file is as long as its format says; True for formats that are not known."""
+def _probe(folder: str) -> str:
+    """Return why nothing more can be written to a folder, or "".
+
+    For formats whose length is not known here: what Blender has yet to write when it closes a file
+    fails without an error, but then this fails as well.
+    """
+    try:
+        with tempfile.NamedTemporaryFile(dir=folder) as file:
+            file.write(bytes(PROBE))
+            file.flush()
+            os.fsync(file.fileno())
+    except OSError as error:
+        return f"its end may be missing: nothing more can be written there: {error.strerror}"
+    return ""
+
+
+def _is_whole(file: BinaryIO, size: int, path: str) -> bool | None:
+    """Whether a file is as long as its format says; None for formats that are not known."""
+    if size < SMALLEST:
+        return False
     start = file.read(8)
     if start == PNG:
         return _ends_with(file, size, PNG_END)
@@ -82,7 +109,7 @@ def _is_whole(file: BinaryIO, size: int, path: str) -> bool:
             return False
     if path.lower().endswith(TARGA_SUFFIXES):
         return _ends_with(file, size, TARGA_END)
-    return True
+    return None
 
 
 def _number(octets: bytes) -> int:

@@ -261,7 +261,10 @@ def _new_editor(context: Any) -> Any:
     window = next(w for w in manager.windows if w not in before)
     area = window.screen.areas[0]
     area.type = "TEXT_EDITOR"
-    return area.spaces.active
+    space = area.spaces.active
+    # it is no program
+    space.show_syntax_highlight = space.show_line_numbers = False
+    return space
 
 
 def register() -> None:

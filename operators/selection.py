@@ -94,7 +94,7 @@ class ADRT_OT_select(bpy.types.Operator):
     """Select the objects that this line is about"""
 
     bl_idname = "adaptive_drt.select"
-    bl_label = "Select Objects of Issue"
+    bl_label = "Select Objects"
     bl_options = {"REGISTER", "UNDO"}
 
     line: bpy.props.IntProperty(

@@ -17,11 +17,11 @@ from ..operators.state import issues_key, state
 MOST_LINES = 12
 """Lines of the list; the text datablock has all of them."""
 
+NO_BREAK = "\u00a0"
+"""A space at which a line is not broken."""
+
 MOST_WRAPPED = 5
 """Rows of a line: many names are in the text datablock, and in the line's tooltip."""
-
-GAP = 2
-"""Characters between two labels in a row."""
 
 
 class _RenderProperties:
@@ -92,7 +92,7 @@ class _Effects:
 
 def _draw_images(layout: Any) -> None:
     """Offer to show what was rendered."""
-    if find_image(RESULT) is None or not hasattr(bpy.types, "ADRT_OT_show_image"):
+    if find_image(RESULT) is None or not hasattr(bpy.types, "ADAPTIVE_DRT_OT_show_image"):
         return
     row = layout.row(align=True)
     row.operator(
@@ -167,7 +167,8 @@ def _draw_group(column: Any, number: int, group: Group, width: int) -> None:
         row.label(text=group.title, icon=icon)
     said = group.reason
     if len(group.members) > 1:
-        said = f"{said}: {', '.join(group.names)}"
+        # a name is not broken at its spaces
+        said = f"{said}: {', '.join(name.replace(' ', NO_BREAK) for name in group.names)}"
     lines = wrapped(said, width)
     if len(lines) > MOST_WRAPPED:
         lines = [*lines[: MOST_WRAPPED - 1], f"{lines[MOST_WRAPPED - 1]} …"]
@@ -186,11 +187,11 @@ class _Figures:
             layout.label(text="Nothing rendered yet")
             return
         column = layout.column(align=True)
-        across = characters_across(context, icons=0)
+        half = characters_across(context, icons=0) // 2
         for said, value in figure_lines(figures):
             row = column.row()
             row.label(text=said)
-            if len(said) + len(value) + GAP > across:  # on a line of its own
+            if max(len(said), len(value)) > half:  # Blender gives each label half of a row
                 row = column.row()
                 row.alignment = "RIGHT"
             row.label(text=value)
@@ -198,13 +199,14 @@ class _Figures:
 
 
 COSTS = (
-    ("a", "a, distributed pixels", ""),
-    ("b", "b, cost of derivatives", ""),
-    ("c", "c, rays a pixel", ""),
-    ("predicted_ratio", "Time ratio, predicted", " of Everywhere"),
-    ("measured_ratio", "Time ratio, measured", " of Everywhere"),
+    ("a", "a, Pixel Share", "{:.4g}"),
+    ("b", "b, Derivative Cost", "{:.4g}"),
+    ("c", "c, Rays per Pixel", "{:.4g}"),
+    ("predicted_ratio", "Predicted Time", "{:.2g} of Everywhere"),
+    ("measured_ratio", "Measured Time", "{:.2g} of Everywhere"),
 )
-"""Figures of the method Distributed Rays: the paper's cost model, equation 10."""
+"""Figures of the method Distributed Rays: the paper's cost model, equation 10, whose ratios are of
+the time that the distribution Everywhere takes."""
 
 
 def is_of_rays(figures: dict[str, Any]) -> bool:
@@ -220,16 +222,16 @@ def figure_lines(figures: dict[str, Any]) -> list[tuple[str, str]]:
         lines.append(("Time", f"{seconds:.2f} s"))
     if figures.get("cancelled"):
         lines.append(("Cancelled at", f"{int(100.0 * figures.get('done', 0.0))} %"))
-    for name, said in (("error_estimate", "Error, estimated"), ("tolerance", "Tolerance")):
+    for name, said in (("error_estimate", "Estimated Error"), ("tolerance", "Tolerance")):
         if isinstance(figures.get(name), (int, float)):
             lines.append((said, f"{figures[name]:.2g}"))
     pixels = figures.get("pixels") or 0
     for name, count in figures.get("counts", {}).items():
         share = f" ({100.0 * count / pixels:.1f} %)" if pixels else ""
         lines.append((f"{name.title()} Pixels", f"{count:,}{share}"))
-    for name, said, unit in COSTS if is_of_rays(figures) else ():
+    for name, said, form in COSTS if is_of_rays(figures) else ():
         if isinstance(figures.get(name), (int, float)):
-            lines.append((said, f"{figures[name]:.4g}{unit}"))
+            lines.append((said, form.format(figures[name])))
     for kind, count in figures.get("rays", {}).items():
         if isinstance(count, (int, float)):
             lines.append((f"{kind.title()} Rays", f"{int(count):,}"))

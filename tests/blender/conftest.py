@@ -46,8 +46,8 @@ def file(addon):
 
     bpy.ops.wm.read_factory_settings(use_empty=True)
     state = importlib.import_module(f"{PACKAGE}.operators.state").state
-    state.issues.clear()
-    state.figures.clear()
+    for kept in (state.issues, state.layers, state.logged, state.figures):
+        kept.clear()
     scene = bpy.context.scene
     camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
     camera.location = (0.0, 0.0, 10.0)

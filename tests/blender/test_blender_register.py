@@ -78,8 +78,11 @@ def test_tooltips_have_no_final_dot(addon):
         assert prop.name and prop.description and not prop.description.endswith(".")
         items = prop.enum_items if prop.type == "ENUM" else ()
         assert all(i.description and not i.description.endswith(".") for i in items)
-    for operator in (bpy.ops.adaptive_drt.render, bpy.ops.adaptive_drt.check):
-        assert not operator.get_rna_type().description.endswith(".")
+    for name in dir(bpy.ops.adaptive_drt):
+        kind = getattr(bpy.ops.adaptive_drt, name).get_rna_type()
+        assert kind.description and not kind.description.endswith(".")
+        for prop in kind.properties:
+            assert prop.identifier == "rna_type" or not prop.description.endswith(".")
 
 
 def test_manifest():
