@@ -206,10 +206,12 @@ def _render_range(scene: Any) -> None:
     paths = paths_of(scene, first)
     before = [stamp_of(path) for path in paths]
     # then Blender leaves out what is there already
-    if not (render.use_overwrite or is_movie) and all(stamp.size for stamp in before):
-        _say(f"frame {first}: {paths[0]} is there already, and Overwrite is off")
+    is_there = all(stamp.changed is not None for stamp in before)
+    if is_there and not (render.use_overwrite or is_movie):
+        _say(f'frame {first}: "{paths[0]}" is there already, and Overwrite is off')
         return
-    bpy.ops.render.render(animation=True, scene=scene.name)
+    if "FINISHED" not in bpy.ops.render.render(animation=True, scene=scene.name):
+        raise RuntimeError(f"frame {first}: cancelled")
     for path, stamp in zip(paths, before, strict=True):
         fault = fault_of(path, stamp)
         if not fault and is_movie:
