@@ -168,7 +168,11 @@ def deliver() -> None:
 
 def _look() -> float:
     """Deliver what is new, but not while Blender renders: then it draws no sidebar either."""
-    if not bpy.app.is_job_running("RENDER"):
+    if bpy.app.is_job_running("RENDER"):
+        # the panels may have been drawn with their button greyed out, and a cancelled render has
+        # no news
+        _shown.idle = False
+    else:
         deliver()
     return LOOK
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import importlib
 import logging
+import types
 
 import bpy
 import pytest
@@ -258,6 +259,23 @@ def test_the_header_of_f12_keeps_the_count(report, state, monkeypatch, capfd):
     # Blender 5 prints the status on demand alone
     assert line in told or bpy.app.version >= (5, 0)
     assert '"Far"' in _text()
+
+
+def test_panels_are_drawn_again_after_a_render_that_told_nothing(report, monkeypatch):
+    """Cancelled by ESC, say: their button was greyed out."""
+    drawn, running = [], [True]
+    blender = types.SimpleNamespace(
+        background=False, is_job_running=lambda kind: running[0] and kind == "RENDER"
+    )
+    stand_in = types.SimpleNamespace(app=blender, data=bpy.data, context=bpy.context)
+    monkeypatch.setattr(report, "redraw_panels", lambda: drawn.append(1))
+    monkeypatch.setattr(report, "bpy", stand_in)
+    report.deliver()
+    drawn.clear()
+    assert report._look() and not drawn
+    running[0] = False
+    assert report._look() and drawn == [1]
+    assert report._look() and drawn == [1], "and not again"
 
 
 def test_the_list_holds_all_view_layers(state, core, rendered):

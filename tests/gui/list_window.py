@@ -77,6 +77,34 @@ def render(view):
     yield 1.5
 
 
+def cancel(view):
+    """End a large render of the engine by ESC; then the button has to be offered again."""
+    render = bpy.context.scene.render
+    before = render.resolution_x, render.resolution_y
+    render.resolution_x, render.resolution_y = 1920, 1080
+    with bpy.context.temp_override(window=window(), area=view):
+        bpy.ops.render.render("INVOKE_DEFAULT")
+    yield 2.0
+    point(view.x + 300, view.y + 300)
+    press("key", "Escape")
+    end = time.monotonic() + 60.0
+    while bpy.app.is_job_running("RENDER") and time.monotonic() < end:
+        yield 0.2
+    yield 1.5
+    render.resolution_x, render.resolution_y = before
+    region = next(r for r in view.regions if r.type == "UI")
+    for _ in range(5):
+        point(region.x + region.width // 2 - 10, region.y + region.height - 55)
+        press("click", 1)
+        yield 0.5
+        if "Adaptive Render" in bpy.data.images:
+            break
+        yield 1.0
+    FACTS["offered_again"] = "Adaptive Render" in bpy.data.images
+    while state.job is not None and time.monotonic() < end:
+        yield 0.2
+
+
 def red_rows(region, name):
     """Rows of the window, from below, at which a region of the screenshot has red text."""
     shoot(name)
@@ -123,6 +151,7 @@ def steps():
     ]
     FACTS["red_without_missing"] = red_rows(region, "list-notes")
     add_far_balls()
+    yield from cancel(view)
     yield from render(view)
     FACTS["text"] = bpy.data.texts["Adaptive Render Report"].as_string()
     for one in scene.objects:

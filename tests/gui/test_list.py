@@ -39,6 +39,10 @@ def test_the_figures_of_f12_are_shown_without_a_touch(facts):
     assert facts["shown"]
 
 
+def test_the_button_is_offered_again_after_f12_was_cancelled(facts):
+    assert facts["offered_again"]
+
+
 def test_notes_are_not_red_and_missing_objects_are(facts):
     assert facts["red_without_missing"] == [] and len(facts["red"]) > 5
 

@@ -108,7 +108,7 @@ def test_strict_command_fails_with_1(installed, scene, copied):
 
 @pytest.mark.parametrize("name", ["PNG", "OPEN_EXR", "OPEN_EXR_MULTILAYER"])
 def test_a_full_disk_fails_with_1(installed, scene, name):
-    """A file system of one page, mounted for this run; Blender itself says that it saved the file."""
+    """A file system of one page, mounted for this run; Blender says that it saved the file."""
     if os.environ.get("ADAPTIVE_DRT_BLENDER"):
         pytest.skip("a file system is mounted in the Blender alone that `make blender` makes")
     shell = 'mkdir -p "$0" && mount -t tmpfs -o size=4k none "$0" && exec blender "$@"'
