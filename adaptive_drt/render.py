@@ -6,7 +6,7 @@ from __future__ import annotations
 import time
 from collections.abc import Generator
 from contextlib import closing
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -212,7 +212,7 @@ class _Totals:
             },
             "rays": self.rays,
             "skipped": list(plan.skipped),
-            "issues": [{"name": i.name, "reason": i.reason} for i in issues],
+            "issues": [asdict(issue) for issue in issues],
             "plan": plan.summary(),
             **self.more,
         }
@@ -222,9 +222,11 @@ def _advice(plan: Plan) -> tuple[Issue, ...]:
     """What a person should know of a scene that renders, but not to much."""
     advice = []
     if not plan.object_count:
-        advice.append(Issue("Scene", "there is no object to render: add a sphere or a plane"))
+        said = "there is no object to render: add a sphere or a plane"
+        advice.append(Issue("Scene", said, kind="SCENE"))
     if not plan.lights:
-        advice.append(Issue("Scene", "there is no light that shines: objects stay black"))
+        said = "there is no light that shines: objects stay black"
+        advice.append(Issue("Scene", said, kind="SCENE"))
     return tuple(advice)
 
 

@@ -3,13 +3,15 @@
 
 import bpy
 
-from . import check, command, compositor, engine, images, render, show, undo
+from . import check, command, compositor, engine, images, render, report, selection, show, undo
 
 classes = (
     render.ADRT_OT_render,
     render.ADRT_OT_cancel,
     check.ADRT_OT_check,
     show.ADRT_OT_show_image,
+    report.ADRT_OT_show_report,
+    selection.ADRT_OT_select,
     compositor.ADRT_OT_show_mask,
     engine.ADRT_RE_engine,
 )
@@ -20,12 +22,14 @@ def register() -> None:
         bpy.utils.register_class(cls)
     images.register()
     undo.register()
+    report.register()
     command.register()
 
 
 def unregister() -> None:
     render.stop()
     command.unregister()
+    report.unregister()
     undo.unregister()
     images.unregister()
     for cls in reversed(classes):

@@ -9,12 +9,14 @@ import bpy
 
 from ..adaptive_drt.scene import SceneError, validate
 from ..adaptive_drt.settings import SettingsError
+from . import report
 from .engine_export import export_for_render
-from .state import issues_key, state
+from .issues import count_text, missing_count
+from .state import state
 
 
 class ADRT_OT_check(bpy.types.Operator):
-    """List what Adaptive Render would leave out of this scene at the current frame"""
+    """List what Adaptive Render would leave out or simplify of this scene at the current frame"""
 
     bl_idname = "adaptive_drt.check"
     bl_label = "Check Scene"
@@ -30,7 +32,9 @@ class ADRT_OT_check(bpy.types.Operator):
         except (SceneError, SettingsError) as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
-        state.issues[issues_key(context.scene)] = scene.issues
-        found = len(scene.issues)
-        self.report({"INFO"}, f"{found} left out" if found else "Everything will be rendered")
+        report.begin(context.scene)
+        report.keep(report.subject_of(context.scene, context.view_layer), scene.issues)
+        report.deliver()
+        kind = "WARNING" if missing_count(scene.issues) else "INFO"
+        self.report({kind}, count_text(scene.issues) or "Everything will be rendered as it is set")
         return {"FINISHED"}

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The command: `blender -b scene.blend -c adaptive_render --frame 1..10 --output //out_####`."""
+"""The command: `blender -b scene.blend -c adaptive_render --frame 1..10 --output //out_####`.
+
+Each file is looked at when it is written: on a full disk Blender itself ends with exit code 0.
+"""
 
 from __future__ import annotations
 
@@ -7,14 +10,16 @@ import argparse
 import os
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack
 from typing import Any
 
 import bpy
 
 from .engine import ENGINE
 from .job import Job
+from .output import fault_of, movie_fault, paths_of, stamp_of
 from .state import state
+from .temporary import changed
 
 NAME = "adaptive_render"
 HEEDED_BY = {
@@ -56,7 +61,8 @@ def make_parser(scene: Any) -> argparse.ArgumentParser:
     """Return the parser; its settings, their ranges and their words are the panel's own."""
     parser = argparse.ArgumentParser(
         prog=f"blender -b SCENE.blend -c {NAME}",
-        description="Render with Adaptive DRT; what is not said here, the file says.",
+        description="Render with Adaptive Render; what is not said here, the file says.",
+        epilog="Exit code: 0 if all files are written and whole, 1 otherwise.",
     )
     add = parser.add_argument
     add("--frame", type=parse_frames, help="5, 1..10 or 1..3,7; the file's current frame if left")
@@ -65,6 +71,12 @@ def make_parser(scene: Any) -> argparse.ArgumentParser:
     add("--format", choices=formats, metavar="FORMAT", help="as in Blender: " + ", ".join(formats))
     add("--depth", choices=("8", "10", "12", "16", "32"), help="bits a channel, if FORMAT has them")
     add("--border", type=parse_border, metavar="L,B,R,T", help="render this part, 0 to 1, alone")
+    add(
+        "--strict",
+        action="store_true",
+        help="stop with exit code 1, before a frame is rendered, if objects are missing from it; "
+        "each is named. Otherwise they are listed, and the frame is rendered without them",
+    )
     add("--crop", action="store_true", help="write the part alone, not the whole picture around it")
     group = parser.add_argument_group("settings, in place of the file's own")
     for prop in settings_properties(scene):
@@ -106,21 +118,6 @@ def _within(prop: Any, kind: Callable[[str], Any]) -> Callable[[str], Any]:
         return value
 
     return number
-
-
-@contextmanager
-def changed(thing: Any, **values: Any) -> Iterator[None]:
-    """Set properties, in this order, and put back what they were."""
-    before = {name: getattr(thing, name) for name in values}
-    try:
-        for name, value in values.items():
-            if getattr(thing, name) != value:
-                setattr(thing, name, value)
-        yield
-    finally:
-        for name, value in before.items():
-            if getattr(thing, name) != value:
-                setattr(thing, name, value)
 
 
 def _format_values(settings: Any, options: argparse.Namespace) -> dict[str, str]:
@@ -168,9 +165,45 @@ def render_frames(scene: Any, options: argparse.Namespace) -> None:
         stack.enter_context(changed(settings, **_format_values(settings, options)))
         frame = scene.frame_current
         stack.enter_context(changed(scene, frame_current=frame))
-        for first, last in options.frame or [(frame, frame)]:
+        for first, last in frame_ranges(options.frame or [(frame, frame)], render.is_movie_format):
             with changed(scene, frame_start=first, frame_end=last, frame_step=1):
-                bpy.ops.render.render(animation=True, scene=scene.name)
+                _render_range(scene)
+
+
+def frame_ranges(asked: list[tuple[int, int]], is_movie: bool) -> Iterator[tuple[int, int]]:
+    """Yield the ranges that Blender renders at a time: single frames, unless a movie holds them."""
+    for first, last in asked:
+        if is_movie:
+            yield first, last
+        else:
+            yield from ((frame, frame) for frame in range(first, last + 1))
+
+
+def _render_range(scene: Any) -> None:
+    """Render from the scene's first frame to its last, and see that the files are whole.
+
+    Raises
+    ------
+    RuntimeError
+        The render failed, or a file is not whole.
+    """
+    render, first, last = scene.render, scene.frame_start, scene.frame_end
+    is_movie = render.is_movie_format
+    paths = paths_of(scene, first)
+    before = [stamp_of(path) for path in paths]
+    # then Blender leaves out what is there already
+    is_there = all(stamp.changed is not None for stamp in before)
+    if is_there and not (render.use_overwrite or is_movie):
+        _say(f'frame {first}: "{paths[0]}" is there already, and Overwrite is off')
+        return
+    if "FINISHED" not in bpy.ops.render.render(animation=True, scene=scene.name):
+        raise RuntimeError(f"frame {first}: cancelled")
+    for path, stamp in zip(paths, before, strict=True):
+        fault = fault_of(path, stamp)
+        if not fault and is_movie:
+            fault = movie_fault(path, last + 1 - first)
+        if fault:
+            raise RuntimeError(f'frame {first}: "{path}": {fault}')
 
 
 class _Terminal:
@@ -187,8 +220,8 @@ class _Terminal:
             sys.stdout.flush()
 
     def wrote(self, scene: Any, *_: Any) -> None:
-        path = scene.render.frame_path(frame=scene.frame_current)
-        sys.stdout.write(f"{NAME}: frame {scene.frame_current}: {path}\n")
+        for path in paths_of(scene, scene.frame_current):
+            sys.stdout.write(f"{NAME}: frame {scene.frame_current}: {path}\n")
         sys.stdout.flush()
 
 
@@ -204,7 +237,7 @@ def run(arguments: list[str]) -> int:
         return _fail(f"no file is open: blender -b SCENE.blend -c {NAME}")
     terminal = _Terminal()
     written = bpy.app.handlers.render_write
-    state.watch = terminal
+    state.watch, state.is_strict = terminal, options.strict
     written.append(terminal.wrote)
     try:
         render_frames(scene, options)
@@ -212,7 +245,7 @@ def run(arguments: list[str]) -> int:
     except (RuntimeError, TypeError) as error:
         return _fail(str(error).strip().removeprefix("Error: "))
     finally:
-        state.watch = None
+        state.watch, state.is_strict = None, False
         # a file that is loaded meanwhile empties the list
         if terminal.wrote in written:
             written.remove(terminal.wrote)

@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from ..adaptive_drt.film import PASSES, Film, Pass
 from ..adaptive_drt.scene import SceneError
 from ..adaptive_drt.settings import SettingsError
+from . import report
 from .engine_export import ENGINE, export, pending
-from .figures import issues_of, summary
 from .job import Job
 from .state import issues_key, state
 from .temporary import RENDER_RESULT
@@ -56,7 +56,7 @@ class ADRT_RE_engine(bpy.types.RenderEngine):
     """Adaptive distributed ray tracing as one of Blender's renderers"""
 
     bl_idname = ENGINE
-    bl_label = "Adaptive DRT"
+    bl_label = "Adaptive Render"
     bl_use_postprocess = True
     bl_use_preview = False
     # the viewport is EEVEE's, and so are the shader nodes on offer
@@ -111,11 +111,12 @@ class ADRT_RE_engine(bpy.types.RenderEngine):
             state.leave(job)
             picture.close()
         if job.finished:
-            self._tell(depsgraph.scene.original, job.film)
+            self._tell(depsgraph, job.film)
 
     def _export(self, depsgraph: Any) -> Job:
         self.update_stats("", "Exporting")
         exported, settings = export(self, depsgraph)
+        report.refuse_missing(depsgraph.scene.original.frame_current, exported)
         return Job(exported, settings, watched=not bpy.app.background)
 
     def _is_over(self) -> bool:
@@ -132,18 +133,12 @@ class ADRT_RE_engine(bpy.types.RenderEngine):
             self.update_progress(job.factor)
             self.update_stats("", text)
 
-    def _tell(self, scene: Any, film: Film) -> None:
-        """Say how it went, and what was left out."""
-        issues = tuple(issues_of(film.stats))
-        key = issues_key(scene)
-        if state.issues.get(key) != issues:  # once for an animation, not once a frame
-            for issue in issues:
-                log.warning("%s: %s", issue.name, issue.reason)
-        state.issues[key] = issues
-        state.figures[key] = film.stats
-        state.newest[key] = RENDER_RESULT
-        said = summary(film.stats)
-        self.update_stats("", f"{said}, {len(issues)} left out or changed" if issues else said)
+    def _tell(self, depsgraph: Any, film: Film) -> None:
+        """Say how it went, and what is missing or simplified."""
+        scene = depsgraph.scene.original
+        state.newest[issues_key(scene)] = RENDER_RESULT
+        subject = report.subject_of(scene, depsgraph.view_layer)
+        self.update_stats("", report.tell(subject, film.stats))
 
 
 class _Picture:

@@ -11,12 +11,15 @@ import bpy
 
 from ..adaptive_drt.scene import SceneError
 from ..adaptive_drt.settings import SettingsError
+from . import report
 from .engine_export import export_for_render
-from .figures import gather_figures, issues_of, read_figures, summary
+from .figures import gather_figures, issues_of, read_figures
 from .images import MASK, RESULT, find_image, frame_of, write_images, write_picture
+from .issues import missing_count
 from .job import Job
+from .regions import redraw_panels
 from .show import redraw_images, show_rendered
-from .state import issues_key, state
+from .state import state
 
 log = logging.getLogger(__name__)
 
@@ -161,7 +164,8 @@ class ADRT_OT_render(bpy.types.Operator):
     def _prepare(self, context: Any, watched: bool = False) -> bool:
         """Export the scene and make the job; report and return False if there is nothing to do."""
         scene = context.scene
-        self._uid = issues_key(scene)
+        self._subject = report.subject_of(scene, context.view_layer)
+        report.begin(scene)
         try:
             self._scene, self._settings = export_for_render(scene, context.view_layer)
             crop = scene.render.use_border and scene.render.use_crop_to_border
@@ -192,8 +196,7 @@ class ADRT_OT_render(bpy.types.Operator):
         before = read_figures(find_image(MASK))
         figures = gather_figures(stats, self._scene, self._settings, before)
         write_images(job, self._frame, figures)
-        state.figures[self._uid] = figures
-        state.newest[self._uid] = RESULT
+        state.newest[self._subject.scene] = RESULT
         self._tell(job, figures)
         # a window must not change inside modal(): that would run its end a second time
         if not bpy.app.background:
@@ -201,16 +204,13 @@ class ADRT_OT_render(bpy.types.Operator):
         return {"FINISHED"}
 
     def _tell(self, job: Job, figures: dict[str, Any]) -> None:
-        issues = tuple(issues_of(figures))
-        state.issues[self._uid] = issues
-        for issue in issues:
-            log.warning("%s: %s", issue.name, issue.reason)
-        if issues:
-            self.report({"WARNING"}, f"{len(issues)} left out or changed: see the panel")
+        said = report.tell(self._subject, figures)
+        report.deliver()
         if job.cancelled:
-            self.report({"WARNING"}, f"Cancelled at {int(100.0 * job.factor)} %; that much is kept")
-        else:
-            self.report({"INFO"}, f"Adaptive Render: {summary(figures)}")
+            said = f"cancelled at {int(100.0 * job.factor)} %, and that much is kept; {said}"
+        lacks = job.cancelled or missing_count(issues_of(figures))
+        # one line alone: the status bar shows the last
+        self.report({"WARNING" if lacks else "INFO"}, f"Adaptive Render: {said}")
 
     def _leave(self, context: Any) -> None:
         if self._timer is not None:
@@ -219,16 +219,6 @@ class ADRT_OT_render(bpy.types.Operator):
         if context.workspace is not None:
             context.workspace.status_text_set(None)
         redraw_panels()
-
-
-def redraw_panels() -> None:
-    """Ask the regions that hold our panels to draw again, and not the 3D view beside them."""
-    held = {"PROPERTIES": "WINDOW", "VIEW_3D": "UI"}
-    for window in bpy.context.window_manager.windows:
-        for area in window.screen.areas:
-            for region in area.regions:
-                if region.type == held.get(area.type):
-                    region.tag_redraw()
 
 
 class ADRT_OT_cancel(bpy.types.Operator):

@@ -24,8 +24,13 @@ class State:
     left : renders that nobody waits for any more, whose threads may have yet to end.
     watch : is told of the engine's progress with the scene and the job; None: nobody.
     issues : the last found, by `issues_key`.
+    layers : the same apart by view layer.
+    logged : the last that were logged, by `issues_key` and view layer.
     figures : of the last render, by `issues_key`.
     newest : name of the image that holds the newest picture, by `issues_key`.
+    report : text about the last found, of whatever scene; "" where nothing was found in this file.
+    news : how many reports there were.
+    is_strict : whether the engine refuses to render what lacks an object.
     """
 
     job: Job | None = None
@@ -33,8 +38,13 @@ class State:
     left: deque[Job] = field(default_factory=deque)
     watch: Callable[[Any, Job], None] | None = None
     issues: dict[str, tuple[Issue, ...]] = field(default_factory=dict)
+    layers: dict[str, dict[str, tuple[Issue, ...]]] = field(default_factory=dict)
+    logged: dict[tuple[str, str], tuple[Issue, ...]] = field(default_factory=dict)
     figures: dict[str, dict[str, Any]] = field(default_factory=dict)
     newest: dict[str, str] = field(default_factory=dict)
+    report: str = ""
+    news: int = 0
+    is_strict: bool = False
 
     def leave(self, job: Job | None = None) -> None:
         """Be done with a render, the running one unless given, and let its threads end."""

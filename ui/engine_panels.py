@@ -13,7 +13,6 @@ from ..operators.engine import ENGINE, OPTIONAL
 ADDED = (
     "EEVEE_MATERIAL_PT_context_material",
     "EEVEE_MATERIAL_PT_surface",
-    "MATERIAL_PT_preview",
     "DATA_PT_EEVEE_light",
     "EEVEE_WORLD_PT_surface",
 )
@@ -22,8 +21,13 @@ ADDED = (
 REFUSED = (
     "DATA_PT_light",  # less than DATA_PT_EEVEE_light
     "RENDER_PT_output_views",
+    # this engine draws no previews (`bl_use_preview`): the box would stay empty
+    "MATERIAL_PT_preview",
+    "WORLD_PT_preview",
+    "DATA_PT_preview",
+    "TEXTURE_PT_preview",
 )
-"""Names of common panels whose settings this engine does not heed."""
+"""Names of common panels that show nothing of this engine, or settings that it does not heed."""
 
 REFUSED_KINDS = (
     "DATA_PT_spot",

@@ -95,11 +95,12 @@ class ADRT_PG_settings(bpy.types.PropertyGroup):
         "from each light's centre",
         default=True,
     )
+    # one switch alone: Blender's own, under the name that scripts and the command know
     use_motion: BoolProperty(
         name="Motion Blur",
-        description="Blur what moves while the shutter is open, if the scene's own motion blur "
-        "is on",
-        default=True,
+        description="Blur what moves while the shutter is open: the scene's own Motion Blur",
+        get=lambda self: bool(self.id_data.render.use_motion_blur),
+        set=lambda self, value: setattr(self.id_data.render, "use_motion_blur", value),
     )
     use_edges: BoolProperty(
         name="Edges",

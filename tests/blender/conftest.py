@@ -46,9 +46,9 @@ def file(addon):
 
     bpy.ops.wm.read_factory_settings(use_empty=True)
     state = importlib.import_module(f"{PACKAGE}.operators.state").state
-    state.issues.clear()
-    state.figures.clear()
-    state.newest.clear()
+    kept = (state.issues, state.layers, state.logged, state.figures, state.newest)
+    for one in kept:
+        one.clear()
     scene = bpy.context.scene
     camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
     camera.location = (0.0, 0.0, 10.0)
@@ -66,13 +66,13 @@ def export(addon, file):
     module = importlib.import_module(f"{PACKAGE}.operators.engine_export")
 
     def run(use_motion=True):
-        scene = bpy.context.scene
-        before = scene.adaptive_drt.use_motion
-        scene.adaptive_drt.use_motion = use_motion
+        render = bpy.context.scene.render
+        before = render.use_motion_blur
+        render.use_motion_blur = before and use_motion
         try:
-            return module.export_for_render(scene, bpy.context.view_layer)[0]
+            return module.export_for_render(bpy.context.scene, bpy.context.view_layer)[0]
         finally:
-            scene.adaptive_drt.use_motion = before
+            render.use_motion_blur = before
 
     return run
 

@@ -14,8 +14,8 @@ SHOWN = {
     "output": "format frame_range time_stretching post_processing output encoding stamp",
     "view_layer": "layer freestyle",
     "world": "context_world custom_props EEVEE_surface",
-    "material": "EEVEE_context_material EEVEE_surface preview custom_props",
-    "data": "context_camera lens camera camera_display context_light EEVEE_light preview "
+    "material": "EEVEE_context_material EEVEE_surface custom_props",
+    "data": "context_camera lens camera camera_display context_light EEVEE_light "
     "context_mesh uv_texture vertex_groups",
     "object": "visibility",
 }
@@ -27,6 +27,7 @@ UNFIT = (
     "_spot", "mist", "displacement", "dof", "depth_of_field", "motion_blur", "sampling",
     "light_paths", "raytracing", "shadow", "bake", "hair", "opengl", "filter", "cryptomatte",
     "aov", "lightgroup", "caustics", "denoise", "beam", "thickness", "settings_surface",
+    "preview",
 )  # fmt: skip
 """Of names of panels: settings that this engine does not heed, or shows in panels of its own."""
 

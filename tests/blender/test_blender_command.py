@@ -41,8 +41,8 @@ def _manners(scene):
     return (
         scene.frame_current, scene.frame_start, scene.frame_end, scene.frame_step, render.engine,
         render.filepath, render.image_settings.file_format, scene.adaptive_drt.light_rays,
-        scene.adaptive_drt.use_edges, render.use_border, render.border_max_x,
-        list(bpy.app.handlers.render_write),
+        scene.adaptive_drt.use_edges, render.use_motion_blur, render.use_border,
+        render.border_max_x, list(bpy.app.handlers.render_write),
     )  # fmt: skip
 
 
@@ -123,6 +123,18 @@ def test_help(saved, run, capfd):
     for name in ("frame", "output", "format", "border", *options):
         if name not in ("rna_type", "name"):
             assert f"--{name.replace('_', '-')}" in told
+
+
+def test_motion_blur_is_the_scene_s_own_switch(saved, run, tmp_path):
+    before = _manners(saved)
+    shared = "--format OPEN_EXR --frame 6 --output"
+    assert run(f"{shared} //still".split()) == 0
+    assert run(f"{shared} //moving --use-motion".split()) == 0
+    still, moving = (
+        next(iter(exr.read_exr(tmp_path / f"{name}0006.exr").values()))["R"]
+        for name in ("still", "moving")
+    )
+    assert (still != moving).any() and _manners(saved) == before
 
 
 def test_settings_of_the_other_method_are_told(saved, run, capfd):

@@ -66,7 +66,7 @@ def test_its_processes_end_with_it(switched_off):
 def test_labels_and_places(addon):
     assert bpy.ops.adaptive_drt.render.get_rna_type().name == "Adaptive Render"
     sidebar, render = bpy.types.ADRT_PT_sidebar, bpy.types.ADRT_PT_render
-    assert (sidebar.bl_space_type, sidebar.bl_category) == ("VIEW_3D", "Adaptive")
+    assert (sidebar.bl_space_type, sidebar.bl_category) == ("VIEW_3D", "Adaptive Render")
     assert (render.bl_space_type, render.bl_context) == ("PROPERTIES", "render")
 
 
@@ -78,8 +78,11 @@ def test_tooltips_have_no_final_dot(addon):
         assert prop.name and prop.description and not prop.description.endswith(".")
         items = prop.enum_items if prop.type == "ENUM" else ()
         assert all(i.description and not i.description.endswith(".") for i in items)
-    for operator in (bpy.ops.adaptive_drt.render, bpy.ops.adaptive_drt.check):
-        assert not operator.get_rna_type().description.endswith(".")
+    for name in dir(bpy.ops.adaptive_drt):
+        kind = getattr(bpy.ops.adaptive_drt, name).get_rna_type()
+        assert kind.description and not kind.description.endswith(".")
+        for prop in kind.properties:
+            assert prop.identifier == "rna_type" or not prop.description.endswith(".")
 
 
 def test_manifest():

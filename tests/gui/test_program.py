@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 
 import numpy as np
@@ -94,6 +95,31 @@ def test_command_says_what_it_can(installed):
 def test_command_fails_with_1(installed, arguments, said):
     told = installed.run("-b", *arguments)
     assert told.returncode == 1 and said in told.stderr, told
+
+
+def test_strict_command_fails_with_1(installed, scene, copied):
+    told = installed.run(
+        *("-b", scene, "-P", copied("lose_object.py"), "-c", "adaptive_render", "--strict"),
+        *("--frame", "11", "--output", "//strict_"),
+    )
+    assert told.returncode == 1 and '"Lost": ' in told.stderr, told
+    assert not list(scene.parent.glob("strict_*"))
+
+
+@pytest.mark.parametrize("name", ["PNG", "OPEN_EXR", "OPEN_EXR_MULTILAYER"])
+def test_a_full_disk_fails_with_1(installed, scene, name):
+    """A file system of one page, mounted for this run; Blender says that it saved the file."""
+    if os.environ.get("ADAPTIVE_DRT_BLENDER"):
+        pytest.skip("a file system is mounted in the Blender alone that `make blender` makes")
+    shell = 'mkdir -p "$0" && mount -t tmpfs -o size=4k none "$0" && exec blender "$@"'
+    disk = installed.folder / "disk"
+    told = installed.run(
+        *("-c", shell, disk, "-b", scene, "-c", "adaptive_render", "--frame", "11"),
+        *("--format", name, "--output", installed.inside(disk) + "/full_"),
+        command="sh",
+    )
+    assert told.returncode == 1 and "is the disk full?" in told.stderr, told
+    assert "full_0011" in told.stderr
 
 
 def test_engine_fails_with_1(installed, scene, copied):
