@@ -25,6 +25,11 @@ def name_of(instance: Any) -> str:
     return thing.name if parent == thing else f"{parent.name}/{thing.name}"
 
 
+def owner_of(instance: Any) -> Any:
+    """Return the object that a person selects to reach an instance."""
+    return (instance.parent or instance.object).original
+
+
 class Visible:
     """Tells which instances a render shows.
 

@@ -124,10 +124,15 @@ def _area(
     half_u, half_v = (track.middle[:3, :3] @ half).T
     area = 4.0 * float(np.linalg.norm(np.cross(half_u, half_v)))
     if area == 0.0:
-        issues.append(Issue(name, "its size is zero"))
+        issues.append(Issue(name, "its size is zero", missing=True))
+        return None
+    # a flattened depth changes no size, but leaves no direction to shine in; Cycles' is dark too
+    if not track.middle[:3, 2].any():
+        issues.append(Issue(name, "its scale along Z is zero, so it gives no light", missing=True))
         return None
     if _sheared(track.middle[:3, :3]):
-        issues.append(Issue(name, "its parents shear it; sheared area lights are left out"))
+        reason = "its parents shear it; sheared area lights are left out"
+        issues.append(Issue(name, reason, missing=True))
         return None
     forward = -track.middle[:3, 2]
     if float(np.cross(half_u, half_v) @ forward) < 0.0:  # a mirrored object
@@ -149,7 +154,5 @@ def _area(
 
 def _sheared(linear: Matrix) -> bool:
     length = np.linalg.norm(linear, axis=0)
-    if not length.all():  # a flattened depth does not matter, but leaves no direction to shine in
-        return True
     cosines = (linear / length).T @ (linear / length) - np.eye(3)
     return float(np.abs(cosines).max()) > SQUARE

@@ -108,6 +108,18 @@ def kept_frame(scene: Any, host: Any | None = None) -> Iterator[Callable[[float]
                 scene.camera = camera
 
 
+def blurs(*things: Any, switch: str = "use_motion_blur") -> bool:
+    """Whether a switch of Cycles' for motion blur is on for all of some objects.
+
+    Parameters
+    ----------
+    things : an instance's object and what repeats it; None for what nothing repeats.
+    """
+    # a change of it does not reach the evaluated copy
+    own = (getattr(thing.original, "cycles", None) for thing in things if thing is not None)
+    return all(getattr(settings, switch, True) for settings in own)
+
+
 def matrix_of(thing: Any) -> Matrix:
     """Return a copy of an object's or instance's world matrix, (4, 4) float64."""
     return np.array(thing.matrix_world, dtype=np.float64)
