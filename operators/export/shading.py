@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...adaptive_drt.recognise import Ball
-from .mesh import Flats, faces_of, points_of
+from .mesh import Flats, Indices, faces_of, points_of
 
 BENT = 1e-3
 """Radians, about: a normal that is less off its face's own is rounding."""
@@ -36,21 +36,36 @@ Vectors = NDArray[np.float32]
 
 def shading_left_out(mesh: Any, form: Ball | Flats) -> str:
     """Return what of a Blender mesh's shading its form lacks, or ""."""
-    corner = np.empty((len(mesh.loops), 3), dtype=np.float32)
-    face = np.empty((len(mesh.polygons), 3), dtype=np.float32)
-    corners, starts = faces_of(mesh)
+    points, (corners, starts) = points_of(mesh), faces_of(mesh)
     sizes = np.diff(starts, append=len(corners))
+    places = points[corners]
+    face = np.repeat(_face_normals(places, starts, sizes), sizes, axis=0)
+    corner = np.empty((len(corners), 3), dtype=np.float32)
     mesh.corner_normals.foreach_get("vector", corner.ravel())
-    mesh.polygon_normals.foreach_get("vector", face.ravel())
-    bent = np.abs(corner - np.repeat(face, sizes, axis=0)).max(axis=1, initial=0.0) > BENT
+    bent = np.abs(corner - face).max(axis=1) > BENT
     if isinstance(form, Ball):
-        own = (points_of(mesh)[corners] - np.array(form.center)) / form.radius
+        own = (places - np.array(form.center)) / form.radius
         is_flat = not np.logical_or.reduceat(bent, starts).all()
         custom = corner if mesh.has_custom_normals and bent.any() else None
-        return _of_ball(own, np.repeat(face, sizes, axis=0), custom, is_flat)
+        return _of_ball(own, face, custom, is_flat)
     if not bent.any():
         return ""
     return CUSTOM if mesh.has_custom_normals else SMOOTH
+
+
+def _face_normals(places: Vectors, starts: Indices, sizes: Indices) -> Vectors:
+    """Return the faces' own normals (f, 3); from 4.5 on Blender's may be custom ones.
+
+    Parameters
+    ----------
+    places : (c, 3), of the faces' corners, face after face.
+    """
+    edges = places - np.repeat(places[starts], sizes, axis=0)
+    following = np.arange(1, len(edges) + 1)
+    following[starts + sizes - 1] = starts
+    normals = np.add.reduceat(np.cross(edges, edges[following]), starts, axis=0)
+    length = np.linalg.norm(normals, axis=1)
+    return normals / np.where(length > 0.0, length, 1.0)[:, None]
 
 
 def _of_ball(own: Vectors, face: Vectors, custom: Vectors | None, is_flat: bool) -> str:
