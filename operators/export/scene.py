@@ -10,7 +10,17 @@ from typing import Any
 import numpy as np
 
 from ...adaptive_drt.recognise import Ball
-from ...adaptive_drt.scene import Camera, Issue, Light, Material, Scene, SceneError, Shape
+from ...adaptive_drt.scene import (
+    Camera,
+    Issue,
+    Light,
+    Material,
+    Scene,
+    SceneError,
+    Shape,
+    Vector,
+    validate,
+)
 from .camera import camera_of
 from .clipping import clipped
 from .components import Components, holds_smoke
@@ -54,8 +64,8 @@ class _Export:
     owners : the objects to select, by the names of their instances.
     """
 
-    opens: dict[Hashable, Matrix] | None
-    closes: dict[Hashable, Matrix] | None
+    opens: dict[Hashable, Matrix] | None = None
+    closes: dict[Hashable, Matrix] | None = None
     deforming: Deforming | None = None
     override: Any | None = None
     shapes: list[Shape] = field(default_factory=list)
@@ -75,16 +85,19 @@ class _Export:
     def tell(self, name: str, *reasons: str, missing: bool = False) -> None:
         self.issues.extend(Issue(name, reason, missing) for reason in reasons)
 
-    def aimed(self) -> tuple[Issue, ...]:
-        """Return all issues once, those of instances with the object to select."""
-        found = []
+    def scene(self, camera: Camera, background: Vector, transparent: bool) -> Scene:
+        """Return all that has been gathered, each issue once with the object to select."""
+        shapes, lights = tuple(self.shapes), tuple(self.lights)
+        # the core would find the same faults, but does not know which object to select
+        made = validate(Scene(camera, shapes, lights, background, transparent, tuple(self.issues)))
         # an issue of a mesh or material is told once, however many instances share it
-        for issue in dict.fromkeys(self.issues):
-            owner = self.owners.get(issue.name, issue.name)
-            if issue.kind == "OBJECT" and not issue.target and owner != issue.name:
-                issue = replace(issue, target=owner)
-            found.append(issue)
-        return tuple(found)
+        return replace(made, issues=tuple(map(self._aimed, dict.fromkeys(made.issues))))
+
+    def _aimed(self, issue: Issue) -> Issue:
+        owner = self.owners.get(issue.name, issue.name)
+        if issue.kind != "OBJECT" or issue.target or owner == issue.name:
+            return issue
+        return replace(issue, target=owner)
 
     def material(self, worn: Any | None) -> Material:
         """Return the Lambert material of what a face wears."""
@@ -134,13 +147,13 @@ def export_scene(
     if camera_object is None:
         raise SceneError("The scene has no camera: add one, or make one active")
     shutter = shutter_of(scene) if use_motion and move is not None else None
-    opens = closes = deforming = None
+    gathered = _Export()
     if shutter is not None and move is not None:
         samplers = (lambda: _matrices(depsgraph, camera_object), lambda: snapshot(depsgraph))
-        (opens, closes), meshes = _ends(move, shutter, samplers)
-        deforming = Deforming(*meshes)
+        (gathered.opens, gathered.closes), meshes = _ends(move, shutter, samplers)
+        gathered.deforming = Deforming(*meshes)
     layer = depsgraph.view_layer_eval
-    gathered = _Export(opens, closes, deforming, layer.material_override)
+    gathered.override = layer.material_override
     camera = _camera(depsgraph, camera_object, gathered)
     if scene.render.use_multiview:
         gathered.issues.append(Issue("Scene", STEREO))
@@ -148,14 +161,7 @@ def export_scene(
     background = background_of(layer.world_override or depsgraph.scene_eval.world, gathered.issues)
     camera_data = camera_object.evaluated_get(depsgraph).data
     gathered.issues.extend(clipped(camera_data, camera, gathered.shapes))
-    return Scene(
-        camera=camera,
-        shapes=tuple(gathered.shapes),
-        lights=tuple(gathered.lights),
-        background=background,
-        transparent=bool(scene.render.film_transparent),
-        issues=gathered.aimed(),
-    )
+    return gathered.scene(camera, background, bool(scene.render.film_transparent))
 
 
 def _ends(

@@ -14,6 +14,9 @@ from .mesh import Flats, Indices, faces_of, points_of
 BENT = 1e-3
 """Radians, about: a normal that is less off its face's own is rounding."""
 
+SLIVER = 1e-4
+"""Area over the square of its length: of a narrower face float32 leaves no normal."""
+
 TURNED_ASIDE = 0.05
 """Radians, about: custom normals of a ball that are less off its own are not told."""
 
@@ -31,18 +34,19 @@ CUSTOM = "its custom normals are left out: its faces are rendered flat, as they 
 CUSTOM_BALL = "its custom normals are left out: it is rendered as a sphere"
 FACETS = "its facets are left out: it is rendered as a smooth sphere"
 
-Vectors = NDArray[np.float32]
+Vectors = NDArray[np.floating[Any]]
 
 
 def shading_left_out(mesh: Any, form: Ball | Flats) -> str:
     """Return what of a Blender mesh's shading its form lacks, or ""."""
     points, (corners, starts) = points_of(mesh), faces_of(mesh)
     sizes = np.diff(starts, append=len(corners))
-    places = points[corners]
-    face = np.repeat(_face_normals(places, starts, sizes), sizes, axis=0)
+    places = points[corners].astype(np.float64)
+    normals, wide = _face_normals(places, starts, sizes)
+    face = np.repeat(normals, sizes, axis=0)
     corner = np.empty((len(corners), 3), dtype=np.float32)
     mesh.corner_normals.foreach_get("vector", corner.ravel())
-    bent = np.abs(corner - face).max(axis=1) > BENT
+    bent = (np.abs(corner - face).max(axis=1) > BENT) & np.repeat(wide, sizes)
     if isinstance(form, Ball):
         own = (places - np.array(form.center)) / form.radius
         is_flat = not np.logical_or.reduceat(bent, starts).all()
@@ -53,8 +57,12 @@ def shading_left_out(mesh: Any, form: Ball | Flats) -> str:
     return CUSTOM if mesh.has_custom_normals else SMOOTH
 
 
-def _face_normals(places: Vectors, starts: Indices, sizes: Indices) -> Vectors:
-    """Return the faces' own normals (f, 3); from 4.5 on Blender's may be custom ones.
+def _face_normals(
+    places: Vectors, starts: Indices, sizes: Indices
+) -> tuple[Vectors, NDArray[np.bool_]]:
+    """Return the faces' own normals (f, 3), and whether each face is wide enough to have one.
+
+    From 4.5 on Blender's may be custom ones.
 
     Parameters
     ----------
@@ -65,7 +73,8 @@ def _face_normals(places: Vectors, starts: Indices, sizes: Indices) -> Vectors:
     following[starts + sizes - 1] = starts
     normals = np.add.reduceat(np.cross(edges, edges[following]), starts, axis=0)
     length = np.linalg.norm(normals, axis=1)
-    return normals / np.where(length > 0.0, length, 1.0)[:, None]
+    longest = np.maximum.reduceat((edges * edges).sum(axis=1), starts)
+    return normals / np.where(length > 0.0, length, 1.0)[:, None], length > SLIVER * longest
 
 
 def _of_ball(own: Vectors, face: Vectors, custom: Vectors | None, is_flat: bool) -> str:

@@ -127,6 +127,18 @@ def test_instances_name_the_object_to_select(rendered):
     assert len({i.reason for i in scene.issues}) == 1
 
 
+def test_what_the_core_refuses_names_the_object_to_select(export):
+    """The core knows the names of shapes alone."""
+    field, ball = things.plane("Field"), things.uv_sphere("Ball")
+    things.scatter(field, ball)
+    ball.location.x = 1e32
+    field.location.z = 1e32
+    assert {(i.name, i.target, i.missing) for i in export().issues} >= {
+        ("Field/Ball", "Field", True),
+        ("Ball", "", True),
+    }
+
+
 def test_filters_of_the_view_layer_hide_hair_and_volumes_everywhere(rendered):
     _hair_curves(), _hairy()
     _make("volume object")

@@ -185,6 +185,14 @@ def test_smooth_shading_is_told(export):
     assert export().issues == ()
 
 
+def test_a_face_without_area_has_no_shading(export):
+    """Its normal is whatever Blender takes."""
+    corners = [(0, 0, 0), (1, 0, 0), (1, 0, 1), (0, 0, 1), (0.5, 0, 1), (0.25, 0, 1)]
+    things.mesh_object("Wall", corners, [(0, 1, 2, 3), (3, 5, 4)])
+    scene = export()
+    assert len(scene.shapes) == 1 and scene.issues == ()
+
+
 def _bend(thing, height):
     """Let a plane's normals lean outwards as those of a dome do."""
     thing.data.shade_smooth()

@@ -112,6 +112,15 @@ def test_zero_scale(export):
     assert scene.lights == () and "zero" in things.reasons(scene)["Flat"][0]
 
 
+def test_an_area_light_without_depth_has_no_direction(export):
+    """No parent shears it; Cycles' own gives no light either."""
+    things.light("AREA", "Flat").scale = (1.0, 1.0, 0.0)
+    things.light("AREA", "Thin").scale = (1.0, 1.0, 1e-6)
+    scene = export()
+    assert [light.name for light in scene.lights] == ["Thin"] and scene.issues[0].missing
+    assert things.reasons(scene) == {"Flat": ["its scale along Z is zero, so it gives no light"]}
+
+
 def test_radiometry_against_flux(addon):
     """Flux from radiance, by integration, is the light's power: exitance pi L over its surface."""
     import importlib
