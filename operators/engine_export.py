@@ -10,14 +10,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import bpy
 
-from ..adaptive_drt.scene import Scene, SceneError
+from ..adaptive_drt.scene import Issue, Scene, SceneError
 from ..adaptive_drt.settings import Settings
 from .export import export_scene, kept_frame
+from .export.nodes import called
 from .settings import settings_of
 from .temporary import changed, kept_edits, kept_render_result
 
@@ -38,7 +39,8 @@ class Request:
     def answer(self, engine: Any, depsgraph: Any) -> None:
         """Export, called by the engine in place of a render."""
         try:
-            self.found = export(engine, depsgraph)
+            # Blender draws Grease Pencil over the Render Result, which the button does not make
+            self.found = export(engine, depsgraph, draws_strokes=False)
         # the engine must raise nothing: whoever asked does
         except Exception as error:
             self.error = error
@@ -48,8 +50,12 @@ pending: list[Request] = []
 """The request that the engine's next call is for, if any."""
 
 
-def export(engine: Any, depsgraph: Any) -> tuple[Scene, Settings]:
+def export(engine: Any, depsgraph: Any, draws_strokes: bool = True) -> tuple[Scene, Settings]:
     """Return the scene and settings of a render that Blender has begun.
+
+    Parameters
+    ----------
+    draws_strokes : whether Blender draws Grease Pencil over the picture afterwards.
 
     Raises
     ------
@@ -59,7 +65,7 @@ def export(engine: Any, depsgraph: Any) -> tuple[Scene, Settings]:
     scene = depsgraph.scene.original
     settings = settings_of(scene)
     with kept_frame(scene, engine) as move:
-        return export_scene(depsgraph, move, settings.use_motion), settings
+        return export_scene(depsgraph, move, settings.use_motion, draws_strokes), settings
 
 
 def export_for_render(scene: Any, view_layer: Any) -> tuple[Scene, Settings]:
@@ -77,6 +83,7 @@ def export_for_render(scene: Any, view_layer: Any) -> tuple[Scene, Settings]:
         raise SceneError("The scene has no camera: add one, or make one active")
     request = Request()
     pending.append(request)
+    has_lines = scene.render.use_freestyle and view_layer.use_freestyle
     try:
         with _export_only(scene, view_layer):
             bpy.ops.render.render(scene=scene.name)
@@ -89,7 +96,19 @@ def export_for_render(scene: Any, view_layer: Any) -> tuple[Scene, Settings]:
         raise request.error
     if request.found is None:
         raise SceneError("Blender did not render the scene: is another render running?")
-    return request.found
+    exported, settings = request.found
+    if has_lines:
+        exported = replace(exported, issues=(*exported.issues, _lines_issue(view_layer)))
+    return exported, settings
+
+
+def _lines_issue(view_layer: Any) -> Issue:
+    return Issue(
+        called("View Layer", view_layer.name),
+        "its Freestyle lines are left out here; Render Image (F12) draws them",
+        kind="VIEW_LAYER",
+        target=view_layer.name,
+    )
 
 
 @contextmanager

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -19,42 +20,87 @@ Indices = NDArray[np.int32]
 UNIFORM = 1e-5
 """Of the scale: less difference between the axes is float32's rounding."""
 
-BENT = 1e-3
-"""Radians, about: a normal that is less off its face's own is rounding."""
+COLLAPSED = 1e-6
+"""Of the largest scale: a smaller one along another direction is float32's zero."""
+
+NOT_FINITE = "its matrix is not finite: check its location and scale"
+NO_SCALE = "its scale is zero"
+UNEVEN = "it is scaled unevenly, which makes no sphere: scale all axes alike"
+SHEARED = "its parents shear it, which makes no sphere: scale all axes alike"
+COLLAPSES = "its scale is zero along one axis, which makes no sphere: scale all axes alike"
 
 Flats = tuple[Parallelogram, ...]
 Form = Ball | Flats | str
 """What a mesh stands for, in its own space, or why it is left out."""
 
 
-def mesh_form(mesh: Any, known: dict[bytes, Form]) -> Form:
+@dataclass(frozen=True)
+class Layout:
+    """A copy of what tells a mesh's form.
+
+    Attributes
+    ----------
+    points : (n, 3) float32, vertices.
+    faces : digest of which vertices each face joins.
+    """
+
+    points: NDArray[np.float32]
+    faces: bytes
+
+
+def layout_of(mesh: Any) -> Layout:
+    """Return the layout of a Blender mesh."""
+    return Layout(points_of(mesh), _digest(*faces_of(mesh)))
+
+
+# Attributes are read some 100 times as fast as the properties of vertices, loops and faces.
+
+
+def points_of(mesh: Any) -> NDArray[np.float32]:
+    """Return the vertices (n, 3) of a Blender mesh."""
+    points = np.empty((len(mesh.vertices), 3), dtype=np.float32)
+    if len(points):
+        mesh.attributes["position"].data.foreach_get("vector", points.ravel())
+    return points
+
+
+def faces_of(mesh: Any) -> tuple[Indices, Indices]:
+    """Return the vertex of each corner (c,) and the first corner of each face (f,)."""
+    corners = np.empty(len(mesh.loops), dtype=np.int32)
+    starts = np.empty(len(mesh.polygons), dtype=np.int32)
+    if len(corners):
+        mesh.attributes[".corner_vert"].data.foreach_get("value", corners)
+    mesh.polygons.foreach_get("loop_start", starts)
+    return corners, starts
+
+
+def mesh_form(mesh: Any, layout: Layout, known: dict[bytes, Form]) -> Form:
     """Return what a Blender mesh stands for.
 
     Parameters
     ----------
+    layout : the mesh's own.
     known : forms by the mesh's content; a copy is looked up here, which is faster than to tell
         its form anew.
     """
-    points = np.empty(len(mesh.vertices) * 3, dtype=np.float32)
-    corners = np.empty(len(mesh.loops), dtype=np.int32)
-    starts = np.empty(len(mesh.polygons), dtype=np.int32)
-    mesh.vertices.foreach_get("co", points)
-    mesh.loops.foreach_get("vertex_index", corners)
-    mesh.polygons.foreach_get("loop_start", starts)
     slots = _material_indices(mesh)
-    digest = hashlib.blake2b(points, digest_size=16)
-    digest.update(corners)
-    digest.update(starts)
-    digest.update(slots)
-    key = digest.digest()
+    key = _digest(layout.points, slots) + layout.faces
     if key not in known:
+        corners, starts = faces_of(mesh)
         known[key] = recognise(
-            np.ascontiguousarray(points.reshape(-1, 3).T, dtype=np.float64),
+            np.ascontiguousarray(layout.points.T, dtype=np.float64),
             corners.astype(np.int64),
             starts.astype(np.int64),
             slots.astype(np.int64),
         )
     return known[key]
+
+
+def _digest(*arrays: NDArray[Any]) -> bytes:
+    digest = hashlib.blake2b(digest_size=16)
+    for array in arrays:
+        digest.update(array)
+    return digest.digest()
 
 
 def wears_several(mesh: Any) -> bool:
@@ -65,19 +111,10 @@ def wears_several(mesh: Any) -> bool:
 def _material_indices(mesh: Any) -> Indices:
     """Return the material slot (faces,) that each face wears."""
     indices = np.zeros(len(mesh.polygons), dtype=np.int32)
-    mesh.polygons.foreach_get("material_index", indices)
+    attribute = mesh.attributes.get("material_index")  # not there while all are 0
+    if attribute is not None and (attribute.domain, attribute.data_type) == ("FACE", "INT"):
+        attribute.data.foreach_get("value", indices)
     return np.clip(indices, 0, max(len(mesh.materials) - 1, 0))
-
-
-def is_smooth(mesh: Any) -> bool:
-    """Whether a Blender mesh shades its faces as if they were curved."""
-    corner = np.empty((len(mesh.loops), 3), dtype=np.float32)
-    face = np.empty((len(mesh.polygons), 3), dtype=np.float32)
-    sizes = np.empty(len(mesh.polygons), dtype=np.int32)
-    mesh.corner_normals.foreach_get("vector", corner.ravel())
-    mesh.polygon_normals.foreach_get("vector", face.ravel())
-    mesh.polygons.foreach_get("loop_total", sizes)
-    return bool(np.abs(corner - np.repeat(face, sizes, axis=0)).max(initial=0.0) > BENT)
 
 
 def shapes_of(
@@ -95,18 +132,18 @@ def shapes_of(
     """
     linear = track.middle[:3, :3]
     if not np.isfinite(track.middle).all():
-        issues.append(Issue(name, "its matrix is not finite: check its location and scale"))
+        issues.append(Issue(name, NOT_FINITE, missing=True))
         return []
-    if isinstance(form, Ball):
-        if linear.any(axis=0).all():
-            sphere = _sphere(form, track, materials[form.slot], name, issues)
-            return [] if sphere is None else [sphere]
-    else:
+    if not isinstance(form, Ball):
         quads = _quads(form, track, materials, name, issues)
-        if quads:
-            return quads
-    issues.append(Issue(name, "its scale is zero"))
-    return []
+        if not quads:
+            issues.append(Issue(name, NO_SCALE, missing=True))
+        return quads
+    scale = uniform_scale(linear)
+    if not scale:
+        issues.append(Issue(name, _no_sphere(linear), missing=True))
+        return []
+    return [_sphere(form, scale, track, materials[form.slot], name, issues)]
 
 
 def uniform_scale(linear: Matrix) -> float | None:
@@ -118,18 +155,20 @@ def uniform_scale(linear: Matrix) -> float | None:
     return float(np.sqrt(square))
 
 
+def _no_sphere(linear: Matrix) -> str:
+    """Return why a finite 3 x 3 matrix makes no sphere of a sphere."""
+    largest, middle, least = np.linalg.svd(linear, compute_uv=False)
+    if middle <= COLLAPSED * largest:
+        return NO_SCALE
+    if least <= COLLAPSED * largest:
+        return COLLAPSES
+    along_axes = uniform_scale(linear / np.linalg.norm(linear, axis=0)) is not None
+    return UNEVEN if along_axes else SHEARED
+
+
 def _sphere(
-    form: Ball, track: Track, material: Material, name: str, issues: list[Issue]
-) -> Sphere | None:
-    scale = uniform_scale(track.middle[:3, :3])
-    if scale is None:
-        x, y, z = np.linalg.norm(track.middle[:3, :3], axis=0)
-        if uniform_scale(np.diag([x, y, z])) is None:
-            said = f"it is scaled by {x:.4g}, {y:.4g}, {z:.4g}, which makes no sphere"
-        else:
-            said = "its parents shear it, which makes no sphere"
-        issues.append(Issue(name, f"{said}; scale all axes alike"))
-        return None
+    form: Ball, scale: float, track: Track, material: Material, name: str, issues: list[Issue]
+) -> Sphere:
     # a sphere may turn freely, so only its size could show: one direction's length stands for it
     path = path_of(track, form.center)
     reason = path.reason

@@ -3,31 +3,53 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Hashable, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from ...adaptive_drt.recognise import Ball
-from ...adaptive_drt.scene import Camera, Issue, Light, Material, Scene, SceneError, Shape
+from ...adaptive_drt.scene import (
+    Camera,
+    Issue,
+    Light,
+    Material,
+    Scene,
+    SceneError,
+    Shape,
+    Vector,
+    validate,
+)
 from .animated import Animated, Key
 from .camera import camera_of
-from .checklist import ObjectIssues, cycles_of, instancer_of, scene_issues
+from .checklist import ObjectIssues, instancer_of, scene_issues
 from .clipping import clipped
+from .components import Components, holds_smoke
+from .deforming import Deforming, mesh_of, snapshot
 from .exposure import exposed, exposure_of
-from .instances import RENDERED, Visible, key_of, name_of
+from .instances import key_of, name_of, owner_of
 from .layer_filter import lets_through
 from .light import Lamp, gives_light, lamp_of, light_of
 from .material import material_of, slot_material
-from .mesh import Form, is_smooth, mesh_form, shapes_of, wears_several
-from .shutter import Matrix, Shutter, Track, matrix_of, shutter_of
+from .mesh import Form, Layout, layout_of, mesh_form, shapes_of, wears_several
+from .shading import shading_left_out
+from .shutter import Matrix, Shutter, Track, blurs, matrix_of, shutter_of
 from .world import background_of
 
 CAMERA_KEY = "camera"
 
 SEVERAL = "it wears several materials; the one of most faces is used"
-SMOOTH = "its smooth shading is left out: its faces are rendered flat, as they are"
+PASSING = "it is not there all the shutter; it is rendered still"
+
+
+@dataclass(frozen=True)
+class _Known:
+    """A mesh that has been read: what it stands for, and what of it that lacks."""
+
+    form: Form
+    left_out: tuple[str, ...] = ()
+    layout: Layout | None = None
 
 
 @dataclass
@@ -35,19 +57,48 @@ class _Export:
     """What has been gathered so far; meshes and materials are read once however often used.
 
     override : the material that the view layer puts on everything, if any.
-    forms : of meshes by their pointers, and what of each is left out, or "".
+    deforming : tells which meshes change during the shutter; None without motion blur.
+    meshes : by their pointers.
+    owners : the objects to select, by the names of their instances.
     """
 
-    opens: dict[Hashable, Matrix] | None
-    closes: dict[Hashable, Matrix] | None
+    opens: dict[Hashable, Matrix] | None = None
+    closes: dict[Hashable, Matrix] | None = None
+    deforming: Deforming | None = None
     override: Any | None = None
     shapes: list[Shape] = field(default_factory=list)
     lights: list[Light] = field(default_factory=list)
     issues: list[Issue] = field(default_factory=list)
-    forms: dict[int, tuple[Form, str]] = field(default_factory=dict)
+    meshes: dict[int, _Known] = field(default_factory=dict)
     known: dict[bytes, Form] = field(default_factory=dict)
     materials: dict[str, Material] = field(default_factory=dict)
     lamps: dict[str, Lamp] = field(default_factory=dict)
+    owners: dict[str, str] = field(default_factory=dict)
+
+    def called(self, instance: Any) -> str:
+        """Return an instance's name, and keep whose it is."""
+        name = name_of(instance)
+        self.owners[name] = owner_of(instance).name
+        return name
+
+    def tell(self, name: str, *reasons: str, missing: bool = False) -> None:
+        self.issues.extend(Issue(name, reason, missing) for reason in reasons)
+
+    def scene(
+        self, camera: Camera, lights: Sequence[Light], background: Vector, transparent: bool
+    ) -> Scene:
+        """Return all that has been gathered, each issue once with the object to select."""
+        shapes, issues = tuple(self.shapes), tuple(self.issues)
+        # the core would find the same faults, but does not know which object to select
+        made = validate(Scene(camera, shapes, tuple(lights), background, transparent, issues))
+        # an issue of a mesh or material is told once, however many instances share it
+        return replace(made, issues=tuple(map(self._aimed, dict.fromkeys(made.issues))))
+
+    def _aimed(self, issue: Issue) -> Issue:
+        owner = self.owners.get(issue.name, issue.name)
+        if issue.kind != "OBJECT" or issue.target or owner == issue.name:
+            return issue
+        return replace(issue, target=owner)
 
     def material(self, worn: Any | None) -> Material:
         """Return the Lambert material of what a face wears."""
@@ -63,25 +114,23 @@ class _Export:
             self.lamps[light.name_full] = lamp_of(light, self.issues)
         return self.lamps[light.name_full]
 
-    def track(
-        self, key: Hashable, middle: Matrix, name: str, thing: Any, instancer: Any | None = None
-    ) -> Track:
-        if self.opens is None or self.closes is None:
-            return Track(middle)
-        # Cycles' own switch, of what is instanced and of what instances it
-        owners = (thing,) if instancer is None else (thing, instancer)
-        if not all(getattr(cycles_of(owner), "use_motion_blur", True) for owner in owners):
+    def track(self, key: Hashable, middle: Matrix, name: str, *things: Any) -> Track:
+        """Return the matrices of a thing, at the middle alone unless all `things` are to blur."""
+        if self.opens is None or self.closes is None or not blurs(*things):
             return Track(middle)
         opens, closes = self.opens.get(key), self.closes.get(key)
         ends = [m for m in (opens, closes) if m is not None]
         if len(ends) < 2 or not all(np.isfinite(m).all() for m in ends):
-            self.issues.append(Issue(name, "it is not there all the shutter; it is rendered still"))
+            self.tell(name, PASSING)
             return Track(middle)
         return Track(middle, opens, closes)
 
 
 def export_scene(
-    depsgraph: Any, move: Callable[[float], None] | None = None, use_motion: bool = True
+    depsgraph: Any,
+    move: Callable[[float], None] | None = None,
+    use_motion: bool = True,
+    draws_strokes: bool = True,
 ) -> Scene:
     """Return a depsgraph's scene as the tracer's records; whatever is left out is in its issues.
 
@@ -91,6 +140,8 @@ def export_scene(
     move : moves the scene to a time in frames; the caller puts the user's own frame back. It
         is called only if the scene has motion blur and `use_motion` is set. None: no motion.
     use_motion : whether motion blur is wanted at all.
+    draws_strokes : whether Blender draws Grease Pencil over the picture afterwards, as it does
+        for F12. False: its strokes are listed.
 
     Raises
     ------
@@ -105,30 +156,26 @@ def export_scene(
     # at each frame the evaluated layer is another one
     moves = use_motion and move is not None and depsgraph.view_layer_eval.use_motion_blur
     shutter = shutter_of(scene) if moves else None
-    opens = closes = None
-    animated = Animated()
+    gathered, animated = _Export(), Animated()
     if shutter is not None and move is not None:
-        opens, closes = _ends(depsgraph, camera_object, move, shutter, animated)
-    gathered = _Export(opens, closes, depsgraph.view_layer_eval.material_override)
+        samplers = (
+            lambda: _matrices(depsgraph, camera_object),
+            lambda: snapshot(depsgraph),
+            lambda: animated.sample(depsgraph),
+        )
+        (gathered.opens, gathered.closes), meshes, _ = _ends(move, shutter, samplers)
+        gathered.deforming = Deforming(*meshes)
+    gathered.override = depsgraph.view_layer_eval.material_override
     camera = _camera(depsgraph, camera_object, gathered)
     gathered.issues.extend(scene_issues(depsgraph))
-    _gather(depsgraph, gathered)
+    _gather(depsgraph, gathered, draws_strokes)
     world = _world(depsgraph)
     background = background_of(world, gathered.issues)
+    lens = camera_object.evaluated_get(depsgraph).data
+    gathered.issues.extend(clipped(lens, camera, gathered.shapes, animated.clip(lens)))
+    gathered.issues.extend(animated.changes(depsgraph, _used(gathered, lens, world)))
     lights, background = exposed(gathered.lights, background, exposure_of(depsgraph.scene_eval))
-    camera_data = camera_object.evaluated_get(depsgraph).data
-    clip = animated.clip(camera_data)
-    gathered.issues.extend(clipped(camera_data, camera, gathered.shapes, clip))
-    gathered.issues.extend(animated.changes(depsgraph, _used(gathered, camera_data, world)))
-    return Scene(
-        camera=camera,
-        shapes=tuple(gathered.shapes),
-        lights=tuple(lights),
-        background=background,
-        transparent=bool(scene.render.film_transparent),
-        # an issue of a mesh or material is told once, however many instances share it
-        issues=tuple(dict.fromkeys(gathered.issues)),
-    )
+    return gathered.scene(camera, lights, background, bool(scene.render.film_transparent))
 
 
 def _used(gathered: _Export, camera: Any, world: Any | None) -> set[Key]:
@@ -143,21 +190,15 @@ def _used(gathered: _Export, camera: Any, world: Any | None) -> set[Key]:
 
 
 def _ends(
-    depsgraph: Any,
-    camera: Any,
-    move: Callable[[float], None],
-    shutter: Shutter,
-    animated: Animated,
-) -> tuple[dict[Hashable, Matrix], dict[Hashable, Matrix]]:
-    """Sample both ends of the shutter and leave the scene at its middle."""
+    move: Callable[[float], None], shutter: Shutter, samplers: Sequence[Callable[[], Any]]
+) -> list[tuple[Any, Any]]:
+    """Return what each sampler finds at both ends; leave the scene at the shutter's middle."""
     move(shutter.opens)
-    opens = _matrices(depsgraph, camera)
-    animated.sample(depsgraph)
+    opens = [sample() for sample in samplers]
     move(shutter.closes)
-    closes = _matrices(depsgraph, camera)
-    animated.sample(depsgraph)
+    closes = [sample() for sample in samplers]
     move(shutter.middle)
-    return opens, closes
+    return list(zip(opens, closes, strict=True))
 
 
 def _matrices(depsgraph: Any, camera: Any) -> dict[Hashable, Matrix]:
@@ -181,36 +222,25 @@ def _world(depsgraph: Any) -> Any | None:
     return (layer.world_override or depsgraph.scene_eval.world) if layer.use_sky else None
 
 
-def _gather(depsgraph: Any, gathered: _Export) -> None:
-    visible, layer = Visible(depsgraph), depsgraph.view_layer_eval
-    objects = ObjectIssues()
-    seen, meshes = set(), set()
-    others: dict[str, Issue] = {}
+def _gather(depsgraph: Any, gathered: _Export, draws_strokes: bool) -> None:
+    layer, objects = depsgraph.view_layer_eval, ObjectIssues()
+    components = Components(layer, draws_strokes)
     # an instance is valid only until the next one, so all of it is copied here
     for instance in depsgraph.object_instances:
         thing = instance.object
-        if not instance.is_instance:
-            seen.add(thing.original)
-        if thing.type not in RENDERED or not visible(instance):
+        name = gathered.called(instance)
+        gathered.tell(name, *components.left_out(instance), missing=True)
+        shows = instance.show_self and lets_through(layer, thing.type)
+        if not (shows and _has_surface(thing)):
             continue
-        if not lets_through(layer, thing.type):
-            continue
-        name = name_of(instance)
         if thing.type == "LIGHT":
             objects.read(instance)
             _gather_light(instance, name, gathered)
-        elif thing.type == "MESH":
-            meshes.add(name)
-            before = len(gathered.shapes)
-            _gather_mesh(instance, name, gathered)
-            if len(gathered.shapes) > before:  # of what is missing there is no more to tell
-                objects.read(instance)
-        else:
-            kind = thing.type.replace("_", " ").title()
-            others[name] = Issue(name, f"objects of type {kind} are left out")
-    # a text or a curve that has faces is there a second time, as a mesh
-    gathered.issues.extend(issue for name, issue in others.items() if name not in meshes)
-    gathered.issues.extend(visible.missing(seen))
+            continue
+        before = len(gathered.shapes)
+        _gather_faces(instance, name, gathered)
+        if len(gathered.shapes) > before:  # of what is missing there is no more to tell
+            objects.read(instance)
     gathered.issues.extend(objects)
 
 
@@ -224,42 +254,44 @@ def _gather_light(instance: Any, name: str, gathered: _Export) -> None:
         gathered.lights.append(light)
 
 
-def _gather_mesh(instance: Any, name: str, gathered: _Export) -> None:
-    """Gather a mesh object; one in Edit Mode holds its faces only in a copy made of it."""
-    thing = instance.object
-    if not thing.data.is_editmode:
-        _gather_faces(instance, thing.data, name, gathered)
-        return
-    try:
-        _gather_faces(instance, thing.to_mesh(), name, gathered)
-    finally:
-        thing.to_mesh_clear()
+def _has_surface(thing: Any) -> bool:
+    """Whether an object is a light or has faces to show; Cycles shows no edges or vertices."""
+    if thing.type != "MESH":
+        return bool(thing.type == "LIGHT")
+    return (len(thing.data.polygons) > 0 or thing.data.is_editmode) and not holds_smoke(thing)
 
 
-def _gather_faces(instance: Any, mesh: Any, name: str, gathered: _Export) -> None:
-    if not len(mesh.vertices):  # nodes have made instances of it, say: there is nothing to show
-        return
+def _gather_faces(instance: Any, name: str, gathered: _Export) -> None:
     thing = instance.object
-    pointer = thing.data.as_pointer()
-    if pointer not in gathered.forms:
-        gathered.forms[pointer] = _form(mesh, gathered)
-    form, left_out = gathered.forms[pointer]
-    if left_out:
-        gathered.issues.append(Issue(name, left_out))
-    if isinstance(form, str):
-        return
+    with mesh_of(thing) as mesh:
+        if not len(mesh.polygons):
+            return
+        pointer = thing.data.as_pointer()
+        if pointer not in gathered.meshes:
+            gathered.meshes[pointer] = _read(mesh, gathered)
+        known = gathered.meshes[pointer]
+        if isinstance(known.form, str):
+            gathered.tell(name, known.form, missing=True)
+            return
+        gathered.tell(name, *known.left_out)
+        if gathered.deforming is not None and known.layout is not None:
+            gathered.tell(name, *gathered.deforming.reasons(instance, mesh, known.layout))
+    form = known.form
     slots = {form.slot} if isinstance(form, Ball) else {flat.slot for flat in form}
     worn = {slot: gathered.material(slot_material(thing, slot)) for slot in slots}
-    instancer = instancer_of(instance)
-    track = gathered.track(key_of(instance), matrix_of(instance), name, thing, instancer)
+    track = gathered.track(
+        key_of(instance), matrix_of(instance), name, thing, instancer_of(instance)
+    )
     gathered.shapes.extend(shapes_of(form, track, worn, name, gathered.issues))
 
 
-def _form(mesh: Any, gathered: _Export) -> tuple[Form, str]:
-    """Return what a mesh stands for, and what of it is left out."""
-    form = mesh_form(mesh, gathered.known)
+def _read(mesh: Any, gathered: _Export) -> _Known:
+    """Return what a mesh stands for, and what that lacks."""
+    layout = layout_of(mesh)
+    form = mesh_form(mesh, layout, gathered.known)
     if isinstance(form, str):
-        return form, form
-    if isinstance(form, Ball):
-        return form, SEVERAL if gathered.override is None and wears_several(mesh) else ""
-    return form, SMOOTH if len(form) > 1 and is_smooth(mesh) else ""
+        return _Known(form)
+    several = isinstance(form, Ball) and gathered.override is None and wears_several(mesh)
+    left_out = (SEVERAL if several else "", shading_left_out(mesh, form))
+    kept = layout if gathered.deforming is not None else None
+    return _Known(form, tuple(reason for reason in left_out if reason), kept)

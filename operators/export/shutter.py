@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...adaptive_drt.scene import Motion, SceneError, Vector, vector_of
+from .checklist import cycles_of
 
 Matrix = NDArray[np.float64]
 
@@ -106,6 +107,17 @@ def kept_frame(scene: Any, host: Any | None = None) -> Iterator[Callable[[float]
             host.frame_set(frame, subframe=subframe)
             if scene.camera != camera:
                 scene.camera = camera
+
+
+def blurs(*things: Any, switch: str = "use_motion_blur") -> bool:
+    """Whether a switch of Cycles' for motion blur is on for all of some objects.
+
+    Parameters
+    ----------
+    things : an instance's object and what repeats it; None for what nothing repeats.
+    """
+    own = (cycles_of(thing) for thing in things if thing is not None)
+    return all(getattr(settings, switch, True) for settings in own)
 
 
 def matrix_of(thing: Any) -> Matrix:

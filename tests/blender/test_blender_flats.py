@@ -11,6 +11,7 @@ import bpy
 import numpy as np
 import pytest
 import things
+from mathutils import Vector
 
 
 def test_plane(export):
@@ -51,7 +52,6 @@ def test_planes_of_other_makes(export, change):
         ([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)], "parallelogram"),
         ([(0, 0, 0), (1, 0, 0), (1, 1, 0.2), (0, 1, 0)], [(0, 1, 2, 3)], "neither"),
         ([(0, 0, 0), (1, 0, 0), (2, 0, 0), (3, 0, 0)], [(0, 1, 2, 3)], "no area"),
-        ([(0, 0, 0), (1, 0, 0)], [], "no faces"),
         (
             [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0.5, 1.5, 0)],
             [(0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4)],
@@ -182,6 +182,37 @@ def test_smooth_shading_is_told(export):
     }
     things.plane().data.shade_smooth()
     bpy.data.objects.remove(thing)
+    assert export().issues == ()
+
+
+def test_a_face_without_area_has_no_shading(export):
+    """Its normal is whatever Blender takes."""
+    corners = [(0, 0, 0), (1, 0, 0), (1, 0, 1), (0, 0, 1), (0.5, 0, 1), (0.25, 0, 1)]
+    things.mesh_object("Wall", corners, [(0, 1, 2, 3), (3, 5, 4)])
+    scene = export()
+    assert len(scene.shapes) == 1 and scene.issues == ()
+
+
+def _bend(thing, height):
+    """Let a plane's normals lean outwards as those of a dome do."""
+    thing.data.shade_smooth()
+    thing.data.normals_split_custom_set_from_vertices(
+        [Vector((*vertex.co.xy, height)).normalized() for vertex in thing.data.vertices]
+    )
+
+
+@pytest.mark.parametrize("segments", [1, 3])
+def test_custom_normals_of_a_plane_are_told(export, segments):
+    _bend(things.plane(segments=segments), 1.0)
+    scene = export()
+    assert len(scene.shapes) == 1 and not scene.issues[0].missing
+    assert things.reasons(scene) == {
+        "Plane": ["its custom normals are left out: its faces are rendered flat, as they are"]
+    }
+
+
+def test_custom_normals_that_are_the_faces_own_are_not_told(export):
+    _bend(things.plane(), 1e6)
     assert export().issues == ()
 
 

@@ -93,20 +93,6 @@ def test_surfaces_off_leaves_none(export):
     assert scene.shapes == () and len(scene.lights) == 1 and scene.issues == ()
 
 
-@pytest.mark.parametrize(
-    "switch, make",
-    [
-        ("use_volumes", lambda: bpy.data.volumes.new("Thing")),
-        ("use_strand", lambda: bpy.data.hair_curves.new("Thing")),
-    ],
-)
-def test_what_the_layer_filters_away_is_not_missed(export, switch, make):
-    things.link(bpy.data.objects.new("Thing", make()))
-    assert set(things.reasons(export())) == {"Thing"}
-    setattr(bpy.context.view_layer, switch, False)
-    assert export().issues == ()
-
-
 def test_motion_blur_of_the_layer(export):
     things.keyed(things.uv_sphere("Ball"), "location", (0.0, 0.0, 0.0), (10.0, 0.0, 0.0))
     scene = bpy.context.scene

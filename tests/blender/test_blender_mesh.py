@@ -22,7 +22,7 @@ def test_uv_sphere(export, size, smooth):
     assert sphere.center == pytest.approx((1.0, 2.0, -3.0), abs=1e-6)
     assert sphere.radius == pytest.approx(1.5, rel=1e-6)
     assert sphere.name == "Sphere" and sphere.motion is None
-    assert scene.issues == ()
+    assert not any(issue.missing for issue in scene.issues)
 
 
 @pytest.mark.parametrize("level", [1, 2, 3, 4, 5, 6])
@@ -72,15 +72,41 @@ def test_scale_turn_mirror_and_parents(export):
     assert sphere.radius == pytest.approx(1.0, rel=1e-6)
 
 
+NO_AXIS = "its scale is zero along one axis, which makes no sphere: scale all axes alike"
+UNEVEN = "it is scaled unevenly, which makes no sphere: scale all axes alike"
+
+
 @pytest.mark.parametrize(
     "scale, said",
-    [((1.0, 1.0, 2.0), "no sphere"), ((0.0, 0.0, 0.0), "zero"), ((1.0, 0.0, 1.0), "zero")],
+    [
+        ((1.0, 1.0, 2.0), UNEVEN),
+        ((2.0, 3.0, -1.0), UNEVEN),
+        ((0.0, 0.0, 0.0), "its scale is zero"),
+        ((0.0, 1.0, 0.0), "its scale is zero"),
+        ((1.0, 1.0, 0.0), NO_AXIS),
+        ((1.0, 0.0, 1.0), NO_AXIS),
+        ((3.0, 1.0, 1e-9), NO_AXIS),
+    ],
 )
-def test_scales_that_leave_no_sphere(export, scale, said):
-    things.uv_sphere().scale = scale
+@pytest.mark.parametrize("inherited", [False, True])
+def test_scales_that_leave_no_sphere(export, scale, said, inherited):
+    ball = things.uv_sphere()
+    if inherited:
+        ball.parent = things.link(bpy.data.objects.new("Parent", None))
+        ball.parent.scale = scale
+    else:
+        ball.scale = scale
     scene = export()
     assert scene.shapes == ()
-    assert said in things.reasons(scene)["Sphere"][0]
+    assert things.reasons(scene)["Sphere"] == [said] and scene.issues[0].missing
+
+
+def test_flattened_by_parents(export):
+    parent = things.link(bpy.data.objects.new("Parent", None))
+    parent.scale = (1.0, 1.0, 0.0)
+    ball = things.uv_sphere()
+    ball.parent, ball.rotation_euler = parent, (0.7, 0.0, 0.3)
+    assert things.reasons(export())["Sphere"] == [NO_AXIS]
 
 
 def test_sheared_by_parents(export):
@@ -89,7 +115,10 @@ def test_sheared_by_parents(export):
     ball = things.uv_sphere()
     ball.parent, ball.rotation_euler = parent, (0.0, 0.0, 0.7)
     scene = export()
-    assert scene.shapes == () and "no sphere" in things.reasons(scene)["Sphere"][0]
+    assert scene.shapes == () and scene.issues[0].missing
+    assert things.reasons(scene)["Sphere"] == [
+        "its parents shear it, which makes no sphere: scale all axes alike"
+    ]
 
 
 def test_not_a_number(export):

@@ -260,3 +260,15 @@ def test_a_simulation_goes_on_at_its_own_speed(stage, what):
         vertices = ball.evaluated_get(graph).data.vertices
         places.append(sum(v.co.x for v in vertices) / len(vertices))
     np.testing.assert_allclose(places, [0.1 * frame for frame in range(1, 6)], atol=1e-4)
+
+
+def test_what_blender_draws_over_f12_s_picture_alone_is_told(stage):
+    """Freestyle's lines and Grease Pencil go over the Render Result, not over our image."""
+    stage.render.use_freestyle = True
+    bpy.ops.adaptive_drt.check()
+    state = importlib.import_module("drt_under_test.operators.state").state
+    ((issue,),) = state.issues.values()
+    assert "Freestyle" in issue.reason and "F12" in issue.reason and issue.kind == "VIEW_LAYER"
+    bpy.context.view_layer.use_freestyle = False
+    bpy.ops.adaptive_drt.check()
+    assert list(state.issues.values()) == [()]

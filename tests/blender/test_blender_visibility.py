@@ -213,17 +213,6 @@ def test_a_camera_that_is_not_in_the_view_layer(export, rendered):
     assert found.camera.matrix[0][3] == export().camera.matrix[0][3] == pytest.approx(2.0)
 
 
-def test_other_types_are_told(export):
-    things.link(bpy.data.objects.new("Text", bpy.data.curves.new("Text", "FONT"))).data.body = "a"
-    things.link(bpy.data.objects.new("Ball", bpy.data.metaballs.new("Ball")))
-    things.link(bpy.data.objects.new("Empty", None))
-    things.link(bpy.data.objects.new("Volume", bpy.data.volumes.new("Volume")))
-    scene = export()
-    assert scene.shapes == ()
-    told = things.reasons(scene)
-    assert "Text" in told and "Volume" in told and "Empty" not in told
-
-
 def test_texts_and_curves_that_have_faces_are_told_once(export, rendered):
     """They come a second time as meshes."""
     things.link(bpy.data.objects.new("Text", bpy.data.curves.new("Text", "FONT"))).data.body = "a"
@@ -236,7 +225,7 @@ def test_texts_and_curves_that_have_faces_are_told_once(export, rendered):
 def test_a_mesh_that_is_empty_leaves_nothing_out(export):
     things.mesh_object("Nothing", [], [])
     things.mesh_object("Edge", [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0)], [])
-    assert set(things.reasons(export())) == {"Edge"}
+    assert export().issues == ()
 
 
 def test_visibility_flags_are_told(export):

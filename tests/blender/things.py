@@ -30,20 +30,24 @@ def made(name, make, collection=None):
 
 
 def uv_sphere(name="Sphere", radius=1.0, segments=32, rings=16, collection=None):
-    return made(
+    ball = made(
         name,
         lambda b: bmesh.ops.create_uvsphere(
             b, u_segments=segments, v_segments=rings, radius=radius
         ),
         collection,
     )
+    ball.data.shade_smooth()  # flat shading of so few faces is told
+    return ball
 
 
 def ico_sphere(name="Ico", radius=1.0, subdivisions=2):
-    return made(
+    ball = made(
         name,
         lambda b: bmesh.ops.create_icosphere(b, subdivisions=subdivisions, radius=radius),
     )
+    ball.data.shade_smooth()
+    return ball
 
 
 def plane(name="Plane", size=2.0, segments=1):

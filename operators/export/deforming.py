@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Meshes that change their form while the shutter is open."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .instances import key_of
+from .mesh import Layout, layout_of
+from .shutter import blurs
+
+DEFORMS = "it deforms during the shutter; it is rendered as at the middle of the shutter"
+VELOCITY = 'its "velocity" attribute moves it during the shutter; it is rendered without that'
+
+STEADY = 1e-5
+"""Of a mesh's extent: less change of its vertices is not seen."""
+
+ROUNDINGS = 8.0 * float(np.finfo(np.float32).eps)
+"""Of the largest coordinate: what modifiers' float32 takes from a mesh that stays the same."""
+
+Snapshot = dict[Hashable, Layout]
+"""The meshes of one time of the shutter, by the keys of their instances."""
+
+
+@contextmanager
+def mesh_of(thing: Any) -> Iterator[Any]:
+    """Yield an evaluated object's mesh; one in Edit Mode has its faces only in a copy of it."""
+    if not thing.data.is_editmode:
+        yield thing.data
+        return
+    try:
+        yield thing.to_mesh()
+    finally:
+        thing.to_mesh_clear()
+
+
+def snapshot(depsgraph: Any) -> Snapshot:
+    """Return copies of all meshes as they are now; instances of one mesh share its copy."""
+    found: Snapshot = {}
+    read: dict[int, Layout] = {}
+    for instance in depsgraph.object_instances:
+        thing = instance.object
+        if thing.type != "MESH":
+            continue
+        pointer = thing.data.as_pointer()
+        if pointer not in read:
+            with mesh_of(thing) as mesh:
+                read[pointer] = layout_of(mesh)
+        found[key_of(instance)] = read[pointer]
+    return found
+
+
+@dataclass
+class Deforming:
+    """Tells which meshes change between the ends and the middle of the shutter."""
+
+    opens: Snapshot
+    closes: Snapshot
+    _known: dict[tuple[int, ...], tuple[str, ...]] = field(default_factory=dict)
+
+    def reasons(self, instance: Any, mesh: Any, layout: Layout) -> tuple[str, ...]:
+        """Return what to tell of an instance's mesh: nothing of one that stays the same.
+
+        Parameters
+        ----------
+        layout : of the mesh at the middle of the shutter.
+        """
+        things = instance.object, instance.parent
+        if not (blurs(*things) and blurs(*things, switch="use_deform_motion")):
+            return ()
+        key = key_of(instance)
+        ends = self.opens.get(key), self.closes.get(key)
+        known = (instance.object.data.as_pointer(), *map(id, ends))
+        if known not in self._known:
+            self._known[known] = _compare(mesh, layout, ends)
+        return self._known[known]
+
+
+def _compare(mesh: Any, layout: Layout, ends: tuple[Layout | None, ...]) -> tuple[str, ...]:
+    if any(end is not None and _differ(layout, end) for end in ends):
+        return (DEFORMS,)
+    return (VELOCITY,) if _has_velocity(mesh) else ()
+
+
+def _differ(one: Layout, other: Layout) -> bool:
+    if one is other:
+        return False
+    if one.faces != other.faces or one.points.shape != other.points.shape:
+        return True
+    if np.array_equal(one.points, other.points):
+        return False
+    points: NDArray[np.float32] = one.points
+    with np.errstate(all="ignore"):  # coordinates may be of any size, or no numbers
+        allowed = STEADY * float(np.ptp(points, axis=0).max())
+        allowed += ROUNDINGS * float(np.abs(points).max())
+        return not float(np.abs(points - other.points).max()) <= allowed
+
+
+def _has_velocity(mesh: Any) -> bool:
+    """Whether Cycles moves a mesh's vertices by the attribute that simulations leave."""
+    attribute = mesh.attributes.get("velocity")
+    if attribute is None or (attribute.domain, attribute.data_type) != ("POINT", "FLOAT_VECTOR"):
+        return False
+    ways = np.zeros(len(attribute.data) * 3, dtype=np.float32)
+    attribute.data.foreach_get("vector", ways)
+    return bool(ways.any())

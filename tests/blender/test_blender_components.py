@@ -1,0 +1,356 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Point clouds, volumes, curves, Grease Pencil and hair: told where Cycles shows them, else not."""
+
+from __future__ import annotations
+
+import importlib
+
+import bmesh
+import bpy
+import numpy as np
+import pytest
+import things
+from node_chains import chain, on_points
+
+POINTS = "its point cloud is left out: instance a UV sphere on its points to see them"
+VOLUME = "its volume is left out"
+CURVES = "its hair curves are left out"
+INSTANCE = "GeometryNodeGeometryToInstance"
+
+
+def _curve(name="Curve", closed=False, **settings):
+    data = bpy.data.curves.new(name, "CURVE")
+    data.dimensions = "3D"
+    spline = data.splines.new("POLY")
+    spline.points.add(2)
+    corners = ((0, 0, 0), (2, 0, 0), (2, 2, 0))
+    for point, corner in zip(spline.points, corners, strict=True):
+        point.co = (*corner, 1.0)
+    spline.use_cyclic_u = closed
+    for key, value in settings.items():
+        setattr(data, key, value)
+    return things.link(bpy.data.objects.new(name, data))
+
+
+def _text(name="Text", body="a"):
+    data = bpy.data.curves.new(name, "FONT")
+    data.body = body
+    return things.link(bpy.data.objects.new(name, data))
+
+
+def _volume(name="Volume"):
+    return things.link(bpy.data.objects.new(name, bpy.data.volumes.new(name)))
+
+
+def _hair_curves():
+    bpy.ops.object.curves_random_add()
+    return bpy.context.object
+
+
+def _point_cloud(name="Cloud"):
+    """Nodes fill it: Python can do so in 5.2 alone, and 4.2 lacks the operators, too."""
+    cloud = things.link(bpy.data.objects.new(name, bpy.data.pointclouds.new(name)))
+    chain(cloud, "GeometryNodePoints", Count=3)
+    return cloud
+
+
+def _told(scene):
+    """Whether each thing told is missing, by name and reason."""
+    return {(i.name, i.reason): i.missing for i in scene.issues}
+
+
+def _make(kind):
+    plane, curve = lambda: things.plane("Thing"), lambda: _curve("Thing")
+    to_points, to_curve = "GeometryNodeMeshToPoints", "GeometryNodeMeshToCurve"
+    return {
+        "points of a mesh": lambda: chain(plane(), to_points),
+        "points beside a mesh": lambda: chain(plane(), to_points, keep=True),
+        "points of curves of a mesh": lambda: chain(plane(), to_curve, "GeometryNodeCurveToPoints"),
+        "points in an instance in an instance": lambda: chain(
+            plane(), to_points, INSTANCE, INSTANCE
+        ),
+        "points of a curve": lambda: chain(curve(), "GeometryNodeCurveToPoints"),
+        "points on the points of a curve": lambda: on_points(curve(), "GeometryNodePoints"),
+        "points in a volume object": lambda: chain(_volume("Thing"), "GeometryNodePoints", Count=3),
+        "volume of a mesh": lambda: chain(
+            things.uv_sphere("Thing"), "GeometryNodeMeshToVolume", Density=9.0
+        ),
+        "volumes on the points of a mesh": lambda: on_points(plane(), "GeometryNodeVolumeCube"),
+        "volume in a text": lambda: chain(_text("Thing"), "GeometryNodeVolumeCube"),
+        "volume object": lambda: chain(_volume("Thing"), "GeometryNodeVolumeCube"),
+    }[kind]()
+
+
+@pytest.mark.parametrize(
+    "kind, reason",
+    [
+        ("points of a mesh", POINTS),
+        ("points beside a mesh", POINTS),
+        ("points of curves of a mesh", POINTS),
+        ("points in an instance in an instance", POINTS),
+        ("points of a curve", POINTS),
+        ("points on the points of a curve", POINTS),
+        ("points in a volume object", POINTS),
+        ("volume of a mesh", VOLUME),
+        ("volumes on the points of a mesh", VOLUME),
+        ("volume in a text", VOLUME),
+        ("volume object", VOLUME),
+    ],
+)
+def test_what_nodes_make_besides_a_mesh_is_told(rendered, kind, reason):
+    _make(kind)
+    (scene,) = rendered()
+    assert _told(scene) == {("Thing", reason): True}
+    assert len(scene.shapes) == (kind == "points beside a mesh")
+
+
+def test_points_and_hair_curves_as_objects(rendered):
+    cloud, hair = _point_cloud(), _hair_curves()
+    (scene,) = rendered()
+    assert _told(scene) == {(cloud.name, POINTS): True, (hair.name, CURVES): True}
+
+
+def test_instances_name_the_object_to_select(rendered):
+    """The name says what repeats what; a click selects what repeats it."""
+    inside = bpy.data.collections.new("Inside")
+    source = things.plane("Molecule")
+    bpy.context.scene.collection.objects.unlink(source)
+    inside.objects.link(source)
+    chain(source, "GeometryNodeMeshToPoints")
+    for name in ("A", "B"):
+        empty = things.link(bpy.data.objects.new(name, None))
+        empty.instance_type, empty.instance_collection = "COLLECTION", inside
+    (scene,) = rendered()
+    assert [(i.name, i.kind, i.target, i.missing) for i in scene.issues] == [
+        (f"{name}/Molecule", "OBJECT", name, True) for name in "AB"
+    ]
+    assert len({i.reason for i in scene.issues}) == 1
+
+
+def test_what_the_core_refuses_names_the_object_to_select(export):
+    """The core knows the names of shapes alone."""
+    field, ball = things.plane("Field"), things.uv_sphere("Ball")
+    things.scatter(field, ball)
+    ball.location.x = 1e32
+    field.location.z = 1e32
+    assert {(i.name, i.target, i.missing) for i in export().issues} >= {
+        ("Field/Ball", "Field", True),
+        ("Ball", "", True),
+    }
+
+
+def test_filters_of_the_view_layer_hide_hair_and_volumes_everywhere(rendered):
+    _hair_curves(), _hairy()
+    _make("volume object")
+    layer = bpy.context.view_layer
+    layer.use_strand = layer.use_volumes = False
+    (scene,) = rendered()
+    assert not any("hair" in i.reason or "its volume" in i.reason for i in scene.issues)
+
+
+def _hairy(kind="HAIR", shown="PATH", count=40):
+    field = things.plane("Field")
+    field.modifiers.new("Particles", "PARTICLE_SYSTEM")
+    system = field.particle_systems[0]
+    system.name = "Grass"
+    settings = system.settings
+    settings.type, settings.count, settings.render_type = kind, count, shown
+    if kind == "EMITTER":
+        settings.frame_start, settings.frame_end = -10, 0
+    else:
+        settings.hair_length, settings.root_radius, settings.radius_scale = 2.0, 3.0, 0.05
+    return field
+
+
+HAIR = ("Field", 'its particle hair "Grass" is left out')
+
+
+@pytest.mark.parametrize("how", ["alone", "emitter hidden", "children", "two systems"])
+def test_particle_hair_is_told(rendered, how):
+    field = _hairy()
+    expected = {HAIR: True}
+    if how == "emitter hidden":
+        field.show_instancer_for_render = False
+    elif how == "children":
+        field.particle_systems[0].settings.child_type = "SIMPLE"
+    elif how == "two systems":
+        field.modifiers.new("More", "PARTICLE_SYSTEM")
+        more = field.particle_systems[1]
+        more.name, more.settings = "Weeds", field.particle_systems[0].settings
+        expected["Field", 'its particle hair "Weeds" is left out'] = True
+    (scene,) = rendered()
+    assert _told(scene) == expected
+    assert len(scene.shapes) == (how != "emitter hidden")
+
+
+def test_hair_of_instances_is_told(rendered):
+    field, carrier = _hairy(), things.plane("Carrier")
+    things.scatter(carrier, field)
+    field.hide_render = True
+    (scene,) = rendered()
+    assert _told(scene) == {("Carrier/Field", HAIR[1]): True}
+    assert scene.issues[0].target == "Carrier"
+
+
+def _bare(kind):
+    """Things that no renderer shows."""
+    if kind == "loose edges":
+        mesh = bpy.data.meshes.new("Thing")
+        mesh.from_pydata([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1), (1, 2)], [])
+        things.link(bpy.data.objects.new("Thing", mesh))
+    elif kind == "faces removed":
+        thing = things.plane("Thing")
+        group = thing.vertex_groups.new(name="None of them")
+        mask = thing.modifiers.new("Mask", "MASK")
+        mask.vertex_group = group.name
+    elif kind == "curves of a mesh":
+        chain(things.plane("Thing"), "GeometryNodeMeshToCurve")
+    elif kind == "edges of a curve":
+        chain(_curve("Thing"), "GeometryNodeCurveToMesh")
+    elif kind == "path":
+        _curve("Thing")
+    elif kind == "empty text":
+        _text("Thing", body="")
+    elif kind == "empty volume":
+        _volume("Thing")
+    elif kind == "metaball of no elements":
+        things.link(bpy.data.objects.new("Thing", bpy.data.metaballs.new("Thing")))
+    elif kind == "helpers":
+        for name, data in (
+            ("Lattice", bpy.data.lattices.new("Lattice")),
+            ("Armature", bpy.data.armatures.new("Armature")),
+            ("Speaker", bpy.data.speakers.new("Speaker")),
+            ("Empty", None),
+        ):
+            things.link(bpy.data.objects.new(name, data))
+        bpy.ops.object.lightprobe_add(type="SPHERE")
+    elif kind == "particles without hair":
+        _hairy("EMITTER", "PATH").show_instancer_for_render = False
+    elif kind == "halos":
+        _hairy("EMITTER", "HALO").show_instancer_for_render = False
+    elif kind == "no hair":
+        _hairy(count=0).show_instancer_for_render = False
+    elif kind == "hair switched off":
+        field = _hairy()
+        field.show_instancer_for_render = False
+        field.modifiers[0].show_render = False
+
+
+SEEN_NOWHERE = [
+    "loose edges",
+    "faces removed",
+    "curves of a mesh",
+    "edges of a curve",
+    "path",
+    "empty text",
+    "empty volume",
+    "metaball of no elements",
+    "helpers",
+    "particles without hair",
+    "halos",
+    "no hair",
+    "hair switched off",
+]
+
+
+@pytest.mark.parametrize("kind", SEEN_NOWHERE)
+def test_what_no_renderer_shows_is_not_told(rendered, tmp_path, kind):
+    _bare(kind)
+    (scene,) = rendered()
+    assert scene.issues == () and scene.shapes == ()
+    assert not _shows_in_cycles(tmp_path)
+
+
+@pytest.mark.parametrize("kind", ["points of a mesh", "points of a curve", "hair", "bevel"])
+def test_what_is_told_shows_in_cycles(rendered, tmp_path, kind):
+    """The check by which the others are found to show nothing does find something."""
+    if kind == "hair":
+        _hairy().show_instancer_for_render = False
+    elif kind == "bevel":
+        _curve("Thing", bevel_depth=0.2)
+    else:
+        _make(kind)
+    (scene,) = rendered()
+    assert [i.missing for i in scene.issues] == [True]
+    assert _shows_in_cycles(tmp_path)
+
+
+def _shows_in_cycles(folder):
+    """Whether anything stands before a white world."""
+    from peer import render_cycles
+
+    world = bpy.context.scene.world = bpy.data.worlds.new("White")
+    world.use_nodes = True
+    world.node_tree.nodes["Background"].inputs["Color"].default_value = (1.0, 1.0, 1.0, 1.0)
+    world.node_tree.nodes["Background"].inputs["Strength"].default_value = 1.0
+    render = bpy.context.scene.render
+    render.resolution_x = render.resolution_y = 32
+    picture = render_cycles(folder, samples=16)
+    return bool(np.abs(picture - 1.0).max() > 1e-3)
+
+
+def test_a_parent_that_repeats_its_children(rendered):
+    """Its own mesh has vertices alone."""
+    parent = things.mesh_object("Parent", [(0, 0, 0), (3, 0, 0)], [])
+    child = things.uv_sphere("Child")
+    child.parent, parent.instance_type = parent, "VERTS"
+    (scene,) = rendered()
+    assert [s.name for s in scene.shapes] == ["Parent/Child"] * 2 and scene.issues == ()
+
+
+@pytest.mark.parametrize("how", ["bevel_depth", "extrude", "fill"])
+def test_a_curve_with_faces_is_rendered_or_told_once(rendered, how):
+    if how == "fill":
+        curve = _curve(closed=True, dimensions="2D", fill_mode="BOTH")
+    else:
+        curve = _curve(**{how: 0.2})
+    (scene,) = rendered()
+    if how == "extrude":
+        assert len(scene.shapes) == 2 and not any(i.missing for i in scene.issues)
+    else:
+        ((name, _),) = _told(scene)
+        assert name == curve.name and scene.shapes == () and scene.issues[0].missing
+
+
+def test_texts_metaballs_and_surfaces_are_told_once(rendered):
+    _text()
+    for name in ("Meta", "Meta.001"):  # the second is part of the first one's surface
+        data = bpy.data.metaballs.new(name)
+        data.elements.new()
+        things.link(bpy.data.objects.new(name, data)).location.z = 0.5 * len(name)
+    bpy.ops.surface.primitive_nurbs_surface_torus_add()
+    (scene,) = rendered()
+    told = _told(scene)
+    assert {name for name, _ in told} == {"Text", "Meta", "SurfTorus"}
+    assert len(told) == 3 and all(told.values())
+
+
+def test_a_gas_is_told_and_its_domain_is_no_box(rendered):
+    box = things.made("Domain", lambda work: bmesh.ops.create_cube(work, size=2.0))
+    fluid = box.modifiers.new("Fluid", "FLUID")
+    fluid.fluid_type = "DOMAIN"
+    (scene,) = rendered()
+    assert scene.shapes == ()
+    assert _told(scene) == {("Domain", "its smoke and fire are left out"): True}
+    fluid.show_render = False
+    (scene,) = rendered()
+    assert len(scene.shapes) == 6 and scene.issues == ()
+
+
+def _stroke():
+    if bpy.app.version >= (4, 3, 0):
+        bpy.ops.object.grease_pencil_add(type="STROKE", radius=4.0)
+    else:
+        bpy.ops.object.gpencil_add(type="STROKE", radius=4.0)
+    bpy.context.object.name = "Drawing"
+
+
+def test_grease_pencil_is_told_where_blender_does_not_draw_it(addon, file):
+    """Blender draws it over what F12 renders; nothing draws it over an image of our own."""
+    _stroke()
+    module = importlib.import_module(f"{addon.__name__}.operators.export")
+    graph = bpy.context.evaluated_depsgraph_get()
+    assert module.export_scene(graph).issues == ()
+    scene = module.export_scene(graph, draws_strokes=False)
+    ((name, reason),) = _told(scene)
+    assert name == "Drawing" and "Grease Pencil" in reason and scene.issues[0].missing
