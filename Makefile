@@ -62,7 +62,8 @@ blender-venvs: $(READY)  ## make Blender 4.2 and 5.0 as modules, outside the rep
 	bash scripts/venvs.sh
 
 pictures: $(READY)  ## take the screenshots in docs/pictures again, in Blender 5.2's own window
-	ADAPTIVE_DRT_PICTURES=docs/pictures $(BIN)/python -m pytest tests/gui/test_window.py -k 5.2
+	ADAPTIVE_DRT_PICTURES=docs/pictures $(BIN)/python -m pytest -k 5.2 \
+		tests/gui/test_window.py tests/gui/test_first_click.py tests/gui/test_first_mask.py
 
 compositor: $(READY)  ## build and render the example of the mask in the compositor
 	$(BIN)/python demo/compositor.py

@@ -31,9 +31,9 @@ def shown(installed, copied, request):
     installed.variables["ADAPTIVE_DRT_RENDER_IN"] = kind
     told = installed.run(copied("window.sh"), "-", script, folder, command="sh")
     kept = os.environ.get("ADAPTIVE_DRT_PICTURES")
-    for path in sorted(folder.glob(f"{kind}-*.png")) if kept else ():
+    for what in ("button", "F12") if kept and kind == "WINDOW" else ():
         Path(kept).mkdir(parents=True, exist_ok=True)
-        shutil.copy(path, Path(kept) / f"first-click-{path.name}")
+        shutil.copy(folder / f"{kind}-{what}.png", Path(kept) / f"window-first-{what}.png")
     assert told.returncode == 0, told.stdout[-3000:] + told.stderr[-3000:]
     assert "Traceback" not in told.stderr, told.stderr
     return kind, folder, json.loads((folder / f"{kind}.json").read_text())

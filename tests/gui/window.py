@@ -189,7 +189,6 @@ def engine(view, editor):
     scene = bpy.context.scene
     scene.render.engine = "ADAPTIVE_DRT"
     scene.adaptive_drt.method = "RAYS"
-    bpy.context.preferences.view.render_display_type = "NONE"
     scene.render.resolution_x, scene.render.resolution_y = 1920, 1080
     yield 0.5
     invoke_render(view)
@@ -320,6 +319,8 @@ def open_sidebar(view):
 
 
 def steps():
+    # the open Image Editor is to show the picture, not a window of its own
+    bpy.context.preferences.view.render_display_type = "NONE"
     yield 1.0
     view, editor = yield from arrange()
     yield from open_sidebar(view)
