@@ -64,10 +64,10 @@ def open_sidebar():
     region = next(r for r in view.regions if r.type == "UI")
     # the tab is there once the region has been drawn
     for _ in range(10):
-        region.active_panel_category = "Adaptive"
+        region.active_panel_category = "Adaptive Render"
         region.tag_redraw()
         yield 0.4
-        if region.active_panel_category == "Adaptive":
+        if region.active_panel_category == "Adaptive Render":
             break
     yield 0.5
 
