@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from adaptive_drt.scene import Motion, Scene, Sphere
 
-from .case import BALL, BULB, CAMERA, DOT, FLOOR, LAMP, LIGHTS, SPOT, Case, case, look_at, wall
+from .case import BALL, BULB, CAMERA, DOT, FLOOR, LAMP, LIGHTS, SPOT, case, look_at, wall
 from .shapes import crowd
 
 __all__ = ["WAY_CASES"]
@@ -39,7 +39,7 @@ def scaled(scaled_case, factor):
     camera = replace(scene.camera, matrix=(*matrix, (0.0, 0.0, 0.0, 1.0)))
     shapes, lights = (tuple(map(grow, group)) for group in (scene.shapes, scene.lights))
     changed = Scene(camera, shapes, lights, scene.background, scene.transparent)
-    return Case(changed, scaled_case.settings)
+    return replace(scaled_case, scene=changed)
 
 
 MIXED = case(SHAPES, (LAMP, SPOT), replace(CAMERA, resolution=(16, 12)))
@@ -88,8 +88,10 @@ WAY_CASES = {
         distribution="EVERYWHERE",
         **RAYS,
     ),
-    "rays, nothing there": case((), (LAMP,), **RAYS),
-    "rays everywhere, nothing there": case((), (LAMP,), distribution="EVERYWHERE", **RAYS),
+    "rays, nothing there": case((), (LAMP,), background=(0.5, 0.6, 0.7), **RAYS),
+    "rays everywhere, nothing there": case(
+        (), (), background=(0.7, 0.6, 0.5), distribution="EVERYWHERE", **RAYS
+    ),
     "rays, a border without a world": case(
         SHAPES, (LAMP,), replace(WIDE, border=(5, 4, 30, 25)), transparent=True, **RAYS
     ),
@@ -139,10 +141,9 @@ WAY_CASES = {
     "an unlit picture": case(
         (FLOOR, BALL), (replace(LAMP, half_v=(0, 0.5, 0)),), background=(0,) * 3
     ),
+    # no ray through a pixel's middle meets it: light is found between these
     "a light found late": case(
-        (FLOOR, BALL, *(wall(-4.0, -1.0 - k, 8.0, 3.0) for k in range(2))),
-        (replace(DOT, center=(0.0, 3.0, 2.0)),),
-        background=(0.0,) * 3,
+        (Sphere((0.12, 0.0, 0.62), 0.03),), (LAMP, DOT), background=(0.0, 0.0, 0.0)
     ),
 }
 """Name: case."""
