@@ -16,7 +16,7 @@ ROOT = Path(__file__).resolve().parent.parent
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
 from golden.environment import environment_key  # noqa: E402
-from golden.rule import broken, difference  # noqa: E402
+from golden.rule import difference, state_of  # noqa: E402
 from golden.scenes import CASES  # noqa: E402
 from golden.store import (  # noqa: E402
     arrays_of,
@@ -26,18 +26,6 @@ from golden.store import (  # noqa: E402
     write_arrays,
     write_digests,
 )
-
-
-def state_of(case, arrays, digests, stored, known):
-    """What became of a case: 'same', 'added', 'new' or 'CHANGED', and the names of its arrays."""
-    if stored is None:
-        return "new", ()
-    if known is not None:
-        other = [name for name in digests if digests[name] != known.get(name)]
-        return ("CHANGED" if other else "same"), other
-    return (
-        ("CHANGED", broken(case, arrays, stored)) if broken(case, arrays, stored) else ("added", ())
-    )
 
 
 def main():

@@ -16,10 +16,18 @@ import pytest
 
 from adaptive_drt.crew import Crew, crew
 from adaptive_drt.render import CREWS_PIXELS
+from golden import store
 from golden.environment import environment_key
-from golden.rule import broken, difference
+from golden.rule import broken, difference, state_of
 from golden.scenes import CASES
-from golden.store import arrays_of, digests_of, read_arrays, read_digests
+from golden.store import (
+    arrays_of,
+    digests_of,
+    read_arrays,
+    read_digests,
+    write_arrays,
+    write_digests,
+)
 from workers import wait_for
 
 pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
@@ -165,3 +173,43 @@ def test_the_rule_allows_last_bits_and_a_decision():
     other["samples"][3, 3] += 64
     other["mask"][:, 3, 3] ^= True
     assert not broken(case, other, good)
+
+
+def test_what_is_written_again():
+    case, good = CASES["quad light"], stored()[1]["quad light"]
+    digests = digests_of(good)
+    last_bit = {**good, "color": np.nextafter(good["color"], np.inf)}
+    other = digests_of(last_bit)
+    assert state_of(case, good, digests, None, None) == ("new", ())
+    assert state_of(case, good, digests, good, digests) == ("same", ())
+    assert state_of(case, last_bit, other, good, digests) == ("CHANGED", ("color",))
+    # in an environment without digests nobody can tell a change of last bits
+    assert state_of(case, last_bit, other, good, None) == ("added", ())
+    state, reasons = state_of(case, {**good, "alpha": good["alpha"] + 1.0}, {}, good, None)
+    assert state == "CHANGED" and len(reasons) == 2
+
+
+@pytest.fixture
+def elsewhere(monkeypatch, tmp_path):
+    monkeypatch.setattr(store, "ARRAYS_FILE", tmp_path / "arrays.npz")
+    monkeypatch.setattr(store, "DIGESTS_FOLDER", tmp_path / "digests")
+
+
+def test_arrays_come_back(elsewhere):
+    assert read_arrays() == {}
+    arrays = {name: rendered(name) for name in ("one sphere", "a border")}
+    write_arrays(arrays)
+    again = read_arrays()
+    assert list(again) == list(arrays)
+    for name, own in arrays.items():
+        assert digests_of(again[name]) == digests_of(own)
+
+
+def test_what_changed_is_dropped_from_the_digests_of_other_environments(elsewhere, monkeypatch):
+    assert read_digests() == {}
+    with monkeypatch.context() as other:
+        other.setattr(store, "environment_key", lambda: "other")
+        write_digests({"a": {"color": "1"}, "b": {"color": "2"}}, set())
+    write_digests({"a": {"color": "3"}, "b": {"color": "4"}}, {"a"})
+    assert read_digests() == {"a": {"color": "3"}, "b": {"color": "4"}}
+    assert read_digests("other") == {"b": {"color": "2"}}

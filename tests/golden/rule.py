@@ -19,7 +19,7 @@ import math
 
 import numpy as np
 
-__all__ = ["broken", "difference"]
+__all__ = ["broken", "difference", "state_of"]
 
 SHARE = 0.01
 """Of the pixels. Seen: none, but one in each of two pictures whose colour was off by 4e-13."""
@@ -68,3 +68,25 @@ def _off(one, other):
     """Differences (height, width) of arrays: of their planes the largest."""
     off = np.abs(one.astype(np.float64) - other.astype(np.float64))
     return off.max(axis=0) if off.ndim == 3 else off
+
+
+def state_of(case, arrays, digests, stored, known):
+    """What became of a case since it was written, and the names of arrays or reasons that say so.
+
+    Parameters
+    ----------
+    arrays, digests : of the picture as it is.
+    stored : arrays, from any environment; None if there are none.
+    known : this environment's digests; None if there are none.
+
+    Returns
+    -------
+    'same' or 'CHANGED'; 'added' where only the digests are lacking; 'new' where all is.
+    """
+    if stored is None:
+        return "new", ()
+    if known is not None:
+        other = tuple(name for name in digests if digests[name] != known.get(name))
+        return ("CHANGED" if other else "same"), other
+    reasons = broken(case, arrays, stored)
+    return ("CHANGED" if reasons else "added"), reasons
