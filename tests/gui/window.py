@@ -228,12 +228,17 @@ def compositor(view, editor):
     scene = bpy.context.scene
     scene.render.resolution_x, scene.render.resolution_y = 480, 320
     scene.adaptive_drt.property_unset("method")
-    bpy.ops.adaptive_drt.show_mask(to_output=True)
     invoke_render(view)
     yield 0.5
     yield from watched("engine_whole", idle)
     yield 1.0
+    # an editor that is open is used; a new window would lie over the others
     view.ui_type = "CompositorNodeTree"
+    yield 0.5
+    window = bpy.context.window_manager.windows[0]
+    with bpy.context.temp_override(window=window, area=view):
+        bpy.ops.adaptive_drt.show_mask(to_output=True)
+    yield 2.0
     space = view.spaces.active
     for switch in ("show_region_ui", "show_region_asset_shelf", "show_backdrop"):
         if hasattr(space, switch):
