@@ -15,7 +15,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from .emitter import Emitter, points_on
+from .emitter import QUAD, Emitter, points_on
 from .light import irradiance_factor
 from .plan import Plan
 from .primary import Pairs, Surface
@@ -158,6 +158,9 @@ def unblocked(light: Emitter, shape: Emitter, center: Array, surface: Surface) -
     Without penumbrae (`shape` is the light's centre) a light is there if its centre is.
     """
     factor = irradiance_factor(light, center, surface.point, surface.normal)
+    if light.kind == QUAD and light.touching is not None:
+        # surfaces in the light's own plane see none of it, on whichever side rounding puts them
+        factor = np.where(light.touches(surface.item), 0.0, factor)
     if light.extended and not shape.extended and light.casts_shadow:
         factor = np.where(dot(surface.normal, center - surface.point) > 0.0, factor, 0.0)
     return factor

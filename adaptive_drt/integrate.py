@@ -122,7 +122,7 @@ class Resolver:
             return Pairs(np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64))
         if self.plan.object_count > PLAIN_OBJECTS:
             return self.occluders.find(shape, hits)
-        return every_pair(self.plan, hits)
+        return every_pair(self.plan, shape, hits)
 
     # --- many camera rays -----------------------------------------------------------------
 

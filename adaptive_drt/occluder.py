@@ -93,7 +93,8 @@ class Occluders:
             return Pairs(none, none)
         reach = np.broadcast_to(np.asarray(reach, dtype=np.float64), (count,))
         sight = _Sight.make(light, surface, reach, curvature(self._plan, surface))
-        return self._flats.needed(sight, self._found(light, sight))
+        pairs = self._flats.needed(sight, self._found(light, sight))
+        return _apart(light, pairs)
 
     def _found(self, light: Emitter, sight: _Sight) -> Pairs:
         """The pairs, whatever else hides the same."""
@@ -352,10 +353,17 @@ def _sorted(parts: list[Pairs], objects: int) -> Pairs:
     return Pairs(*np.divmod(np.unique(key), objects))
 
 
-def every_pair(plan: Plan, surface: Surface) -> Pairs:
-    """All pairs of points and objects, but a point's own object: what a plain tracer tests."""
+def every_pair(plan: Plan, light: Emitter, surface: Surface) -> Pairs:
+    """All pairs of points and objects, but a point's own object and what lies in the light's
+    plane: what a plain tracer tests."""
     pairs = _all_pairs(surface.item.size, plan.object_count)
-    return pairs.take((pairs.item != surface.item[pairs.pixel]) | surface.inside[pairs.pixel])
+    own = pairs.item == surface.item[pairs.pixel]
+    return _apart(light, pairs.take(~own | surface.inside[pairs.pixel]))
+
+
+def _apart(light: Emitter, pairs: Pairs) -> Pairs:
+    """The pairs without quads in the plane of the light: they hide nothing of it."""
+    return pairs if light.touching is None else pairs.take(~light.touches(pairs.item))
 
 
 def _all_pairs(points: int, objects: int) -> Pairs:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .columns import columns
-from .emitter import POINT, Emitter
+from .emitter import POINT, QUAD, Emitter
 from .gather import unblocked
 from .hidden import hide
 from .occluder import Occluders
@@ -162,6 +162,8 @@ def _variation(
     # sizes: see `shade`
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         varies = open_variation(light, light.moved(time), surface, patch, whole)
+        if light.kind == QUAD and light.touching is not None:
+            varies[..., light.touches(surface.item)] = 0.0
         if not light.casts_shadow:
             return varies
         shape = plan.shadow_light(light)

@@ -121,6 +121,8 @@ def contributes(
             low, high = np.minimum(low, height), np.maximum(high, height)
         behind = off_back(light, to, surface.point) <= -reach
         dark = behind | (high <= graze - _tilt(light, to, reach, bend))
+        # what lies in the light's own plane sees none of it
+        dark |= light.touches(surface.item)
         return dark, ~dark & (low <= graze)
     if light.kind == POINT:
         dark = ~(dot(surface.normal, to) > graze - _tilt(light, to, reach, bend))
