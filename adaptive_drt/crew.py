@@ -25,6 +25,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO, Any
 
+from .news import tell
 from .plan import Stopped
 from .wire import receive, send
 from .worker import READY
@@ -137,8 +138,13 @@ class _Worker:
         self._share = call.share.number
 
     def answer(self) -> tuple[Any, Exception | None]:
-        """The result or the exception; raises EOFError or OSError if the process has ended."""
-        answer: tuple[Any, Exception | None] = receive(self._answers)
+        """The result or the exception; raises EOFError or OSError if the process has ended.
+
+        Tells meanwhile what the worker tells.
+        """
+        while isinstance(got := receive(self._answers), float):
+            tell(got)
+        answer: tuple[Any, Exception | None] = got
         return answer
 
     def kill(self) -> None:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from .emitter import QUAD, Emitter, points_on
 from .light import irradiance_factor
+from .news import tell
 from .plan import Plan
 from .primary import Pairs, Surface
 from .sampling import points
@@ -104,6 +105,7 @@ def gather_light(
     bounds = np.searchsorted(pairs.pixel, np.arange(0, count + step, step))
     for index, first in enumerate(range(0, count, step)):
         plan.go_on()
+        tell(first / count)
         rows = slice(first, min(first + step, count))
         own = slice(bounds[index], bounds[index + 1])
         local = Pairs(pairs.pixel[own] - first, pairs.item[own])

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from .columns import columns
 from .embree import ProxyScene
 from .emitter import QUAD, Cone, Emitter, view_cone
+from .news import part_of_call, tell
 from .plan import Plan
 from .primary import Pairs, Surface, in_cache, runs
 from .quadric import cone_touch, graze_of
@@ -35,6 +36,8 @@ Test: TypeAlias = Callable[[Array, Array, Ints], Mask]
 
 BLOCKS = (256, 32, 8)
 """Points that share one culling test, neighbours along a curve that fills space."""
+LEVELS = len(BLOCKS) + 1
+"""Of tests: those and the points themselves, which take alike."""
 CURVE_BITS = 10
 CURVE_CELLS = 1 << CURVE_BITS
 """Cells on a side of that curve."""
@@ -304,8 +307,9 @@ def _by_blocks(sight: _Sight, objects: int, test: Test) -> Pairs:
     count = order.size
     larger = -(-count // BLOCKS[0])
     block, item = np.repeat(np.arange(larger), objects), np.tile(np.arange(objects), larger)
-    for size, smaller in zip(BLOCKS, (*BLOCKS[1:], 1), strict=True):
-        kept = _where(partial(_of_balls, test, *_balls(point, reach, size)), block, item)
+    for level, (size, smaller) in enumerate(zip(BLOCKS, (*BLOCKS[1:], 1), strict=True)):
+        with part_of_call(level / LEVELS, (level + 1) / LEVELS):
+            kept = _where(partial(_of_balls, test, *_balls(point, reach, size)), block, item)
         first = block[kept] * (size // smaller)
         inside = np.minimum(first + size // smaller, -(-count // smaller)) - first
         block = runs(first, inside)
@@ -320,7 +324,9 @@ def _of_balls(test: Test, middle: Array, span: Array, block: Ints, item: Ints) -
 def _where(test: Callable[[Ints, Ints], Mask], number: Ints, item: Ints) -> Ints:
     """Which pairs (k,) of points or blocks and objects a test lets through, in order."""
     kept = [np.zeros(0, dtype=np.int64)]
-    kept += [rows[test(number[rows], item[rows])] for rows in in_cache(np.arange(item.size))]
+    for rows in in_cache(np.arange(item.size)):
+        tell(rows[0] / item.size)
+        kept.append(rows[test(number[rows], item[rows])])
     return np.concatenate(kept)
 
 
