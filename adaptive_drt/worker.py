@@ -21,8 +21,6 @@ __all__ = ["READY", "serve"]
 
 READY = "ready"
 """The first word of a worker that has loaded all it needs."""
-IDLE = 120.0
-"""Seconds without a call after which a worker ends: an artist looks, and renders again."""
 NEWS = 0.1
 """Seconds at least between two numbers that tell how far a call is: each wakes up a thread."""
 
@@ -40,8 +38,8 @@ class _Teller:
             self._due = now + NEWS
 
 
-def serve() -> None:
-    """Answer calls until there are no more."""
+def serve(idle: float) -> None:
+    """Answer calls until there are no more, or none comes for so many seconds."""
     calls, answers = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
     # whatever is printed is no answer
     nothing = os.open(os.devnull, os.O_RDWR)
@@ -51,7 +49,7 @@ def serve() -> None:
     share: tuple[Any, ...] = ()
     teller = _Teller(answers)
     while True:
-        alarm = threading.Timer(IDLE, os._exit, (0,))
+        alarm = threading.Timer(idle, os._exit, (0,))
         alarm.daemon = True
         alarm.start()
         try:
