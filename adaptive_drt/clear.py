@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from .columns import columns
 from .detect import Clear, detect_clear, trace_center
 from .exact import Lawn, Sheet, first_pass
+from .news import part_of_call, tell
 from .occluder import Occluders
 from .plan import Plan
 from .primary import pair_hits, surface
@@ -34,6 +35,8 @@ LATE = 0.1
 difference of 1.8 e^2 and leaves e^6 / 72."""
 ALLOWED = 0.1
 """Of the tolerance, relative to the square's own radiance: what a bicubic may be off by."""
+CLEARED = 0.2
+"""Over their side: what part of a survey squares take, those before included."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +68,8 @@ def survey(
         if plan.edges:
             rough = coarse(plan, side)
             center = trace_center(rough, *squares.middles, squares.pairs)
-            found = detect_clear(rough, occluders, center, clock)
+            with part_of_call(CLEARED / (2 * side), CLEARED / side):
+                found = detect_clear(rough, occluders, center, clock)
             squares = Squares(side, squares.x, squares.y, found.pairs)
             some = found.clear.nonzero()[0]
             lawn, smooth, count = _mow(plan, squares, some, found)
@@ -74,12 +78,18 @@ def survey(
             cut[some[smooth]] = False
         squares = squares.cut(cut.nonzero()[0], smaller, plan.region)
         clock("clear squares")
+        tell(CLEARED / side)
     squares = squares.within(bounds)
     rest = []
-    for first in range(0, squares.x.size, plan.settings.batch):
+    done, batch = CLEARED / SIDES[-1], plan.settings.batch
+    step = (1.0 - done) * batch / max(squares.x.size, batch)
+    for first in range(0, squares.x.size, batch):
         plan.go_on()
-        part = squares.part(first, first + plan.settings.batch)
-        rest.append((part.x, part.y, first_pass(plan, occluders, *part.middles, part.pairs, clock)))
+        part = squares.part(first, first + batch)
+        with part_of_call(done, done + step):
+            sheet = first_pass(plan, occluders, *part.middles, part.pairs, clock)
+        rest.append((part.x, part.y, sheet))
+        done += step
     return Survey(lawns, rest, points)
 
 

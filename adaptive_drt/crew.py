@@ -25,6 +25,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO, Any
 
+from .news import tell
 from .plan import Stopped
 from .wire import receive, send
 from .worker import READY
@@ -33,7 +34,7 @@ __all__ = ["Call", "Crew", "Share", "Shift", "crew"]
 
 BOOT = """
 import importlib.util, json, sys, types
-package, folder, sys.path[:] = json.loads(sys.argv[1])
+package, folder, idle, sys.path[:] = json.loads(sys.argv[1])
 parents = package.split(".")[:-1]
 for end in range(1, len(parents) + 1):
     stub = types.ModuleType(".".join(parents[:end]))
@@ -45,7 +46,7 @@ sys.modules[package] = importlib.util.module_from_spec(spec)
 spec.loader.exec_module(sys.modules[package])
 for name in ("render", "worker"):
     module = importlib.import_module(package + "." + name)
-module.serve()
+module.serve(idle)
 """
 """What a worker runs: this package under the name that it has here, without those around it, which
 may need Blender."""
@@ -59,6 +60,8 @@ ENVIRONMENT = {
     "MALLOC_TRIM_THRESHOLD_": str(1 << 30),
 }
 """What a worker's own differs in."""
+IDLE = 120.0
+"""Seconds without a call after which a worker ends: an artist looks, and renders again."""
 PIPE = 1 << 20
 """Bytes that a pipe holds where that can be set: on Linux, whose limit that is for all but root. Of
 the usual 64 KiB at a time, each of which the reader must wake up for, 4 MB take 5 ms, not 2."""
@@ -95,7 +98,7 @@ class _Worker:
             "-I",
             "-c",
             BOOT,
-            json.dumps([package, str(folder), [*map(str, sys.path)]]),
+            json.dumps([package, str(folder), IDLE, [*map(str, sys.path)]]),
         ]
         self._process = subprocess.Popen(
             words,
@@ -116,14 +119,16 @@ class _Worker:
         self.ready = False
         self.failed = False
         self._killed = False
-        self._loading = threading.Thread(target=self._load, name="Worker starts", daemon=True)
-        self._loading.start()
+        self._watching = threading.Thread(target=self._watch, name="Worker", daemon=True)
+        self._watching.start()
 
-    def _load(self) -> None:
+    def _watch(self) -> None:
+        """See the process load, and wait for its end: one that nobody waits for stays a zombie."""
         try:
             self.ready = receive(self._answers) == READY
         except (EOFError, OSError, ValueError, pickle.UnpicklingError):
             self.failed = True
+        self._process.wait()
 
     @property
     def alive(self) -> bool:
@@ -137,8 +142,13 @@ class _Worker:
         self._share = call.share.number
 
     def answer(self) -> tuple[Any, Exception | None]:
-        """The result or the exception; raises EOFError or OSError if the process has ended."""
-        answer: tuple[Any, Exception | None] = receive(self._answers)
+        """The result or the exception; raises EOFError or OSError if the process has ended.
+
+        Tells meanwhile what the worker tells.
+        """
+        while isinstance(got := receive(self._answers), float):
+            tell(got)
+        answer: tuple[Any, Exception | None] = got
         return answer
 
     def kill(self) -> None:
@@ -149,11 +159,10 @@ class _Worker:
     def close(self) -> None:
         """End it, and leave nothing behind; nobody may be calling."""
         self._process.kill()
-        self._loading.join()
+        self._watching.join()
         for pipe in (self._calls, self._answers):
             with suppress(OSError):
                 pipe.close()
-        self._process.wait()
 
 
 def _widen(pipe: IO[bytes]) -> None:

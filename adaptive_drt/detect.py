@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from .columns import columns
 from .edge import EdgeTest, detect_edges, half_pixel
+from .news import each_of, part_of_call
 from .occluder import Occluders
 from .passing import ENDS, moves_in_sight, outlines_pass
 from .patch_shadow import classify_patches
@@ -34,6 +35,9 @@ Mask: TypeAlias = NDArray[np.bool_]
 Clock: TypeAlias = Callable[[str], None]
 
 
+FOUND, SEEN = 0.15, 0.4
+"""Of what detection takes of a light: when its candidate occluders are found, and how it is seen
+past them."""
 ENDLESS = 1e100
 """Metres: patches that reach so far have no bounds."""
 
@@ -272,10 +276,12 @@ def _detect_light(
         away = np.sqrt(dot(hits.point, hits.point))
         reach = np.minimum(np.where(np.isinf(reach), away, reach), deep)
     shadows, found = [], []
-    for light in plan.lights:
+    for light in each_of(plan.lights):
         shape = plan.shadow_light(light)
-        candidates = occluders.find(shape, hits, reach)
-        shadow = detect_shadows(plan, hits, shape, candidates)
+        with part_of_call(0.0, FOUND):
+            candidates = occluders.find(shape, hits, reach)
+        with part_of_call(FOUND, SEEN):
+            shadow = detect_shadows(plan, hits, shape, candidates)
         shadows.append(shadow)
         found.append(candidates)
         mask[0, rows] |= shadow.partial & plan.penumbra
@@ -284,7 +290,8 @@ def _detect_light(
             dark = contributes(shape, shape.center, hits, reach, curvature(plan, hits))[0]
             open_ = ~dark & ~mask[2, rows]
             live = candidates.take(open_[candidates.pixel])
-            mask[2, rows] |= detect_shadow_edges(plan, hits, shape, live, reach)
+            with part_of_call(SEEN, 1.0):
+                mask[2, rows] |= detect_shadow_edges(plan, hits, shape, live, reach)
             mask[2, rows] |= detect_steep_light(light, hits, reach, plan) & ~dark
             clock("detect shadow edges")
         if plan.motion:

@@ -16,6 +16,8 @@ from .vector import cross, dot
 __all__ = ["Emitter", "make_emitter", "off_back", "points_on", "view_cone"]
 
 Array: TypeAlias = NDArray[np.float64]
+Ints: TypeAlias = NDArray[np.int64]
+Mask: TypeAlias = NDArray[np.bool_]
 QUAD, SPHERE, DISK, POINT = "QUAD", "SPHERE", "DISK", "POINT"
 
 
@@ -32,6 +34,8 @@ class Emitter:
     radius : metres, of the ball around the centre that holds the light.
     power : (3,) radiance (W / m^2 / sr); a point's intensity (W / sr).
     displacement : (3, 1) metres over the shutter, or None for a light that stands still.
+    touching : (objects,) the quads that lie in its plane, which hide nothing of it; None: there is
+        no such quad.
     """
 
     name: str
@@ -44,6 +48,14 @@ class Emitter:
     power: Array
     displacement: Array | None
     casts_shadow: bool
+    touching: Mask | None = None
+
+    def touches(self, item: Ints) -> Mask:
+        """Which of objects (...) lie in the light's plane; -1 for none."""
+        if self.touching is None:
+            return np.zeros(item.shape, dtype=np.bool_)
+        found: Mask = self.touching[item] & (item >= 0)
+        return found
 
     def moved(self, time: Array | float) -> Array:
         """Centre at shutter times (...): (3, ...), or (3, 1, ...) where the light stands still."""

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from .columns import columns, place
 from .detect import Center, Flags, detect, trace_center
+from .news import part_of_call
 from .occluder import Occluders
 from .patch import make_patch
 from .plan import Plan
@@ -29,6 +30,9 @@ __all__ = ["Lawn", "Sheet", "first_pass"]
 Array: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
 Mask: TypeAlias = NDArray[np.bool_]
+
+DETECTED = 0.4
+"""Of a first pass: what comes before light (a third to a half, with 2 to 2,000 objects)."""
 
 
 @dataclass(frozen=True)
@@ -66,7 +70,8 @@ def first_pass(
     """Trace, detect and shade the centres of n pixels; arguments as those of `trace_center`."""
     center = trace_center(plan, x, y, pairs)
     clock("camera rays")
-    flags = detect(plan, occluders, center, clock)
+    with part_of_call(0.0, DETECTED):
+        flags = detect(plan, occluders, center, clock)
     n = x.size
     color = np.zeros((3, n))
     if not plan.transparent:
@@ -74,7 +79,8 @@ def first_pass(
     alpha = np.full(n, 0.0 if plan.transparent else 1.0)
     deviation = no_variation(n)
     rows = center.rows
-    light = _shade_centers(plan, occluders, center, flags)
+    with part_of_call(DETECTED, 1.0):
+        light = _shade_centers(plan, occluders, center, flags)
     place(color, rows, light.color)
     alpha[rows] = 1.0
     place(deviation, rows, light.deviation)

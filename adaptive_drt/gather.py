@@ -15,8 +15,9 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from .emitter import Emitter, points_on
+from .emitter import QUAD, Emitter, points_on
 from .light import irradiance_factor
+from .news import tell
 from .plan import Plan
 from .primary import Pairs, Surface
 from .sampling import points
@@ -104,6 +105,7 @@ def gather_light(
     bounds = np.searchsorted(pairs.pixel, np.arange(0, count + step, step))
     for index, first in enumerate(range(0, count, step)):
         plan.go_on()
+        tell(first / count)
         rows = slice(first, min(first + step, count))
         own = slice(bounds[index], bounds[index + 1])
         local = Pairs(pairs.pixel[own] - first, pairs.item[own])
@@ -158,6 +160,9 @@ def unblocked(light: Emitter, shape: Emitter, center: Array, surface: Surface) -
     Without penumbrae (`shape` is the light's centre) a light is there if its centre is.
     """
     factor = irradiance_factor(light, center, surface.point, surface.normal)
+    if light.kind == QUAD and light.touching is not None:
+        # surfaces in the light's own plane see none of it, on whichever side rounding puts them
+        factor = np.where(light.touches(surface.item), 0.0, factor)
     if light.extended and not shape.extended and light.casts_shadow:
         factor = np.where(dot(surface.normal, center - surface.point) > 0.0, factor, 0.0)
     return factor

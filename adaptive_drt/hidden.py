@@ -19,6 +19,7 @@ from .emitter import QUAD, SPHERE, Emitter, view_cone
 from .gather import gather_light
 from .light import CORNERS
 from .nested import nested
+from .news import part_of_call, tell
 from .plan import Plan
 from .primary import Pairs, Surface
 from .sampling import points
@@ -32,6 +33,8 @@ Ints: TypeAlias = NDArray[np.int64]
 Mask: TypeAlias = NDArray[np.bool_]
 
 TINY = float(np.finfo(np.float64).tiny)
+NESTED = 0.3
+"""Of what partly hidden light takes: to find spheres that others hide."""
 SHARED_LIGHT_RAYS = 1_024
 """Rays to a light where no closed form is known."""
 
@@ -75,7 +78,8 @@ def _partial(
         rays |= np.sqrt(dot(to, to)) <= light.radius
     keep = (kind != DROP) & ~rays[pairs.pixel]
     balls = (keep & (kind == BALL)).nonzero()[0]
-    keep[balls] = ~nested(plan, surface, pairs.take(balls), _at(time, pairs.pixel[balls]))
+    with part_of_call(0.0, NESTED):
+        keep[balls] = ~nested(plan, surface, pairs.take(balls), _at(time, pairs.pixel[balls]))
     chosen, kind = pairs.take(keep), kind[keep]
     # points with as many occluders of each kind go together
     key = np.zeros(count, dtype=np.int64)
@@ -83,8 +87,14 @@ def _partial(
         number = np.bincount(chosen.pixel[kind == each], minlength=count)
         key = key * (number.max(initial=0) + 1) + number
     key[rays] = -1
+    # arcs meet each other: the work grows by the square of their number
+    work = np.bincount(chosen.pixel, minlength=count).astype(np.float64) ** 2 + 1.0
+    done, most = 0.0, float(work.sum())
     for group in np.unique(key):
+        plan.go_on()
+        tell(NESTED + (1.0 - NESTED) * done / most)
         rows = (key == group).nonzero()[0]
+        done += float(work[rows].sum())
         if group < 0:
             factor[rows] = _by_rays(plan, surface, light, pairs, time, rows)
             continue

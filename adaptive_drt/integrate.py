@@ -19,6 +19,7 @@ from .columns import columns
 from .detect import Center, Flags
 from .emitter import Emitter
 from .gather import CHUNK, gather_light, light_points, ratio, unblocked
+from .news import part_of_call
 from .occluder import Occluders, every_pair
 from .plan import Plan
 from .primary import Pairs, Surface, Tile, pair_hits, places, surface
@@ -122,7 +123,7 @@ class Resolver:
             return Pairs(np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64))
         if self.plan.object_count > PLAIN_OBJECTS:
             return self.occluders.find(shape, hits)
-        return every_pair(self.plan, hits)
+        return every_pair(self.plan, shape, hits)
 
     # --- many camera rays -----------------------------------------------------------------
 
@@ -153,7 +154,8 @@ class Resolver:
             plan.go_on()
             own = slice(bounds[index], bounds[index + 1])
             local = Pairs(found.pixel[own] - first, found.item[own])
-            self._chunk(pixels[first : first + step], local, count, moves, spreads)
+            with part_of_call(first / pixels.size, min((first + step) / pixels.size, 1.0)):
+                self._chunk(pixels[first : first + step], local, count, moves, spreads)
 
     def _chunk(self, pixels: Ints, pairs: Pairs, count: int, moves: bool, spreads: bool) -> None:
         plan = self.plan

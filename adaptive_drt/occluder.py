@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from .columns import columns
 from .embree import ProxyScene
 from .emitter import QUAD, Cone, Emitter, view_cone
+from .news import part_of_call, tell
 from .plan import Plan
 from .primary import Pairs, Surface, in_cache, runs
 from .quadric import cone_touch, graze_of
@@ -35,6 +36,8 @@ Test: TypeAlias = Callable[[Array, Array, Ints], Mask]
 
 BLOCKS = (256, 32, 8)
 """Points that share one culling test, neighbours along a curve that fills space."""
+LEVELS = len(BLOCKS) + 1
+"""Of tests: those and the points themselves, which take alike."""
 CURVE_BITS = 10
 CURVE_CELLS = 1 << CURVE_BITS
 """Cells on a side of that curve."""
@@ -93,7 +96,8 @@ class Occluders:
             return Pairs(none, none)
         reach = np.broadcast_to(np.asarray(reach, dtype=np.float64), (count,))
         sight = _Sight.make(light, surface, reach, curvature(self._plan, surface))
-        return self._flats.needed(sight, self._found(light, sight))
+        pairs = self._flats.needed(sight, self._found(light, sight))
+        return _apart(light, pairs)
 
     def _found(self, light: Emitter, sight: _Sight) -> Pairs:
         """The pairs, whatever else hides the same."""
@@ -303,8 +307,9 @@ def _by_blocks(sight: _Sight, objects: int, test: Test) -> Pairs:
     count = order.size
     larger = -(-count // BLOCKS[0])
     block, item = np.repeat(np.arange(larger), objects), np.tile(np.arange(objects), larger)
-    for size, smaller in zip(BLOCKS, (*BLOCKS[1:], 1), strict=True):
-        kept = _where(partial(_of_balls, test, *_balls(point, reach, size)), block, item)
+    for level, (size, smaller) in enumerate(zip(BLOCKS, (*BLOCKS[1:], 1), strict=True)):
+        with part_of_call(level / LEVELS, (level + 1) / LEVELS):
+            kept = _where(partial(_of_balls, test, *_balls(point, reach, size)), block, item)
         first = block[kept] * (size // smaller)
         inside = np.minimum(first + size // smaller, -(-count // smaller)) - first
         block = runs(first, inside)
@@ -319,7 +324,9 @@ def _of_balls(test: Test, middle: Array, span: Array, block: Ints, item: Ints) -
 def _where(test: Callable[[Ints, Ints], Mask], number: Ints, item: Ints) -> Ints:
     """Which pairs (k,) of points or blocks and objects a test lets through, in order."""
     kept = [np.zeros(0, dtype=np.int64)]
-    kept += [rows[test(number[rows], item[rows])] for rows in in_cache(np.arange(item.size))]
+    for rows in in_cache(np.arange(item.size)):
+        tell(rows[0] / item.size)
+        kept.append(rows[test(number[rows], item[rows])])
     return np.concatenate(kept)
 
 
@@ -352,10 +359,17 @@ def _sorted(parts: list[Pairs], objects: int) -> Pairs:
     return Pairs(*np.divmod(np.unique(key), objects))
 
 
-def every_pair(plan: Plan, surface: Surface) -> Pairs:
-    """All pairs of points and objects, but a point's own object: what a plain tracer tests."""
+def every_pair(plan: Plan, light: Emitter, surface: Surface) -> Pairs:
+    """All pairs of points and objects, but a point's own object and what lies in the light's
+    plane: what a plain tracer tests."""
     pairs = _all_pairs(surface.item.size, plan.object_count)
-    return pairs.take((pairs.item != surface.item[pairs.pixel]) | surface.inside[pairs.pixel])
+    own = pairs.item == surface.item[pairs.pixel]
+    return _apart(light, pairs.take(~own | surface.inside[pairs.pixel]))
+
+
+def _apart(light: Emitter, pairs: Pairs) -> Pairs:
+    """The pairs without quads in the plane of the light: they hide nothing of it."""
+    return pairs if light.touching is None else pairs.take(~light.touches(pairs.item))
 
 
 def _all_pairs(points: int, objects: int) -> Pairs:

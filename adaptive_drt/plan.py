@@ -6,7 +6,7 @@ from __future__ import annotations
 import os
 import threading
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib.util import find_spec
 from typing import Any, TypeAlias
 
@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .camera import Lens, make_lens
+from .contact import coplanar_quads
 from .emitter import Emitter, make_emitter
 from .quad import QuadSet
 from .quadric import SphereSet
@@ -170,7 +171,7 @@ def make_plan(scene: Scene, settings: Settings) -> Plan:
         solid=find_boxes(flats, [q.name for q in quads]),
         color=_columns([s.material.color for s in shapes]),
         moves=moves,
-        lights=lights,
+        lights=tuple(_in_contact(light, flats, origin, count) for light in lights),
         background=np.array(scene.background, dtype=np.float64),
         transparent=scene.transparent,
         penumbra=penumbra,
@@ -220,6 +221,14 @@ def _shining(
         else:
             skipped.append({"what": light.name, "why": "the light has no power"})
     return tuple(kept)
+
+
+def _in_contact(light: Emitter, flats: QuadSet, origin: Array, spheres: int) -> Emitter:
+    """The light, which knows the quads that lie in its plane."""
+    touching = np.concatenate(
+        [np.zeros(spheres, dtype=np.bool_), coplanar_quads(light, flats, origin)]
+    )
+    return replace(light, touching=touching) if touching.any() else light
 
 
 def _has_penumbra(

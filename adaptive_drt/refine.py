@@ -20,6 +20,7 @@ from .arms import turns
 from .cells import Cells, merge, split, sums
 from .columns import columns, place
 from .goal import Goal
+from .news import part_of_call, tell
 from .occluder import Occluders
 from .plan import Plan
 from .primary import Pairs
@@ -38,6 +39,8 @@ Mask: TypeAlias = NDArray[np.bool_]
 
 ROUNDS = 32
 """Splits of a cell at most: an axis is cut into 2^32 parts at the very most."""
+ROUND = 0.3
+"""Of what is left of a call's work, about: what one round does. For a progress bar."""
 MOST_CELLS = 4096
 """Cells of a pixel at most ..."""
 MORE_CELLS = 16_384
@@ -162,9 +165,10 @@ def _roots(plan: Plan, occluders: Occluders, task: Task) -> tuple[Cells, Ints]:
 def refine(plan: Plan, occluders: Occluders, task: Task) -> Refined:
     """Resolve pixels to their goal."""
     count = task.cut.size
-    cells, samples = _roots(plan, occluders, task)
+    with part_of_call(0.0, ROUND):
+        cells, samples = _roots(plan, occluders, task)
     refined = Refined(np.zeros((3, count)), np.zeros(count), samples, np.zeros(count))
-    strain = np.ones(count)
+    strain, settled = np.ones(count), 0
     crowds = [(cells, 0)]
     while crowds:
         cells, rounds = crowds.pop()
@@ -177,12 +181,16 @@ def refine(plan: Plan, occluders: Occluders, task: Task) -> Refined:
             split_up = np.unique(cells.pixel[chosen])
             kept = np.isin(cells.pixel, split_up)
             _enter(refined, cells.take(~kept))
+            settled += np.unique(cells.pixel[~kept]).size
+            tell(settled / count)
             if not chosen.size:
                 break
             kept[chosen] = False
             cells, (finer, known) = cells.take(kept), _finer(cells.take(chosen), parts)
             limits = _Limits.of(task, np.concatenate([cells.pixel, finer.pixel]))
-            done, points = _shaded(plan, occluders, task, finer, limits, known)
+            part = (count - settled) / count
+            with part_of_call(1.0 - part, 1.0 - (1.0 - ROUND) * part):
+                done, points = _shaded(plan, occluders, task, finer, limits, known)
             samples += points
             cells = merge([cells, done])
             before, mean = mean, _means(cells, count)

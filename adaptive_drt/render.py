@@ -7,24 +7,25 @@ import time
 from collections.abc import Generator
 from contextlib import closing
 from dataclasses import asdict, dataclass, field, replace
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .cost import predicted_ratio
 from .crew import Call, Share, crew
-from .detect import detect, everywhere, trace_center
+from .detect import Center, Flags, detect, everywhere, trace_center
 from .film import Film
 from .integrate import Pixels, Resolver, resolve
+from .news import part_of_call, tell
 from .occluder import Occluders
 from .plan import Plan, make_plan
 from .primary import Pairs, Tile, find_pairs, screen_bounds
 from .resolve import Exact
-from .scene import Issue, Scene, validate
+from .scene import Issue, Scene, camera_of, validate
 from .settings import Settings
 from .shadow import Shadow
-from .threads import Hands
+from .threads import Hands, Parts, beside
 from .work import Clock
 
 __all__ = ["Progress", "render", "render_image"]
@@ -32,17 +33,23 @@ __all__ = ["Progress", "render", "render_image"]
 ALLOCATOR_HINT = 33_000_000
 """Bytes. glibc keeps freed memory up to twice the largest block it has ever unmapped (at most
 32 MiB); freeing one such block, never touched, spares 17 of 18 thousand page faults a picture."""
+READING = "Reading the scene"
 CREWS_PIXELS = 32_768
 """Pixels of a picture from which workers are worth starting, which takes each 0.3 s."""
+TRACED, DETECTED, SHADED = 0.05, 0.3, 0.6
+"""Of a tile's work, roughly: what is done after its camera rays, detection, and penumbrae."""
 SAMPLE_ROWS = 8_192
 """Pixels of the plain pass that measures t'n: enough that NumPy's calls do not dominate."""
+
+Result = TypeVar("Result")
 
 
 @dataclass(frozen=True)
 class Progress:
     """How far a render is: `done` of `total` pixels. `film` holds what is finished.
 
-    Where pixels are worked on more than once, `done` is the part of the work, counted in pixels.
+    `done` never falls. Where pixels are worked on more than once, it is the part of the work,
+    counted in pixels. `stage` says in words what is being done.
     """
 
     done: int
@@ -64,9 +71,9 @@ class _TileResult:
 def render(scene: Scene, settings: Settings | None = None) -> Generator[Progress, None, Film]:
     """Render a scene.
 
-    Yields progress after each tile, and every `HEARTBEAT` seconds, and returns the film. Closing
-    the generator cancels: work under way ends within a chunk of rays, and the last progress' film
-    stays valid.
+    Yields progress at once, after each tile, and every `HEARTBEAT` seconds, and returns the film.
+    Closing the generator cancels: work under way ends within a chunk of rays, and the last
+    progress' film stays valid.
 
     Raises
     ------
@@ -76,50 +83,76 @@ def render(scene: Scene, settings: Settings | None = None) -> Generator[Progress
     settings = settings or Settings()
     began = time.perf_counter()
     np.empty(ALLOCATOR_HINT, dtype=np.uint8)
-    scene = validate(scene)
-    plan = make_plan(scene, settings)
-    left, bottom, right, top = plan.region
+    left, bottom, right, top = camera_of(scene).region
     film = Film(right - left, top - bottom)
-    if film.width * film.height >= CREWS_PIXELS:
+    size, most = film.width * film.height, 0
+    yield Progress(0, size, READING, film)
+    with closing(beside(_read, scene, settings)) as reading:
+        scene, plan = yield from _waiting(reading, READING, film)
+    if size >= CREWS_PIXELS:
         crew.muster(plan.threads - 1)
-    occluders = Occluders(plan)
+    with closing(beside(Occluders, plan)) as preparing:
+        occluders = yield from _waiting(preparing, "Preparing", film)
     totals = _Totals()
     totals.seconds["prepare"] = time.perf_counter() - began
     render_pixels = _exact if settings.method == "EXACT" else _by_rays
     with closing(render_pixels(plan, occluders, film, totals)) as steps:
-        for done in steps:
-            yield Progress(done, film.width * film.height, "Rendering", film)
+        for done, stage in steps:
+            # what is under way may be entered a moment after it has ended
+            most = max(most, done)
+            yield Progress(most, size, stage, film)
     film.stats = totals.statistics(plan, film, scene.issues + _advice(plan))
     if settings.method == "RAYS":
-        _cost_model(film, totals, _sample_seconds(plan, occluders))
+        with closing(beside(_sample_seconds, plan, occluders)) as measuring:
+            sample = yield from _waiting(measuring, "Measuring", film, most)
+        _cost_model(film, totals, sample)
     totals.finish(film, began)
     return film
 
 
+def _read(scene: Scene, settings: Settings) -> tuple[Scene, Plan]:
+    scene = validate(scene)
+    return scene, make_plan(scene, settings)
+
+
+def _waiting(
+    call: Generator[None, None, Result], stage: str, film: Film, done: int = 0
+) -> Generator[Progress, None, Result]:
+    """Progress at each heartbeat of a call; returns what comes of it."""
+    while True:
+        try:
+            next(call)
+        except StopIteration as end:
+            result: Result = end.value
+            return result
+        yield Progress(done, film.width * film.height, stage, film)
+
+
 def _by_rays(
     plan: Plan, occluders: Occluders, film: Film, totals: _Totals
-) -> Generator[int, None, None]:
-    """Method RAYS: pixels done, tile by tile."""
+) -> Generator[tuple[int, str], None, None]:
+    """Method RAYS: pixels done, tile by tile, and the stage."""
+    size, parts = film.width * film.height, Parts()
     done, tiles = 0, _tile_count(plan)
     share = Share((plan, occluders, screen_bounds(plan)))
     jobs = [Call(_render_tile, share, (first, tiles)) for first in range(tiles)]
     with closing(Hands(plan)) as hands:
-        for outcome in hands.results(jobs):
+        for outcome in hands.results(jobs, parts):
             if outcome is not None:
                 _, result = outcome
                 done += _write(film, result)
                 totals.add(result)
-            yield done
+            yield done + int(sum(parts.copy().values()) * (size - 1) / tiles), "Tracing rays"
 
 
 def _exact(
     plan: Plan, occluders: Occluders, film: Film, totals: _Totals
-) -> Generator[int, None, None]:
-    """Method EXACT: work done, as if it were pixels."""
+) -> Generator[tuple[int, str], None, None]:
+    """Method EXACT: work done, as if it were pixels, and the stage."""
     exact = Exact(plan, occluders)
     with closing(exact.run(film)) as steps:
         for done in steps:
-            yield round(done * film.width * film.height)
+            yield round(done * film.width * film.height), exact.stage
     totals.seconds.update(exact.work.seconds)
     totals.rays = {"camera": film.width * film.height, "shaded": exact.work.shaded}
     totals.more = {"tolerance": plan.settings.tolerance, "error_estimate": exact.error_estimate}
@@ -152,18 +185,25 @@ def _render_tile(
     tile = Tile.make(plan, first, step)
     center = trace_center(plan, tile.x, tile.y, find_pairs(plan, bounds, tile))
     clock("camera rays")
-    if plan.settings.distribution == "EVERYWHERE":
-        flags = everywhere(plan, center)
-    else:
-        flags = detect(plan, occluders, center, clock)
+    tell(TRACED)
+    with part_of_call(TRACED, DETECTED):
+        flags = _flags(plan, occluders, center, clock)
     resolver = Resolver(plan, occluders, tile, center, flags)
-    resolver.plain()
+    with part_of_call(DETECTED, SHADED):
+        resolver.plain()
     clock("one-ray pixels and penumbrae")
-    resolver.distributed()
+    with part_of_call(SHADED, 1.0):
+        resolver.distributed()
     clock("motion and edges")
     normal = np.zeros((3, tile.index.size))
     normal[:, center.rows] = center.hits.normal
     return _TileResult(tile, resolver.out, flags.mask, center.depth, normal, clock.seconds)
+
+
+def _flags(plan: Plan, occluders: Occluders, center: Center, clock: Clock) -> Flags:
+    if plan.settings.distribution == "EVERYWHERE":
+        return everywhere(plan, center)
+    return detect(plan, occluders, center, clock)
 
 
 def _write(film: Film, result: _TileResult) -> int:

@@ -28,6 +28,7 @@ from .primary import Tile, screen_bounds
 from .refine import begin, refine
 from .squares import SIDES as SQUARES
 from .squares import Squares, coarse, coarse_bounds
+from .threads import Parts
 from .work import Clock, Work
 
 __all__ = ["Exact"]
@@ -69,12 +70,14 @@ class Exact:
     goal : set once the first pass is done.
     work : who does it, and what it took.
     error_estimate : RMS error of the picture over its mean, as the renderer sees it.
+    stage : what is being done, in words.
     """
 
     plan: Plan
     occluders: Occluders
     goal: Goal = field(default_factory=lambda: Goal(0.0, 1.0))
     error_estimate: float = 0.0
+    stage: str = "Looking at squares"
 
     def __post_init__(self) -> None:
         """Nothing is done yet."""
@@ -89,21 +92,25 @@ class Exact:
         wide = widened(self.plan, self.plan.region)
         surveyed, settled = course(self.plan, self.work.free > 0)
         calls = self._survey(wide, 0, 1)
-        with closing(self.work.hands.results(calls)) as results:
+        parts: Parts = {}
+        with closing(self.work.hands.results(calls, parts)) as results:
             # workers are at it while the frame gets its memory
             frame = Frame(wide, self.plan.region)
             frame.develop(film)
-            for number in self._entered(frame, results):
+            for number in self._entered(frame, results, parts):
                 yield surveyed * number / len(calls)
         clock = Clock()
+        self.stage = "Setting the goal"
         frame.correct()
         clock("means of smooth pixels")
         for done in self._set_goal(frame):
             yield surveyed + (settled - surveyed) * done
         if self.plan.motion:
+            self.stage = "Integrating motion"
             for done in self._interpolate(frame):
                 yield surveyed + (settled - surveyed) * done
         clock.restart()
+        self.stage = "Refining pixels"
         tasks = frame.tasks(self.goal, self.work.part(int(frame.chosen(self.goal).sum())))
         clock("means of smooth pixels")
         self.work.add(clock.seconds)
@@ -114,7 +121,7 @@ class Exact:
                 rows, refined = outcome
                 frame.enter(rows, refined)
                 done += rows.size
-            yield settled + (1.0 - settled) * done / rest
+            yield settled + (1.0 - settled) * min((done + self.work.under_way) / rest, 1.0)
         self.error_estimate = frame.estimate()
 
     def _survey(self, wide: Plan, first: int, step: int) -> list[Call]:
@@ -138,9 +145,12 @@ class Exact:
         return [Call(_first, share, (some,)) for some in squares]
 
     def _entered(
-        self, frame: Frame, results: Generator[tuple[int, Any] | None, None, None]
-    ) -> Generator[int, None, None]:
-        """Enter what comes of a survey's calls; yields of how many it has come."""
+        self, frame: Frame, results: Generator[tuple[int, Any] | None, None, None], parts: Parts
+    ) -> Generator[float, None, None]:
+        """Enter what comes of a survey's calls; yields how many are done.
+
+        parts : what part is done of those that are being made.
+        """
         done = 0
         for result in results:
             if result is not None:
@@ -152,7 +162,7 @@ class Exact:
                     frame.add(*rest)
                 self.work.shaded += found.points + sum(x.size for x, _, _ in found.rest)
                 done += 1
-            yield done
+            yield done + sum(parts.copy().values())
 
     def _set_goal(self, frame: Frame) -> Generator[float, None, None]:
         """Set the goal of the whole picture, whatever part of it this frame is.
@@ -177,7 +187,7 @@ class Exact:
             below = -(frame.bottom // side)
             calls = self._survey(wide, (first + below) % step, step)
             with closing(self.work.hands.results(calls)) as results:
-                for _ in self._entered(frame, results):
+                for _ in self._entered(frame, results, {}):
                     yield 0.0
             frame.correct()
         inside = np.zeros(frame.height, dtype=np.bool_)
@@ -187,6 +197,7 @@ class Exact:
             for _ in self._look(frame, inside):
                 yield 0.0
         elif not self.plan.motion:
+            self.stage = "Shading outlines"
             yield from self._begin(own, own.outlines())
             if frame is not own:
                 for _ in self._begin(frame, frame.outlines(inside)):
@@ -211,7 +222,7 @@ class Exact:
                     own, begun = outcome
                     frame.begin(own, begun)
                     done += own.size
-                yield done / rows.size
+                yield (done + self.work.under_way) / rows.size
 
     def _look(self, frame: Frame, inside: Mask) -> Generator[None, None, None]:
         """Where no centre is lit, look for light before a tolerance is asked of darkness."""
@@ -274,7 +285,7 @@ class Exact:
                 if outcome is not None:
                     points.enter(*outcome)
                     done += outcome[0].size
-                yield done / wanted.size
+                yield (done + self.work.under_way) / wanted.size
 
 
 def _first(

@@ -28,6 +28,7 @@ __all__ = [
     "Sphere",
     "SphereLight",
     "Vector",
+    "camera_of",
     "validate",
     "vector_of",
 ]
@@ -229,9 +230,7 @@ def validate(scene: Scene) -> Scene:
     SceneError
         There is no camera, or the camera cannot form a picture.
     """
-    if scene.camera is None:
-        raise SceneError("The scene has no camera: add one, or make one active")
-    _check_camera(scene.camera)
+    camera_of(scene)
     issues = list(scene.issues)
     shapes, lights = _kept(scene.shapes, issues), _kept(scene.lights, issues)
     background = scene.background
@@ -245,6 +244,14 @@ def validate(scene: Scene) -> Scene:
         )
         background = ZERO
     return replace(scene, shapes=shapes, lights=lights, background=background, issues=tuple(issues))
+
+
+def camera_of(scene: Scene) -> Camera:
+    """The scene's camera; raises as `validate`."""
+    if scene.camera is None:
+        raise SceneError("The scene has no camera: add one, or make one active")
+    _check_camera(scene.camera)
+    return scene.camera
 
 
 Thing = TypeVar("Thing", Sphere | Quad, QuadLight | SphereLight | DiskLight | PointLight)

@@ -16,9 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .columns import columns
-from .emitter import POINT, Emitter
+from .emitter import POINT, QUAD, Emitter
 from .gather import unblocked
 from .hidden import hide
+from .news import each_of, part_of_call
 from .occluder import Occluders
 from .open_variation import open_variation
 from .patch import Patch
@@ -35,6 +36,9 @@ Ints: TypeAlias = NDArray[np.int64]
 Mask: TypeAlias = NDArray[np.bool_]
 
 
+SEEN, VARIED = 0.1, 0.4
+"""Of what shading by one light takes, for a progress bar: its candidate occluders, as long again to
+see which hide it, and all but the parts of it that they hide."""
 LARGEST = 1e100
 """Radiance: the largest deviation that is told from others."""
 
@@ -74,17 +78,23 @@ def shade(
     total, albedo = np.zeros((3, surface.item.size)), _albedo(plan, surface)
     spread = no_variation(surface.item.size)
     candidates = []
-    for index, light in enumerate(plan.lights):
+    for index, light in enumerate(each_of(plan.lights)):
+        plan.go_on()
         if known is None:
-            shape = plan.shadow_light(light)
-            pairs = occluders.find(shape, surface, patch.reach)
-            shadow = detect_shadows(plan, surface, shape, pairs, time)
+            with part_of_call(0.0, SEEN):
+                shape = plan.shadow_light(light)
+                pairs = occluders.find(shape, surface, patch.reach)
+            with part_of_call(SEEN, 2.0 * SEEN):
+                shadow = detect_shadows(plan, surface, shape, pairs, time)
         else:
             shadow, pairs = known[index]
         candidates.append(pairs)
         whole = _unblocked(plan, surface, light, time)
-        varies = _variation(plan, surface, light, time, patch, shadow, pairs, whole)
-        total += light.power[:, None] * _visible(plan, surface, light, time, shadow, whole)
+        with part_of_call(2.0 * SEEN, VARIED):
+            varies = _variation(plan, surface, light, time, patch, shadow, pairs, whole)
+        with part_of_call(VARIED, 1.0):
+            seen = _visible(plan, surface, light, time, shadow, whole)
+        total += light.power[:, None] * seen
         weight = albedo * light.power[:, None]
         with np.errstate(over="ignore", invalid="ignore"):
             spread += rms(weight) * varies
@@ -101,10 +111,13 @@ def shade_among(
     time : shutter times, a number or (n,).
     """
     total = np.zeros((3, surface.item.size))
-    for light, pairs in zip(plan.lights, candidates, strict=True):
-        shadow = detect_shadows(plan, surface, plan.shadow_light(light), pairs, time)
+    for light, pairs in each_of(tuple(zip(plan.lights, candidates, strict=True))):
+        with part_of_call(0.0, VARIED):
+            shadow = detect_shadows(plan, surface, plan.shadow_light(light), pairs, time)
         whole = _unblocked(plan, surface, light, time)
-        total += light.power[:, None] * _visible(plan, surface, light, time, shadow, whole)
+        with part_of_call(VARIED, 1.0):
+            seen = _visible(plan, surface, light, time, shadow, whole)
+        total += light.power[:, None] * seen
     radiance: Array = total * _albedo(plan, surface)
     return radiance
 
@@ -162,6 +175,8 @@ def _variation(
     # sizes: see `shade`
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         varies = open_variation(light, light.moved(time), surface, patch, whole)
+        if light.kind == QUAD and light.touching is not None:
+            varies[..., light.touches(surface.item)] = 0.0
         if not light.casts_shadow:
             return varies
         shape = plan.shadow_light(light)

@@ -20,6 +20,7 @@ from .columns import columns
 from .emitter import POINT, QUAD, Cone, Emitter, off_back, view_cone
 from .jet import Jet
 from .light import CORNERS
+from .news import tell
 from .plan import Plan
 from .primary import Pairs, Surface, in_cache
 from .quad import Planes, edge_planes, off_plane, quad_blocks_segment
@@ -121,6 +122,8 @@ def contributes(
             low, high = np.minimum(low, height), np.maximum(high, height)
         behind = off_back(light, to, surface.point) <= -reach
         dark = behind | (high <= graze - _tilt(light, to, reach, bend))
+        # what lies in the light's own plane sees none of it
+        dark |= light.touches(surface.item)
         return dark, ~dark & (low <= graze)
     if light.kind == POINT:
         dark = ~(dot(surface.normal, to) > graze - _tilt(light, to, reach, bend))
@@ -192,8 +195,12 @@ def classify_pairs(
     m = pairs.item.size
     none, full = np.zeros(m, dtype=np.bool_), np.zeros(m, dtype=np.bool_)
     ball = pairs.item < plan.sphere_count
+    done = 0
     for all_rows, part in ((ball.nonzero()[0], _by_sphere), ((~ball).nonzero()[0], _by_quad)):
         for rows in in_cache(all_rows):
+            plan.go_on()
+            tell(done / m)
+            done += rows.size
             chosen = pairs.take(rows)
             when = time[rows] if isinstance(time, np.ndarray) else time
             none[rows], full[rows] = part(plan, surface, light, light.moved(when), chosen, when)

@@ -21,6 +21,7 @@ from .cells import sums
 from .columns import columns, place
 from .emitter import Emitter
 from .lines import TIME
+from .news import part_of_call
 from .occluder import Occluders
 from .patch import make_patch
 from .plan import Plan
@@ -54,6 +55,8 @@ NEEDED = 0.1
 star. Stars see what was not foreseen (400 spheres, 0.01 %: at 0.01, 0.05 and 0.2 the picture is
 off by 0.46, 0.50 and 0.64 of the tolerance, with 19.2, 18.6 and 18.1 points a pixel; 210 random
 scenes are as far off at 0.1 as at 0.01)."""
+LOOKED = 0.5
+"""Of what sampling takes, for a progress bar: the centroids."""
 NOWHERE = -1.0
 """Metres: how far what was found around a centroid serves, where nothing was looked for."""
 IN_VAIN = 1.5
@@ -136,7 +139,8 @@ def sample(plan: Plan, occluders: Occluders, parts: Parts, found: Regions, hit: 
     """
     size, wide = parts.item.size, parts.half > 0.0
     axes, box = wide.sum(axis=0), np.arange(size) >= hit.size
-    centers = _look(plan, occluders, parts)
+    with part_of_call(0.0, LOOKED):
+        centers = _look(plan, occluders, parts)
     needed, vain = _worth(parts, centers.light.deviation, axes, box)
     arms = make_arms(parts.place, parts.spread, wide, needed & ~vain, box, parts.turn)
     left, stray = _kept(plan, parts, found, hit, arms)
@@ -144,7 +148,8 @@ def sample(plan: Plan, occluders: Occluders, parts: Parts, found: Regions, hit: 
     points, lost = arms.count + star - parts.known, sums(arms.region, part * stray, size)
     light = centers.light
     if star.any():
-        light = _by_stars(plan, occluders, parts, centers, arms, left, axes)
+        with part_of_call(LOOKED, 1.0):
+            light = _by_stars(plan, occluders, parts, centers, arms, left, axes)
     return Samples(light, points, vain, lost)
 
 

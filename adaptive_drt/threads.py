@@ -5,21 +5,54 @@ from __future__ import annotations
 
 import threading
 from collections import deque
-from collections.abc import Generator, Iterable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import islice
 from queue import Empty, SimpleQueue
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, TypeVar
 
 from .crew import Call, Shift, crew
+from .news import heard_by
 from .plan import Plan
 
-__all__ = ["Aside", "Hands"]
+__all__ = ["Aside", "Hands", "Parts", "beside"]
 
 HEARTBEAT = 0.05
 """Seconds between signs of life, at which a host may cancel."""
 
 Outcome: TypeAlias = tuple[int, Any, BaseException | None]
+Parts: TypeAlias = dict[int, float]
+"""What part is done of calls that are being made, by their numbers."""
+Result = TypeVar("Result")
+
+
+def beside(function: Callable[..., Result], *arguments: Any) -> Generator[None, None, Result]:
+    """Make one call in a thread of its own; yields at heartbeats, and returns what comes of it.
+
+    Closing the generator early waits for its end: it cannot be stopped.
+    """
+    done: SimpleQueue[tuple[Result | None, BaseException | None]] = SimpleQueue()
+
+    def make() -> None:
+        try:
+            done.put((function(*arguments), None))
+        except BaseException as error:
+            done.put((None, error))
+
+    thread = threading.Thread(target=make, name="Prepare", daemon=True)
+    thread.start()
+    try:
+        while True:
+            try:
+                result, error = done.get(timeout=HEARTBEAT)
+                break
+            except Empty:
+                yield
+    finally:
+        thread.join()
+    if error is not None:
+        raise error
+    return result  # type: ignore[return-value]
 
 
 @dataclass(frozen=True)
@@ -28,15 +61,24 @@ class Aside:
 
     count: int
     done: SimpleQueue[Outcome] = field(default_factory=SimpleQueue)
+    parts: Parts = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
 class _Job:
-    """A call of some that are made together, and where what comes of it goes."""
+    """A call of some that are made together, and where what comes of it goes.
+
+    Meanwhile `parts` holds what part of it is done.
+    """
 
     number: int
     call: Call
     done: SimpleQueue[Outcome]
+    parts: Parts
+
+    def note(self, part: float) -> None:
+        """Take in what part of it is done; of parts within parts some may be done once more."""
+        self.parts[self.number] = max(part, self.parts.get(self.number, 0.0))
 
 
 class Hands:
@@ -57,23 +99,30 @@ class Hands:
         self._spare = 1
         self._over = False
 
-    def results(self, calls: Iterable[Call]) -> Generator[tuple[int, Any] | None, None, None]:
+    def results(
+        self, calls: Iterable[Call], parts: Parts | None = None
+    ) -> Generator[tuple[int, Any] | None, None, None]:
         """What comes of calls, with their numbers; None at each heartbeat between.
 
         The first are under way when this returns. Raises what a call raises. Closing the generator
         early tells the plan to stop.
+
+        parts : kept up with what part is done of those that are being made.
         """
+        parts = {} if parts is None else parts
         self._employ()
         done: SimpleQueue[Outcome] = SimpleQueue()
         todo = enumerate(calls)
-        return self._collected(done, self._begin(todo, 0, done), todo)
+        waiting = self._begin(todo, 0, done, parts)
+        return self._collected(done, waiting, todo, parts)
 
     def aside(self, calls: Sequence[Call]) -> Aside:
         """Have calls made where hands are free beside others; one is kept for these."""
         aside = Aside(len(calls))
         self._employ()
         self._put(
-            self._aside, [_Job(number, call, aside.done) for number, call in enumerate(calls)]
+            self._aside,
+            [_Job(number, call, aside.done, aside.parts) for number, call in enumerate(calls)],
         )
         return aside
 
@@ -82,15 +131,19 @@ class Hands:
         with self._change:
             self._spare = 0
             self._change.notify_all()
-        yield from self._collected(aside.done, aside.count, iter(()))
+        yield from self._collected(aside.done, aside.count, iter(()), aside.parts)
 
     def _collected(
-        self, done: SimpleQueue[Outcome], waiting: int, todo: Iterator[tuple[int, Call]]
+        self,
+        done: SimpleQueue[Outcome],
+        waiting: int,
+        todo: Iterator[tuple[int, Call]],
+        parts: Parts,
     ) -> Generator[tuple[int, Any] | None, None, None]:
         """What comes of calls, of which so many have been put already, and the rest is to be."""
         try:
             while True:
-                waiting += self._begin(todo, waiting, done)
+                waiting += self._begin(todo, waiting, done, parts)
                 if not waiting:
                     return
                 try:
@@ -99,6 +152,7 @@ class Hands:
                     yield None
                     continue
                 waiting -= 1
+                parts.pop(number, None)
                 if error is not None:
                     raise error
                 yield number, result
@@ -108,11 +162,16 @@ class Hands:
                 self._break_off()
 
     def _begin(
-        self, todo: Iterator[tuple[int, Call]], waiting: int, done: SimpleQueue[Outcome]
+        self,
+        todo: Iterator[tuple[int, Call]],
+        waiting: int,
+        done: SimpleQueue[Outcome],
+        parts: Parts,
     ) -> int:
         """Put more calls beside those waiting, and return how many."""
         # as many again as can be made at a time: nobody waits for this thread
-        jobs = [_Job(*each, done) for each in islice(todo, max(2 * self._most - waiting, 0))]
+        some = islice(todo, max(2 * self._most - waiting, 0))
+        jobs = [_Job(*each, done, parts) for each in some]
         self._put(self._next, jobs)
         return len(jobs)
 
@@ -171,7 +230,8 @@ class Hands:
             result: Any = None
             failure: BaseException | None = None
             try:
-                result = make(job.call)
+                with heard_by(job.note):
+                    result = make(job.call)
             except BaseException as error:
                 failure = error
             with self._change:

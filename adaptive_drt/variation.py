@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from .columns import columns
 from .emitter import Emitter
+from .news import tell
 from .past_quads import past_quads
 from .past_spheres import past_spheres
 from .patch import Patch
@@ -103,6 +104,8 @@ def shadow_variation(
             continue
         found = []
         for some in in_cache(rows):
+            plan.go_on()
+            tell(some[0] / pairs.item.size)
             when = time[some] if isinstance(time, np.ndarray) else time
             found.append(part(plan, surface, patch, light, pairs.take(some), when))
         shadow, pixel = _joined(found), pairs.pixel[rows]

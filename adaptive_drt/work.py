@@ -15,7 +15,7 @@ from .crew import Call, Share, crew
 from .occluder import Occluders
 from .plan import Plan
 from .refine import Begun, Refined, Task, refine
-from .threads import Aside, Hands
+from .threads import Aside, Hands, Parts
 
 __all__ = ["Clock", "Tasks", "Work"]
 
@@ -66,13 +66,14 @@ class Work:
     ----------
     hands : who does it.  share : what calls of it have in common.
     seconds : by stage, of all threads together.  shaded : points shaded in all.
+    under_way : pixels' worth of what is done of calls that are being made.
     """
 
     def __init__(self, plan: Plan, occluders: Occluders) -> None:
         """Nothing done yet."""
         self.hands, self.share = Hands(plan), Share((plan, occluders))
         self.seconds: dict[str, float] = {}
-        self.shaded = 0
+        self.shaded, self.under_way = 0, 0.0
         self._plan = plan
         # what is done beside others
         self.aside: Tasks = []
@@ -111,7 +112,9 @@ class Work:
         self, work: Callable[..., Done], tasks: Tasks, stage: str = "refining"
     ) -> Generator[tuple[Ints, Done] | None, None, None]:
         """What comes of work on tasks, with their pixels; None at heartbeats between."""
-        return self._entered(self.hands.results(self._calls(work, tasks)), tasks, stage)
+        parts: Parts = {}
+        outcomes = self.hands.results(self._calls(work, tasks), parts)
+        return self._entered(outcomes, tasks, stage, parts)
 
     def put_aside(self, tasks: Tasks) -> None:
         """Have pixels refined beside what is done for others."""
@@ -120,17 +123,21 @@ class Work:
 
     def gathered(self) -> Generator[tuple[Ints, Refined] | None, None, None]:
         """What comes of the pixels put aside; as `results`."""
-        return self._entered(self.hands.gather(self._made), self.aside, "refining")
+        outcomes = self.hands.gather(self._made)
+        return self._entered(outcomes, self.aside, "refining", self._made.parts)
 
     def _calls(self, work: Callable[..., Done], tasks: Tasks) -> list[Call]:
         return [Call(_timed, self.share, (work, task)) for _, task in tasks]
 
     def _entered(
-        self, outcomes: Outcomes[Done], tasks: Tasks, stage: str
+        self, outcomes: Outcomes[Done], tasks: Tasks, stage: str, parts: Parts
     ) -> Generator[tuple[Ints, Done] | None, None, None]:
         """Outcomes with their tasks' pixels, counted."""
         with closing(outcomes):
             for outcome in outcomes:
+                # threads enter more meanwhile
+                begun = parts.copy()
+                self.under_way = sum(part * tasks[k][0].size for k, part in begun.items())
                 if outcome is None:
                     yield None
                     continue

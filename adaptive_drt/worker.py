@@ -2,7 +2,8 @@
 """The side of a worker process: it calls what it is told to, until its input ends.
 
 A message is (function, share, arguments) and the answer (result, None) or (None, exception). The
-share is what many calls have in common; None stands for the one before.
+share is what many calls have in common; None stands for the one before. Before the answer may come
+numbers: what part of the call is done.
 """
 
 from __future__ import annotations
@@ -10,20 +11,35 @@ from __future__ import annotations
 import os
 import sys
 import threading
-from typing import Any
+import time
+from typing import IO, Any
 
+from .news import heard_by
 from .wire import receive, send
 
 __all__ = ["READY", "serve"]
 
 READY = "ready"
 """The first word of a worker that has loaded all it needs."""
-IDLE = 120.0
-"""Seconds without a call after which a worker ends: an artist looks, and renders again."""
+NEWS = 0.1
+"""Seconds at least between two numbers that tell how far a call is: each wakes up a thread."""
 
 
-def serve() -> None:
-    """Answer calls until there are no more."""
+class _Teller:
+    """Sends on what a call tells, now and then."""
+
+    def __init__(self, answers: IO[bytes]) -> None:
+        self._answers, self._due = answers, 0.0
+
+    def __call__(self, part: float) -> None:
+        now = time.monotonic()
+        if now >= self._due:
+            send(self._answers, float(part))
+            self._due = now + NEWS
+
+
+def serve(idle: float) -> None:
+    """Answer calls until there are no more, or none comes for so many seconds."""
     calls, answers = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
     # whatever is printed is no answer
     nothing = os.open(os.devnull, os.O_RDWR)
@@ -31,8 +47,9 @@ def serve() -> None:
     os.dup2(nothing, 1)
     send(answers, READY)
     share: tuple[Any, ...] = ()
+    teller = _Teller(answers)
     while True:
-        alarm = threading.Timer(IDLE, os._exit, (0,))
+        alarm = threading.Timer(idle, os._exit, (0,))
         alarm.daemon = True
         alarm.start()
         try:
@@ -44,7 +61,8 @@ def serve() -> None:
         function, news, arguments = call
         share = share if news is None else news
         try:
-            answer: Any = (function(*share, *arguments), None)
+            with heard_by(teller):
+                answer: Any = (function(*share, *arguments), None)
         except Exception as error:
             answer = (None, error)
         send(answers, answer)

@@ -15,9 +15,9 @@ ROOT = Path(__file__).resolve().parent.parent
 CORE = ROOT / "adaptive_drt"
 
 ORDER = (
-    "scene settings film columns "  # leaf data
+    "scene settings film columns news "  # leaf data
     "partials jet elementary vector bounds "
-    "radiometry facets recognise quadric quad solids embree camera sampling emitter light "
+    "radiometry facets recognise quadric quad solids embree camera sampling emitter contact light "
     "arcs outline visible_light "
     "plan course primary squares seam forms lines meets crossings painting tally ranks smooth "
     "regions "

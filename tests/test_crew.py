@@ -17,6 +17,7 @@ import pytest
 
 from adaptive_drt import crew as crew_module
 from adaptive_drt.crew import Call, Crew, Share, Shift, crew
+from adaptive_drt.news import heard_by, tell
 from adaptive_drt.occluder import Occluders
 from adaptive_drt.plan import Stopped, make_plan
 from adaptive_drt.render import render, render_image
@@ -158,6 +159,34 @@ def test_nothing_is_left_behind(workers):
     workers.stop()
     assert all(process.poll() is not None for process in processes)
     assert workers.ready == 0 and workers.hands(4) == 4
+
+
+def test_an_idle_worker_ends_and_leaves_no_zombie(monkeypatch):
+    """Seen from outside: whoever asks the process object how it is takes note of its end."""
+    monkeypatch.setattr(crew_module, "IDLE", 2.0)
+    with mustered(monkeypatch, 1) as workers:
+        pid = workers._idle[0]._process.pid
+
+        def gone():
+            try:
+                os.kill(pid, 0)
+            except ProcessLookupError:
+                return True
+            return False
+
+        wait_for(gone)
+        # the next render gets another
+        monkeypatch.undo()
+        assert workers.ready == 0
+        workers.muster(1)
+        wait_for(lambda: workers.ready == 1)
+
+
+def test_a_worker_tells_how_far_a_call_is(workers):
+    told = []
+    with heard_by(told.append):
+        assert Shift().make(Call(tell, Share(()), (0.25,))) is None
+    assert told == [0.25]
 
 
 def test_they_end_with_the_process_that_started_them(tmp_path):

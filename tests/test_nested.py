@@ -7,6 +7,7 @@ import mpmath
 import numpy as np
 import pytest
 
+from adaptive_drt import nested as nested_module
 from adaptive_drt.nested import nested
 from adaptive_drt.plan import make_plan
 from adaptive_drt.primary import Pairs, Surface
@@ -118,3 +119,19 @@ def test_the_light_past_them_is_the_same():
         )  # fmt: skip
         assert abs(part[0] - whole[i]) <= 1e-14
     assert count > n
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_the_largest_first_or_all_at_once(monkeypatch, seed):
+    """Crowds are compared with the spheres that look largest before all with each other."""
+    rng = np.random.default_rng(seed)
+    heap = [
+        ball(*(p * rng.uniform(2.0, 9.0) / np.linalg.norm(p)), radius=rng.uniform(0.05, 1.5))
+        for p in rng.normal(size=(60, 3)) * 0.4 + np.array([0.0, 0.0, 1.0])
+    ]
+    points = rng.normal(size=(20, 3)) * 0.05
+    quick = hidden(heap, points)
+    monkeypatch.setattr(nested_module, "CROWD", 1_000)
+    assert np.array_equal(quick, hidden(heap, points))
+    print(f"{quick.mean():.2f} hidden")
+    assert 0.05 < quick.mean() < 0.99

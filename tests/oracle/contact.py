@@ -95,17 +95,47 @@ def _normals(scene, ids, point, d):
     return normal, inside
 
 
-def gaps(scene, spots, target):
+def sheets_in_plane(scene, light):
+    """Numbers of the sheets that a quad light lies in the plane of, by float32 coordinates.
+
+    The corners of both lie in one plane if the thinnest direction of them all is no thicker than
+    a few steps between neighbouring float32 numbers of their size.
+    """
+    corners = [
+        np.array(light.center) + a * np.array(light.half_u) + b * np.array(light.half_v)
+        for a in (-1, 1)
+        for b in (-1, 1)
+    ]
+    found = []
+    for index, shape in enumerate(scene.shapes):
+        if isinstance(shape, Sphere):
+            continue
+        q, u, v = (np.array(x) for x in (shape.corner, shape.edge_u, shape.edge_v))
+        all_of = np.array([*corners, q, q + u, q + v, q + u + v])
+        thin = np.linalg.svd(all_of - all_of.mean(axis=0))[2][-1]
+        heights = all_of @ thin
+        if np.ptp(heights) <= STEPS * np.spacing(np.float32(np.abs(all_of).max())):
+            found.append(index)
+    return found
+
+
+STEPS = 16
+"""Between neighbouring float32 numbers: how far apart what touches may be."""
+
+
+def gaps(scene, spots, target, skipped=()):
     """How far (metres) spots are from not seeing a point (3, n) of a light: (1 + shapes, n).
 
     The first row is its height over the spot's horizon, the others say how far shapes are from
     hiding it; where all are positive it is seen. Each changes no faster than the point moves. A
-    spot's own shape hides nothing, but for a sphere seen from within.
+    spot's own shape hides nothing, but for a sphere seen from within; nor do those `skipped`.
     """
     rows = [dot(target - spots.point, spots.normal)]
     for index, shape in enumerate(scene.shapes):
         own = spots.ids == index
-        if isinstance(shape, Sphere):
+        if index in skipped:
+            rows.append(np.full_like(rows[0], LONGEST))
+        elif isinstance(shape, Sphere):
             gap = _ball_gap(shape, spots.point, target, own)
             rows.append(np.where(own & ~spots.inside, LONGEST, gap))
         else:
