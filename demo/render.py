@@ -88,11 +88,13 @@ def statistics(width: int, height: int, stats: dict) -> str:
     counts, seconds = stats["counts"], stats["seconds"]
     effects = ", ".join(f"{n} {counts[n]}" for n in ("penumbra", "motion", "edge"))
     costs = ", ".join(f"{k} = {stats[k]:.4g}" for k in ("a", "b", "c") if stats.get(k) is not None)
-    return (
+    parts = (
         f"{width} x {height} in {seconds['total']:.2f} s: "
-        f"{counts['distributed']} pixels distributed ({effects}); {costs}; "
-        f"{sum(stats['rays'].values())} rays; {len(stats.get('issues', []))} left out or changed"
+        f"{counts['distributed']} pixels distributed ({effects})",
+        costs,
+        f"{sum(stats['rays'].values())} rays",
     )
+    return "; ".join(part for part in parts if part)
 
 
 def main(arguments: list[str]) -> None:
