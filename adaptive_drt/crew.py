@@ -25,8 +25,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO, Any
 
+from .cancellation import Stopped
 from .news import tell
-from .plan import Stopped
 from .wire import receive, send
 from .worker import READY
 
@@ -60,6 +60,8 @@ ENVIRONMENT = {
     "MALLOC_TRIM_THRESHOLD_": str(1 << 30),
 }
 """What a worker's own differs in."""
+PACKAGE = __name__.rpartition(".")[0]
+"""Name of the core's package, whatever is around it."""
 IDLE = 120.0
 """Seconds without a call after which a worker ends: an artist looks, and renders again."""
 PIPE = 1 << 20
@@ -92,7 +94,8 @@ class _Worker:
     """One process."""
 
     def __init__(self) -> None:
-        package, folder = __package__, Path(__file__).resolve().parent
+        # the core's own package, which holds the one that this file is in
+        package, folder = PACKAGE, Path(__file__).resolve().parent
         words = [
             sys.executable,
             "-I",

@@ -21,8 +21,8 @@ from .occluder import Occluders
 from .passing import ENDS, moves_in_sight, outlines_pass
 from .patch_shadow import classify_patches
 from .plan import Plan
-from .primary import Pairs, Surface, nearest, pair_hits, surface
-from .shadow import Shadow, contributes, curvature, detect_shadows, shines_whole
+from .primary import Pairs, Surface, curvature, nearest, pair_hits, surface
+from .shadow import Shadow, contributes, detect_shadows, shines_whole
 from .shadow_edge import detect_shadow_edges, detect_steep_light, patch_reach
 from .sweep import light_changes, patch_light_changes
 from .vector import dot

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from .columns import columns
 from .edge import half_pixel
 from .plan import Plan
-from .primary import Surface
-from .shadow import curvature
+from .primary import Surface, curvature
 from .vector import cross, dot
 
 __all__ = ["Footprint", "make_footprint"]

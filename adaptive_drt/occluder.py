@@ -21,9 +21,8 @@ from .embree import ProxyScene
 from .emitter import QUAD, Cone, Emitter, view_cone
 from .news import part_of_call, tell
 from .plan import Plan
-from .primary import Pairs, Surface, in_cache, runs
+from .primary import Pairs, Surface, curvature, in_cache, runs
 from .quadric import cone_touch, graze_of
-from .shadow import curvature
 from .solids import NO_SOLID, outward
 from .vector import cross, dot
 

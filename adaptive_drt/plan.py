@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .camera import Lens, make_lens
+from .cancellation import Stopped
 from .contact import coplanar_quads
 from .emitter import Emitter, make_emitter
 from .quad import QuadSet
@@ -22,7 +23,7 @@ from .scene import Motion, Quad, Scene, Sphere
 from .settings import Settings
 from .solids import find_boxes
 
-__all__ = ["Plan", "Stopped", "make_plan"]
+__all__ = ["Plan", "make_plan"]
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -31,10 +32,6 @@ EMBREE_CROSSOVER = 2_000
 EMBREE_REACH = 4.0
 """Of the spheres' mean radius: the widest light for which it does. Its proxies are inflated by
 the light's size, so towards wide lights every ray meets a crowd of them, one at a time."""
-
-
-class Stopped(Exception):
-    """The render was cancelled."""
 
 
 @dataclass(frozen=True)

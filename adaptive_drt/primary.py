@@ -25,6 +25,7 @@ __all__ = [
     "Pairs",
     "Surface",
     "Tile",
+    "curvature",
     "find_pairs",
     "nearest",
     "object_runs",
@@ -352,3 +353,11 @@ def surface(plan: Plan, w: Array, t: Array, item: Ints, time: Array | float = 0.
 
 def _at(time: Array | float, rows: Ints) -> Array | float:
     return time[rows] if isinstance(time, np.ndarray) else time
+
+
+def curvature(plan: Plan, surface: Surface) -> Array:
+    """Curvature (n,) of the surfaces, 1 / m; 0 for planes and where it is not said (item -1)."""
+    bend = np.zeros(surface.item.size)
+    ball = ((surface.item >= 0) & (surface.item < plan.sphere_count)).nonzero()[0]
+    bend[ball] = 1.0 / plan.spheres.radius[surface.item[ball]]
+    return bend

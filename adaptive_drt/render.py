@@ -136,7 +136,7 @@ def _by_rays(
     done, tiles = 0, _tile_count(plan)
     share = Share((plan, occluders, screen_bounds(plan)))
     jobs = [Call(_render_tile, share, (first, tiles)) for first in range(tiles)]
-    with closing(Hands(plan)) as hands:
+    with closing(Hands(plan.stop, plan.threads)) as hands:
         for outcome in hands.results(jobs, parts):
             if outcome is not None:
                 _, result = outcome

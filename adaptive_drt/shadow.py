@@ -39,7 +39,6 @@ __all__ = [
     "ball_hides",
     "classify_pairs",
     "contributes",
-    "curvature",
     "detect_shadows",
     "shines_whole",
 ]
@@ -168,14 +167,6 @@ def _tilt(light: Emitter, to: Array, reach: Array | float, bend: Array | float) 
     radius = np.where(np.asarray(bend) > 0.0, 1.0 / safe, 0.0)
     tilt: Array = turn * (np.sqrt(dot(to, to)) + light.radius + radius)
     return tilt
-
-
-def curvature(plan: Plan, surface: Surface) -> Array:
-    """Curvature (n,) of the surfaces, 1 / m; 0 for planes and where it is not said (item -1)."""
-    bend = np.zeros(surface.item.size)
-    ball = ((surface.item >= 0) & (surface.item < plan.sphere_count)).nonzero()[0]
-    bend[ball] = 1.0 / plan.spheres.radius[surface.item[ball]]
-    return bend
 
 
 def classify_pairs(

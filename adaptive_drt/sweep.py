@@ -16,10 +16,10 @@ from .columns import columns
 from .emitter import QUAD, Emitter, view_cone
 from .passing import ENDS, clip_positive
 from .plan import Plan
-from .primary import Pairs, Surface
+from .primary import Pairs, Surface, curvature
 from .quad import edge_planes
 from .quadric import cone_touch
-from .shadow import classify_pairs, contributes, curvature
+from .shadow import classify_pairs, contributes
 from .vector import cross, dot
 
 __all__ = ["light_changes", "patch_light_changes"]

@@ -13,7 +13,6 @@ from typing import Any, TypeAlias, TypeVar
 
 from .crew import Call, Shift, crew
 from .news import heard_by
-from .plan import Plan
 
 __all__ = ["Aside", "Hands", "Parts", "beside"]
 
@@ -82,14 +81,18 @@ class _Job:
 
 
 class Hands:
-    """The threads of one render. Closing ends them, and tells the plan to stop if calls are left.
+    """The threads of one render. Closing ends them, and cancels the calls that are left.
 
     Results come as they are ready, whatever their order: what is called must not mind.
     """
 
-    def __init__(self, plan: Plan) -> None:
-        """No thread yet."""
-        self._plan, self._shift = plan, Shift()
+    def __init__(self, stop: threading.Event, threads: int) -> None:
+        """No thread yet.
+
+        stop : is set where calls are left when this closes.
+        threads : how many calls may be made at a time.
+        """
+        self._stop, self._count, self._shift = stop, threads, Shift()
         self._change = threading.Condition()
         self._next: deque[_Job] = deque()
         self._aside: deque[_Job] = deque()
@@ -105,7 +108,7 @@ class Hands:
         """What comes of calls, with their numbers; None at each heartbeat between.
 
         The first are under way when this returns. Raises what a call raises. Closing the generator
-        early tells the plan to stop.
+        early sets the event `stop`.
 
         parts : kept up with what part is done of those that are being made.
         """
@@ -186,7 +189,7 @@ class Hands:
             thread.join()
 
     def _break_off(self) -> None:
-        self._plan.stop.set()
+        self._stop.set()
         with self._change:
             self._next.clear()
             self._aside.clear()
@@ -195,7 +198,7 @@ class Hands:
     def _employ(self) -> None:
         """Have a thread for each call to make at a time: workers may be ready now."""
         with self._change:
-            hands = crew.hands(self._plan.threads)
+            hands = crew.hands(self._count)
             # those that work for this render are no less ready
             self._most = max(hands, self._most) if self._busy else hands
             for _ in range(len(self._threads), self._most):
@@ -224,7 +227,7 @@ class Hands:
         return None
 
     def _serve(self) -> None:
-        make = self._shift.make if self._plan.threads > 1 else Call.here
+        make = self._shift.make if self._count > 1 else Call.here
         while (taken := self._take()) is not None:
             job, lent = taken
             result: Any = None

@@ -71,7 +71,7 @@ class Work:
 
     def __init__(self, plan: Plan, occluders: Occluders) -> None:
         """Nothing done yet."""
-        self.hands, self.share = Hands(plan), Share((plan, occluders))
+        self.hands, self.share = Hands(plan.stop, plan.threads), Share((plan, occluders))
         self.seconds: dict[str, float] = {}
         self.shaded, self.under_way = 0, 0.0
         self._plan = plan
@@ -148,7 +148,7 @@ class Work:
                 yield rows, done
 
     def close(self) -> None:
-        """End the threads; tells the plan to stop if anything is left to do."""
+        """End the threads; cancels the render if anything is left to do."""
         self.hands.close()
 
 

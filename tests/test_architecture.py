@@ -15,7 +15,7 @@ ROOT = Path(__file__).resolve().parent.parent
 CORE = ROOT / "adaptive_drt"
 
 ORDER = (
-    "scene settings film columns news "  # leaf data
+    "scene settings film columns news cancellation "  # leaf data
     "partials jet elementary vector bounds "
     "radiometry facets recognise quadric quad solids embree camera sampling emitter contact light "
     "arcs outline visible_light "

@@ -16,10 +16,11 @@ import numpy as np
 import pytest
 
 from adaptive_drt import crew as crew_module
+from adaptive_drt.cancellation import Stopped
 from adaptive_drt.crew import Call, Crew, Share, Shift, crew
 from adaptive_drt.news import heard_by, tell
 from adaptive_drt.occluder import Occluders
-from adaptive_drt.plan import Stopped, make_plan
+from adaptive_drt.plan import make_plan
 from adaptive_drt.render import render, render_image
 from adaptive_drt.settings import Settings
 from adaptive_drt.wire import receive, send

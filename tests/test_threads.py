@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from adaptive_drt import work as work_module
+from adaptive_drt.cancellation import Stopped
 from adaptive_drt.crew import Call, Share, crew
-from adaptive_drt.plan import Stopped, make_plan
+from adaptive_drt.plan import make_plan
 from adaptive_drt.render import render, render_image
 from adaptive_drt.settings import Settings
 from adaptive_drt.threads import Hands
@@ -24,6 +25,11 @@ SEED = 207
 
 def plan_for(threads):
     return make_plan(random_scene(SEED), Settings(threads=threads))
+
+
+def hands_for(threads):
+    plan = plan_for(threads)
+    return Hands(plan.stop, plan.threads)
 
 
 def roots(numbers):
@@ -42,7 +48,7 @@ def worker(monkeypatch):
 
 @pytest.mark.parametrize("threads", [1, 2, 5])
 def test_every_call_is_answered_by_its_number(threads):
-    with closing(Hands(plan_for(threads))) as hands:
+    with closing(hands_for(threads)) as hands:
         aside = hands.aside(roots(range(50, 60)))
         assert found(hands.results(roots(range(40)))) == {n: n for n in range(40)}
         assert found(hands.results([])) == {}
@@ -52,7 +58,7 @@ def test_every_call_is_answered_by_its_number(threads):
 
 def test_what_is_aside_waits_for_a_hand_that_is_free():
     """With one hand it begins when it is gathered, and not before."""
-    with closing(Hands(plan_for(1))) as hands:
+    with closing(hands_for(1)) as hands:
         aside = hands.aside(roots([3]))
         assert found(hands.results(roots(range(5)))) == {n: n for n in range(5)}
         time.sleep(0.1)
@@ -64,14 +70,17 @@ def test_what_is_aside_waits_for_a_hand_that_is_free():
 def test_an_exception_comes_out_and_the_rest_is_stopped(aside):
     plan = plan_for(2)
     calls = [Call(math.sqrt, Share(()), (-1.0,)), Call(time.sleep, Share(()), (0.2,))]
-    with closing(Hands(plan)) as hands, pytest.raises(ValueError, match="math domain"):
+    with (
+        closing(Hands(plan.stop, plan.threads)) as hands,
+        pytest.raises(ValueError, match="math domain"),
+    ):
         list(hands.gather(hands.aside(calls)) if aside else hands.results(calls))
     assert plan.stop.is_set()
 
 
 def test_closing_stops_what_is_under_way():
     plan = plan_for(2)
-    hands = Hands(plan)
+    hands = Hands(plan.stop, plan.threads)
 
     def until_stopped():
         wait_for(plan.stop.is_set)
@@ -85,7 +94,7 @@ def test_closing_stops_what_is_under_way():
 
 def test_closing_when_all_is_done_stops_nothing():
     plan = plan_for(2)
-    with closing(Hands(plan)) as hands:
+    with closing(Hands(plan.stop, plan.threads)) as hands:
         assert found(hands.results(roots([2]))) == {0: 2}
     assert not plan.stop.is_set()
 
