@@ -70,7 +70,7 @@ LIGHT_CASES = {
         SMALL,
     ),
     "a light flush in a ceiling": case(
-        (FLOOR, BALL, Quad((-5.0, -5.0, 5.0), (0.0, 10.0, 0.0), (10.0, 0.0, 0.0))), (LAMP,)
+        (FLOOR, BALL, WALL, Quad((-5.0, -5.0, 5.0), (0.0, 10.0, 0.0), (10.0, 0.0, 0.0))), (LAMP,)
     ),
     "lights in planes of surfaces": case(
         (FLOOR, BALL, WALL),
