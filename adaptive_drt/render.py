@@ -12,21 +12,21 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from .cost import predicted_ratio
-from .crew import Call, Share, crew
-from .detect import Center, Flags, detect, everywhere, trace_center
-from .film import Film
-from .integrate import Pixels, Resolver, resolve
-from .news import part_of_call, tell
-from .occluder import Occluders
-from .plan import Plan, make_plan
-from .primary import Pairs, Tile, find_pairs, screen_bounds
-from .resolve import Exact
-from .scene import Issue, Scene, camera_of, validate
-from .settings import Settings
-from .shadow import Shadow
-from .threads import Hands, Parts, beside
-from .work import Clock
+from .cost_model import predicted_ratio
+from .detection.detect import Center, Flags, detect, everywhere, trace_center
+from .detection.occlusion import Shadow
+from .distributed import Pixels, Resolver, resolve
+from .exact import Exact
+from .image.schedule import Clock
+from .parallel.call_progress import part_of_call, tell
+from .parallel.executor import Hands, Parts, beside
+from .parallel.pool import Call, Share, crew
+from .scene.description import Issue, Scene, camera_of, validate
+from .scene.film import Film
+from .scene.settings import Settings
+from .tracing.compile import Plan, make_plan
+from .tracing.intersect import Pairs, Tile, find_pairs, screen_bounds
+from .tracing.occluder_culling import Occluders
 
 __all__ = ["Progress", "render", "render_image"]
 

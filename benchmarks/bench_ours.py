@@ -18,10 +18,10 @@ import numpy as np
 from bench_ladder import climb, parse
 from bench_scenes import bench_scene
 
-from adaptive_drt.crew import crew
-from adaptive_drt.film import Film
+from adaptive_drt.parallel.pool import crew
 from adaptive_drt.render import render_image
-from adaptive_drt.settings import Settings
+from adaptive_drt.scene.film import Film
+from adaptive_drt.scene.settings import Settings
 
 __all__ = ["settings_for"]
 

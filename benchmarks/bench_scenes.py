@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from adaptive_drt.scene import (
+from adaptive_drt.scene.description import (
     Camera,
     Light,
     Material,

@@ -23,7 +23,7 @@ from bench_ours import settings_for
 from bench_scenes import SCENES, bench_scene
 
 from adaptive_drt.render import render_image
-from adaptive_drt.scene import Scene
+from adaptive_drt.scene.description import Scene
 from oracle.converged import Truth, converged, relative_rmse
 
 __all__ = ["error_of", "error_with_doubt", "truth_of"]

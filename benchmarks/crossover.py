@@ -19,10 +19,10 @@ import machine
 import numpy as np
 from paper_scenes import look_at
 
-from adaptive_drt.plan import EMBREE_CROSSOVER
 from adaptive_drt.render import render_image
-from adaptive_drt.scene import Material, Quad, QuadLight, Scene, Sphere
-from adaptive_drt.settings import Settings
+from adaptive_drt.scene.description import Material, Quad, QuadLight, Scene, Sphere
+from adaptive_drt.scene.settings import Settings
+from adaptive_drt.tracing.compile import EMBREE_CROSSOVER
 
 ROOT = Path(__file__).resolve().parent.parent
 COUNTS = (10, 30, 100, 300, 1_000, 2_000, 3_000, 5_000, 10_000, 20_000)
@@ -142,7 +142,7 @@ def compose(points: list[Point], about: str, size: int, rounds: int) -> str:
     for light in LIGHTS:
         said = crossing([p for p in points if p.light == light])
         lines.append(f"- {light.capitalize()} light: {said}.")
-    lines += ["", f"`adaptive_drt/plan.py` has `EMBREE_CROSSOVER = {EMBREE_CROSSOVER:_}`.", ""]
+    lines += ["", f"`adaptive_drt/tracing/compile.py` has `EMBREE_CROSSOVER = {EMBREE_CROSSOVER:_}`.", ""]
     if any(p.differ for p in points):
         lines += [
             "The pictures are to be the same to the last bit, and some are not: embree leaves out",

@@ -21,10 +21,10 @@ import paper_pictures
 import paper_report
 from paper_scenes import motion_scene, penumbra_scene
 
-from adaptive_drt.film import Film
 from adaptive_drt.render import render_image
-from adaptive_drt.scene import Scene
-from adaptive_drt.settings import Settings
+from adaptive_drt.scene.description import Scene
+from adaptive_drt.scene.film import Film
+from adaptive_drt.scene.settings import Settings
 
 ROOT = Path(__file__).resolve().parent.parent
 PENUMBRA = Settings(method="RAYS", use_edges=False, use_motion=False, light_rays=49)

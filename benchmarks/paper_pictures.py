@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from pictures import overlay_picture, result_picture, save, sheet
 
-from adaptive_drt.film import Film
+from adaptive_drt.scene.film import Film
 
 if TYPE_CHECKING:
     from paper import Row

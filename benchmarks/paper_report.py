@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from adaptive_drt.cost import predicted_ratio
+from adaptive_drt.cost_model import predicted_ratio
 
 if TYPE_CHECKING:
     from paper import Row

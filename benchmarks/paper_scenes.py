@@ -10,7 +10,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from adaptive_drt.scene import Camera, Material, Motion, Quad, QuadLight, Scene, Sphere, Vector
+from adaptive_drt.scene.description import (
+    Camera,
+    Material,
+    Motion,
+    Quad,
+    QuadLight,
+    Scene,
+    Sphere,
+    Vector,
+)
 
 __all__ = ["look_at", "motion_scene", "penumbra_scene"]
 

@@ -24,7 +24,7 @@ from bench_ladder import climb, parse
 from bench_scenes import bench_scene
 
 import cycles_picture
-from adaptive_drt.scene import QuadLight, Scene
+from adaptive_drt.scene.description import QuadLight, Scene
 
 __all__ = ["render_cycles"]
 

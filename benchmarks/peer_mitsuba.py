@@ -24,7 +24,7 @@ import numpy as np
 from bench_ladder import climb, parse
 from bench_scenes import bench_scene
 
-from adaptive_drt.scene import Quad, QuadLight, Scene
+from adaptive_drt.scene.description import Quad, QuadLight, Scene
 
 __all__ = ["render_mitsuba"]
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
-from adaptive_drt.film import Film
+from adaptive_drt.scene.film import Film
 
 __all__ = ["mask_picture", "overlay_picture", "result_picture", "save", "sheet"]
 

@@ -14,8 +14,16 @@ from paper_scenes import look_at
 from pictures import mask_picture, overlay_picture, result_picture, save, sheet
 
 from adaptive_drt.render import render_image
-from adaptive_drt.scene import DiskLight, Material, Motion, Quad, QuadLight, Scene, Sphere
-from adaptive_drt.settings import Settings
+from adaptive_drt.scene.description import (
+    DiskLight,
+    Material,
+    Motion,
+    Quad,
+    QuadLight,
+    Scene,
+    Sphere,
+)
+from adaptive_drt.scene.settings import Settings
 
 ROOT = Path(__file__).resolve().parent.parent
 SIZE = (720, 420)

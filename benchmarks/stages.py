@@ -21,9 +21,9 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 import machine
 from bench_scenes import SCENES, bench_scene
 
-from adaptive_drt import crew
+from adaptive_drt.parallel import pool as crew
 from adaptive_drt.render import render_image
-from adaptive_drt.settings import Settings
+from adaptive_drt.scene.settings import Settings
 
 TOLERANCES = (1e-2, 1e-3, 1e-4)
 RUNS = 3

@@ -17,8 +17,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "tests"))
 import numpy as np
 
 from adaptive_drt.render import render_image
-from adaptive_drt.scene import Scene, SceneError
-from adaptive_drt.settings import Settings
+from adaptive_drt.scene.description import Scene, SceneError
+from adaptive_drt.scene.settings import Settings
 from adversarial_scenes import FAMILIES
 from adversarial_scenes import adversarial as adversarial_case
 from hostile_scenes import brightest, hostile_scene

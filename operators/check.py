@@ -7,8 +7,8 @@ from typing import Any
 
 import bpy
 
-from ..adaptive_drt.scene import SceneError, validate
-from ..adaptive_drt.settings import SettingsError
+from ..adaptive_drt.scene.description import SceneError, validate
+from ..adaptive_drt.scene.settings import SettingsError
 from . import report
 from .engine_export import export_for_render
 from .issues import count_text, missing_count

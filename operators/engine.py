@@ -17,9 +17,9 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..adaptive_drt.film import PASSES, Film, Pass
-from ..adaptive_drt.scene import SceneError
-from ..adaptive_drt.settings import SettingsError
+from ..adaptive_drt.scene.description import SceneError
+from ..adaptive_drt.scene.film import PASSES, Film, Pass
+from ..adaptive_drt.scene.settings import SettingsError
 from . import report
 from .engine_export import ENGINE, export, pending
 from .job import Job

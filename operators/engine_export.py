@@ -15,8 +15,8 @@ from typing import Any
 
 import bpy
 
-from ..adaptive_drt.scene import Issue, Scene, SceneError
-from ..adaptive_drt.settings import Settings
+from ..adaptive_drt.scene.description import Issue, Scene, SceneError
+from ..adaptive_drt.scene.settings import Settings
 from .export import export_scene, kept_frame
 from .export.nodes import called
 from .settings import settings_of

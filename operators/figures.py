@@ -8,8 +8,8 @@ import json
 from dataclasses import asdict, fields, replace
 from typing import Any
 
-from ..adaptive_drt.scene import Issue, Scene
-from ..adaptive_drt.settings import Settings
+from ..adaptive_drt.scene.description import Issue, Scene
+from ..adaptive_drt.scene.settings import Settings
 
 KEY = "adaptive_drt"
 """Custom property of the mask image that holds the figures as JSON."""

@@ -18,7 +18,7 @@ import numpy as np
 from bpy.app.handlers import persistent
 from numpy.typing import NDArray
 
-from ..adaptive_drt.film import Film
+from ..adaptive_drt.scene.film import Film
 from .figures import KEY
 from .job import Job
 from .state import state

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from ..adaptive_drt.scene import Issue
+from ..adaptive_drt.scene.description import Issue
 
 PLURALS = {"MESH": "meshes", "LATTICE": "lattices", "SPEAKER": "speakers"}
 

@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..adaptive_drt.film import PASSES, Film
-from ..adaptive_drt.scene import Scene
-from ..adaptive_drt.settings import Settings
+from ..adaptive_drt.scene.description import Scene
+from ..adaptive_drt.scene.film import PASSES, Film
+from ..adaptive_drt.scene.settings import Settings
 
 WINDOW_BATCH = 8_192
 """Pixels of a batch while a window watches, so that progress moves often. The picture is the same

@@ -9,8 +9,8 @@ from typing import Any
 
 import bpy
 
-from ..adaptive_drt.scene import SceneError
-from ..adaptive_drt.settings import SettingsError
+from ..adaptive_drt.scene.description import SceneError
+from ..adaptive_drt.scene.settings import SettingsError
 from . import report
 from .engine_export import export_for_render
 from .figures import gather_figures, issues_of, read_figures
@@ -240,7 +240,7 @@ class ADRT_OT_cancel(bpy.types.Operator):
 
 def stop() -> None:
     """End all renders and wait for their threads and processes; nothing of them is kept."""
-    from ..adaptive_drt.crew import crew
+    from ..adaptive_drt.parallel.pool import crew
 
     state.leave()
     state.join()

@@ -15,7 +15,7 @@ from typing import Any
 import bpy
 from bpy.app.handlers import persistent
 
-from ..adaptive_drt.scene import Issue, Scene, SceneError, validate
+from ..adaptive_drt.scene.description import Issue, Scene, SceneError, validate
 from .figures import issues_of, summary
 from .issues import count_text, grouped, report_text
 from .regions import redraw_panels

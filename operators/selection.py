@@ -9,7 +9,7 @@ from typing import Any
 
 import bpy
 
-from ..adaptive_drt.scene import Issue
+from ..adaptive_drt.scene.description import Issue
 from .figures import issues_of, read_figures
 from .images import MASK, find_image
 from .issues import Group, grouped

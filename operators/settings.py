@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..adaptive_drt.settings import Settings
+from ..adaptive_drt.scene.settings import Settings
 
 
 def settings_of(scene: Any) -> Settings:

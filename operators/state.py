@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-from ..adaptive_drt.scene import Issue
+from ..adaptive_drt.scene.description import Issue
 from .job import Job
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from adaptive_drt.scene import PointLight, Quad, Scene
+from adaptive_drt.scene.description import PointLight, Quad, Scene
 from oracle.exact_mask import directions, floor_points
 from random_scenes import look_at
 

@@ -6,7 +6,7 @@ At one chosen pixel the object touches the light's outline from inside or outsid
 
 import numpy as np
 
-from adaptive_drt.scene import Quad, QuadLight, Scene, Sphere, SphereLight
+from adaptive_drt.scene.description import Quad, QuadLight, Scene, Sphere, SphereLight
 from adversarial_case import (
     PENUMBRA,
     Case,

@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from adaptive_drt.scene import Motion, PointLight, Scene, Sphere
+from adaptive_drt.scene.description import Motion, PointLight, Scene, Sphere
 from adversarial_case import (
     EDGE,
     HEIGHT,

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from adaptive_drt.scene import DiskLight, PointLight, Quad, QuadLight
+from adaptive_drt.scene.description import DiskLight, PointLight, Quad, QuadLight
 
 __all__ = ["render_cycles"]
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 import mpmath
 import numpy as np
 
-from adaptive_drt.jet import Jet, pairs
+from adaptive_drt.numerics.jet import Jet, pairs
 
 DIGITS = 50
 AXES = 2

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from adaptive_drt.scene import (
+from adaptive_drt.scene.description import (
     Camera,
     DiskLight,
     Material,

@@ -4,8 +4,8 @@ and light summed over arcs."""
 
 import numpy as np
 
-from adaptive_drt import arcs
-from adaptive_drt.visible_light import RoundOutline, visible_factor
+from adaptive_drt.geometry import spherical_curves as arcs
+from adaptive_drt.lights.occluded_form_factor import RoundOutline, visible_factor
 from kernel_families import Family, U, across, length, near_one, spread, unit
 from kernel_lights import cone_and_normal, nearest_edge, quad_and_point
 from oracle import kernels as better

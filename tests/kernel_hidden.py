@@ -7,7 +7,7 @@ in two halves, and the same occluders, nearer and farther, over sizes that quadr
 
 import numpy as np
 
-from adaptive_drt.visible_light import RoundOutline, visible_factor
+from adaptive_drt.lights.occluded_form_factor import RoundOutline, visible_factor
 from kernel_families import Family, U, across, length, spread, unit
 from oracle.numbers import cross, dot
 

@@ -5,9 +5,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from adaptive_drt import light
-from adaptive_drt.emitter import DISK, POINT, QUAD, SPHERE, Emitter
-from adaptive_drt.quadric import graze_of
+from adaptive_drt.geometry.sphere import graze_of
+from adaptive_drt.lights import form_factor as light
+from adaptive_drt.lights.emitter import DISK, POINT, QUAD, SPHERE, Emitter
 from kernel_families import Family, U, across, length, near_one, spread, unit
 from oracle import kernels as better
 from oracle.numbers import LONG, cross, dot

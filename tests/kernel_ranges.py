@@ -4,10 +4,10 @@ and lengths of vectors."""
 
 import numpy as np
 
-from adaptive_drt import vector
-from adaptive_drt.bounds import rectangle_range
-from adaptive_drt.jet import Jet
-from adaptive_drt.quadric import discriminant, discriminant_rounding
+from adaptive_drt.geometry.sphere import discriminant, discriminant_rounding
+from adaptive_drt.numerics import vector
+from adaptive_drt.numerics.jet import Jet
+from adaptive_drt.numerics.taylor_range import rectangle_range
 from kernel_families import Family, U, across, length, near_one, spread, unit
 from oracle import kernels as better
 from oracle.numbers import cross, dot

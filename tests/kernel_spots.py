@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from adaptive_drt.emitter import QUAD, SPHERE, points_on, view_cone
+from adaptive_drt.lights.emitter import QUAD, SPHERE, points_on, view_cone
 from kernel_families import Family, U, length
 from kernel_lights import ball_and_point, each, emitter, quad_and_point
 from oracle import kernels as better

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from adaptive_drt.scene import Sphere
+from adaptive_drt.scene.description import Sphere
 
 
 def rays(camera, x, y):

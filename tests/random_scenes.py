@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from adaptive_drt.scene import (
+from adaptive_drt.scene.description import (
     Camera,
     DiskLight,
     Material,

@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from adaptive_drt.scene import Quad
+from adaptive_drt.scene.description import Quad
 
 __all__ = ["box", "faces", "turned"]
 

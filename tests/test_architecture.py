@@ -14,22 +14,25 @@ import pytest
 ROOT = Path(__file__).resolve().parent.parent
 CORE = ROOT / "adaptive_drt"
 
-ORDER = (
-    "scene settings film columns news cancellation "  # leaf data
-    "partials jet elementary vector bounds "
-    "radiometry facets recognise quadric quad solids embree camera sampling emitter contact light "
-    "arcs outline visible_light "
-    "plan course primary squares seam forms lines meets crossings painting tally ranks smooth "
-    "regions "
-    "sights edge shadow footprint shadow_edge visibility occluder patch_shadow passing sweep "
-    "detect midpoint gather patch ahead stray shift past_spheres walls past_quads variation "
-    "open_variation clip nested hidden shade cells surprise strain goal arms rim stars "
-    "refine exact correction frame points blocks crosses clear wire worker crew threads work "
-    "resolve integrate cost render"
-).split()
-"""The core's files by rank: each imports only names to its left. Put a new file in its place."""
+LAYERS = (
+    ("numerics",),
+    ("parallel", "scene"),
+    ("geometry",),
+    ("lights",),
+    ("tracing",),
+    ("detection", "visibility"),
+    ("shading",),
+    ("cubature",),
+    ("image",),
+    ("exact", "distributed", "cost_model"),
+    ("render",),
+)
+"""The core's packages, and the modules of the driver, by rank: each imports only what is of a lower
+rank, or of its own package; siblings of one rank do not know each other."""
+RANK = {name: rank for rank, layer in enumerate(LAYERS) for name in layer}
 
-LEAVES = {"scene", "settings", "film"}
+DATA = {"description", "settings", "film"}
+"""Records in `scene`, which import nothing of the core but each other."""
 THIRD_PARTY = {
     "adaptive_drt": {"numpy", "embreex"},
     "operators": {"numpy", "bpy", "mathutils", "bl_math", "bpy_extras", "gpu", "blf"},
@@ -103,20 +106,42 @@ def test_absolute_imports_are_of_allowed_packages_only(path):
     assert absolute <= allowed, f"{name_of(path)} imports {sorted(absolute - allowed)}"
 
 
+def module_of(path: Path) -> tuple[str, str]:
+    """Package and name of a core file; a module of the driver is a package of its own here."""
+    parts = path.relative_to(CORE).with_suffix("").parts
+    return (parts[0], parts[-1])
+
+
 @pytest.mark.parametrize("path", CORE_FILES, ids=name_of)
-def test_core_imports_point_to_an_earlier_name(path):
+def test_core_imports_point_to_a_lower_layer(path):
     for target in targets(path):
         assert target[0] == "adaptive_drt", f"{name_of(path)} imports {'.'.join(target)}"
     if path.name == "__init__.py":
+        assert not list(targets(path)), f"{name_of(path)} imports"
         return
-    own = path.relative_to(CORE).parts[0].removesuffix(".py")
-    assert own in ORDER, f"give {own} its place in ORDER"
+    package, own = module_of(path)
+    assert package in RANK, f"give {package} its place in LAYERS"
     for target in targets(path):
-        assert len(target) > 1, f"{name_of(path)} imports the whole package"
-        name = target[1]
-        assert name == own or ORDER.index(name) < ORDER.index(own), f"{own} imports {name}"
-        if own in LEAVES:
-            assert name in LEAVES or name == own, f"{own} is leaf data; it imports {name}"
+        other = target[1]
+        assert other == package or RANK[other] < RANK[package], f"{name_of(path)} imports {other}"
+        if package == "scene" and own in DATA:
+            assert target[2] in DATA, f"{own} holds records; it imports {target[2]}"
+
+
+def test_no_import_goes_in_a_circle():
+    """Modules of a package may import each other, in one direction."""
+    known = {path.relative_to(ROOT).with_suffix("").parts: path for path in CORE_FILES}
+    graph = {one: {t for t in targets(path) if t in known} for one, path in known.items()}
+    while graph:
+        free = {one for one, needs in graph.items() if not needs & graph.keys()}
+        assert free, f"a circle within {sorted('.'.join(one) for one in graph)}"
+        graph = {one: needs for one, needs in graph.items() if one not in free}
+
+
+def test_the_driver_is_all_that_is_in_no_package():
+    found = {path.stem for path in CORE.glob("*.py")}
+    assert found == {"__init__", "exact", "distributed", "cost_model", "render"}
+    assert {path.parent.name for path in CORE.glob("*/__init__.py")} <= RANK.keys()
 
 
 @pytest.mark.parametrize("path", CORE_FILES, ids=name_of)

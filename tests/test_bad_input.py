@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from adaptive_drt.render import render_image
-from adaptive_drt.scene import (
+from adaptive_drt.scene.description import (
     DiskLight,
     Material,
     Motion,
@@ -20,7 +20,7 @@ from adaptive_drt.scene import (
     Sphere,
     SphereLight,
 )
-from adaptive_drt.settings import Settings, SettingsError
+from adaptive_drt.scene.settings import Settings, SettingsError
 from oracle.picture import reference
 from random_scenes import look_at, scaled
 

@@ -8,18 +8,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from adaptive_drt.blocks import SIDES, Blocks, _cubic_means, _means
-from adaptive_drt.crosses import Crosses
-from adaptive_drt.frame import Frame, widened
-from adaptive_drt.goal import Goal
-from adaptive_drt.plan import make_plan
-from adaptive_drt.points import Points
-from adaptive_drt.primary import Pairs
+from adaptive_drt.cubature.error_budget import Goal
+from adaptive_drt.exact import Exact
+from adaptive_drt.image.biquadratic_blocks import SIDES, Blocks, _cubic_means, _means
+from adaptive_drt.image.buffers import Frame, widened
+from adaptive_drt.image.node_values import Points
+from adaptive_drt.image.stencil_means import Crosses
+from adaptive_drt.image.visibility_key import NO_SIGHT, find_sights
 from adaptive_drt.render import render_image
-from adaptive_drt.resolve import Exact
-from adaptive_drt.scene import Motion, PointLight, Quad, QuadLight, Scene, Sphere
-from adaptive_drt.settings import Settings
-from adaptive_drt.sights import NO_SIGHT, find_sights
+from adaptive_drt.scene.description import Motion, PointLight, Quad, QuadLight, Scene, Sphere
+from adaptive_drt.scene.settings import Settings
+from adaptive_drt.tracing.compile import make_plan
+from adaptive_drt.tracing.intersect import Pairs
 from oracle.converged import converged, relative_rmse
 from random_scenes import look_at
 

@@ -8,13 +8,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from adaptive_drt import clear
-from adaptive_drt.plan import make_plan
-from adaptive_drt.primary import Tile, screen_bounds
+from adaptive_drt.image import smooth_blocks as clear
+from adaptive_drt.image.chebyshev_blocks import (
+    SIDES,
+    Squares,
+    coarse,
+    means,
+    nodes,
+    roughness,
+    series,
+)
 from adaptive_drt.render import render_image
-from adaptive_drt.scene import Motion, Quad, QuadLight, Scene, Sphere, SphereLight
-from adaptive_drt.settings import Settings
-from adaptive_drt.squares import SIDES, Squares, coarse, means, nodes, roughness, series
+from adaptive_drt.scene.description import Motion, Quad, QuadLight, Scene, Sphere, SphereLight
+from adaptive_drt.scene.settings import Settings
+from adaptive_drt.tracing.compile import make_plan
+from adaptive_drt.tracing.intersect import Tile, screen_bounds
 from oracle.converged import converged, relative_rmse
 from random_scenes import look_at, random_scene
 

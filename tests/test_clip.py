@@ -6,11 +6,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from adaptive_drt.clip import backdrop, ball_polygons, clip_quads
-from adaptive_drt.emitter import make_emitter
-from adaptive_drt.light import CORNERS
-from adaptive_drt.scene import QuadLight
-from adaptive_drt.visible_light import visible_factor
+from adaptive_drt.lights.emitter import make_emitter
+from adaptive_drt.lights.emitter_clip import backdrop, ball_polygons, clip_quads
+from adaptive_drt.lights.form_factor import CORNERS
+from adaptive_drt.lights.occluded_form_factor import visible_factor
+from adaptive_drt.scene.description import QuadLight
 
 SIDE = 400
 """Points on a side of the light, for brute force."""

@@ -6,10 +6,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-import adaptive_drt.vector as vector
-from adaptive_drt.columns import columns, place
+import adaptive_drt.numerics.vector as vector
+from adaptive_drt.numerics.gather import columns, place
 from adaptive_drt.render import render_image
-from adaptive_drt.settings import Settings
+from adaptive_drt.scene.settings import Settings
 from random_scenes import random_scene
 
 FEW = 64

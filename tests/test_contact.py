@@ -10,8 +10,16 @@ import numpy as np
 import pytest
 
 from adaptive_drt.render import render_image
-from adaptive_drt.scene import DiskLight, PointLight, Quad, QuadLight, Scene, Sphere, SphereLight
-from adaptive_drt.settings import Settings
+from adaptive_drt.scene.description import (
+    DiskLight,
+    PointLight,
+    Quad,
+    QuadLight,
+    Scene,
+    Sphere,
+    SphereLight,
+)
+from adaptive_drt.scene.settings import Settings
 from oracle.contact import camera_spots, gaps
 from oracle.kernels import cap, lambert, quad_corners, small_quad
 from oracle.numbers import LONG, cross, dot

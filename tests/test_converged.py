@@ -8,7 +8,7 @@ import pytest
 
 pytest.importorskip("numba")
 
-from adaptive_drt.scene import (
+from adaptive_drt.scene.description import (
     Camera,
     DiskLight,
     Material,

@@ -10,10 +10,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from adaptive_drt.plan import make_plan
 from adaptive_drt.render import render_image
-from adaptive_drt.scene import Motion, PointLight, Quad, QuadLight, Scene, Sphere, validate
-from adaptive_drt.settings import Settings
+from adaptive_drt.scene.description import (
+    Motion,
+    PointLight,
+    Quad,
+    QuadLight,
+    Scene,
+    Sphere,
+    validate,
+)
+from adaptive_drt.scene.settings import Settings
+from adaptive_drt.tracing.compile import make_plan
 from oracle.contact import camera_spots, gaps, sheets_in_plane
 from oracle.kernels import lambert, quad_corners
 from oracle.numbers import LONG

@@ -6,11 +6,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from adaptive_drt.correction import Middles
+from adaptive_drt.image.midpoint_correction import Middles
 from adaptive_drt.render import render_image
-from adaptive_drt.scene import PointLight, Quad, Scene
-from adaptive_drt.settings import Settings
-from adaptive_drt.variation import BENDS, KINKS, STEPS, no_variation
+from adaptive_drt.scene.description import PointLight, Quad, Scene
+from adaptive_drt.scene.settings import Settings
+from adaptive_drt.shading.variation import BENDS, KINKS, STEPS, no_variation
 from oracle.converged import converged, relative_rmse
 from random_scenes import look_at
 

@@ -15,16 +15,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from adaptive_drt import crew as crew_module
-from adaptive_drt.cancellation import Stopped
-from adaptive_drt.crew import Call, Crew, Share, Shift, crew
-from adaptive_drt.news import heard_by, tell
-from adaptive_drt.occluder import Occluders
-from adaptive_drt.plan import make_plan
+from adaptive_drt.image.schedule import ASIDE_CROWD, Work
+from adaptive_drt.parallel import pool as crew_module
+from adaptive_drt.parallel.call_progress import heard_by, tell
+from adaptive_drt.parallel.cancellation import Stopped
+from adaptive_drt.parallel.pool import Call, Crew, Share, Shift, crew
+from adaptive_drt.parallel.transport import receive, send
 from adaptive_drt.render import render, render_image
-from adaptive_drt.settings import Settings
-from adaptive_drt.wire import receive, send
-from adaptive_drt.work import ASIDE_CROWD, Work
+from adaptive_drt.scene.settings import Settings
+from adaptive_drt.tracing.compile import make_plan
+from adaptive_drt.tracing.occluder_culling import Occluders
 from random_scenes import random_scene
 from workers import LONG, mustered, wait_for
 
@@ -192,7 +192,7 @@ def test_a_worker_tells_how_far_a_call_is(workers):
 
 def test_they_end_with_the_process_that_started_them(tmp_path):
     program = (
-        "import os, sys, time; from adaptive_drt.crew import crew; crew.muster(1)\n"
+        "import os, sys, time; from adaptive_drt.parallel.pool import crew; crew.muster(1)\n"
         "while not crew.ready: time.sleep(0.01)\n"
         "print(crew._idle[0]._process.pid, flush=True); os._exit(0)"
     )

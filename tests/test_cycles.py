@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from adaptive_drt.render import render_image
-from adaptive_drt.scene import (
+from adaptive_drt.scene.description import (
     DiskLight,
     Material,
     Motion,
@@ -18,7 +18,7 @@ from adaptive_drt.scene import (
     Sphere,
     SphereLight,
 )
-from adaptive_drt.settings import Settings
+from adaptive_drt.scene.settings import Settings
 from cycles_picture import render_cycles
 from random_scenes import look_at
 

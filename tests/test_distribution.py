@@ -7,8 +7,16 @@ import numpy as np
 import pytest
 
 from adaptive_drt.render import render, render_image
-from adaptive_drt.scene import Material, Motion, PointLight, Quad, QuadLight, Scene, Sphere
-from adaptive_drt.settings import Settings
+from adaptive_drt.scene.description import (
+    Material,
+    Motion,
+    PointLight,
+    Quad,
+    QuadLight,
+    Scene,
+    Sphere,
+)
+from adaptive_drt.scene.settings import Settings
 from random_scenes import look_at, random_scene
 
 RAYS = {"method": "RAYS", "light_rays": 9, "time_rays": 8, "pixel_rays": 4}

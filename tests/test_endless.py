@@ -6,7 +6,7 @@ from __future__ import annotations
 import pytest
 
 from adaptive_drt.render import render_image
-from adaptive_drt.scene import (
+from adaptive_drt.scene.description import (
     DiskLight,
     Material,
     Motion,
@@ -16,7 +16,7 @@ from adaptive_drt.scene import (
     Sphere,
     SphereLight,
 )
-from adaptive_drt.settings import Settings
+from adaptive_drt.scene.settings import Settings
 from random_scenes import look_at
 
 pytestmark = pytest.mark.filterwarnings("error")

@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from adaptive_drt.plan import make_plan
-from adaptive_drt.primary import Pairs
-from adaptive_drt.regions import Boxes, find_regions
 from adaptive_drt.render import render_image
-from adaptive_drt.scene import Sphere
-from adaptive_drt.settings import Settings, SettingsError
+from adaptive_drt.scene.description import Sphere
+from adaptive_drt.scene.settings import Settings, SettingsError
+from adaptive_drt.tracing.compile import make_plan
+from adaptive_drt.tracing.intersect import Pairs
+from adaptive_drt.visibility.fragments import Boxes, find_regions
 from oracle.converged import converged, relative_rmse
 from random_scenes import look_at, random_scene
 

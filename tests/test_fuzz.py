@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from adaptive_drt.render import render_image
-from adaptive_drt.scene import (
+from adaptive_drt.scene.description import (
     Camera,
     DiskLight,
     Material,
@@ -24,7 +24,7 @@ from adaptive_drt.scene import (
     SphereLight,
     validate,
 )
-from adaptive_drt.settings import METHODS, Settings
+from adaptive_drt.scene.settings import METHODS, Settings
 from hostile_scenes import brightest
 from random_scenes import look_at
 

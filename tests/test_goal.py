@@ -8,8 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from adaptive_drt.frame import Frame
-from adaptive_drt.goal import (
+from adaptive_drt.cubature.error_budget import (
     FIRST,
     GRID,
     GROWTH,
@@ -21,9 +20,10 @@ from adaptive_drt.goal import (
     Motion,
     make_goal,
 )
+from adaptive_drt.exact import RAISED
+from adaptive_drt.image.buffers import Frame
 from adaptive_drt.render import render_image
-from adaptive_drt.resolve import RAISED
-from adaptive_drt.settings import Settings
+from adaptive_drt.scene.settings import Settings
 from random_scenes import random_scene
 
 

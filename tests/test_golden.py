@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from adaptive_drt.crew import Crew, crew
+from adaptive_drt.parallel.pool import Crew, crew
 from adaptive_drt.render import CREWS_PIXELS
 from golden import store
 from golden.environment import environment_key

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from adaptive_drt.render import render_image
-from adaptive_drt.settings import Settings
+from adaptive_drt.scene.settings import Settings
 from random_scenes import random_scene, scaled
 
 TOLERANCE = 1e-4

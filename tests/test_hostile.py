@@ -7,10 +7,10 @@ from itertools import product
 import numpy as np
 import pytest
 
-from adaptive_drt.film import PASSES
 from adaptive_drt.render import render_image
-from adaptive_drt.scene import SceneError
-from adaptive_drt.settings import Settings
+from adaptive_drt.scene.description import SceneError
+from adaptive_drt.scene.film import PASSES
+from adaptive_drt.scene.settings import Settings
 from hostile_scenes import HOSTILE, REFUSED, brightest, hostile_scene
 
 pytestmark = pytest.mark.filterwarnings("error")

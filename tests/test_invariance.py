@@ -11,10 +11,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import adaptive_drt.gather
-import adaptive_drt.integrate
+import adaptive_drt.distributed
+import adaptive_drt.shading.ratio_estimator
 from adaptive_drt.render import render_image
-from adaptive_drt.scene import (
+from adaptive_drt.scene.description import (
     DiskLight,
     Motion,
     PointLight,
@@ -24,7 +24,7 @@ from adaptive_drt.scene import (
     Sphere,
     SphereLight,
 )
-from adaptive_drt.settings import METHODS, Settings
+from adaptive_drt.scene.settings import METHODS, Settings
 from random_scenes import look_at, random_scene, scaled
 from transforms import mirrored, moved, random_rotation, reordered, reversed_shutter, turned
 
@@ -152,7 +152,7 @@ def test_turned(case, way):
 
 def reflect(monkeypatch, last):
     """Make each set of sample points its own mirror image, in the light's v or in the time."""
-    points = adaptive_drt.integrate.points
+    points = adaptive_drt.distributed.points
 
     def both(seed, pixel, stream, count, dimensions):
         half = points(seed, pixel, stream, (count + 1) // 2, dimensions)
@@ -164,8 +164,8 @@ def reflect(monkeypatch, last):
             np.concatenate([a, (1.0 - a if t else a)[:, ::-1]], axis=1)[:, :count] for a, t in twins
         ]
 
-    monkeypatch.setattr(adaptive_drt.integrate, "points", both)
-    monkeypatch.setattr(adaptive_drt.gather, "points", both)
+    monkeypatch.setattr(adaptive_drt.distributed, "points", both)
+    monkeypatch.setattr(adaptive_drt.shading.ratio_estimator, "points", both)
 
 
 @cases

@@ -10,7 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
-from adaptive_drt.elementary import (
+from adaptive_drt.numerics.jet import Jet, bilinear, pairs, quadratic, take, where
+from adaptive_drt.numerics.jet_functions import (
     absolute,
     arccos,
     arcsin,
@@ -23,7 +24,6 @@ from adaptive_drt.elementary import (
     sqrt,
     square,
 )
-from adaptive_drt.jet import Jet, bilinear, pairs, quadratic, take, where
 from differences import AXES, densified, entries, partials, polynomial, random_jet, scales
 
 SAMPLES = 12

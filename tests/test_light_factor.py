@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from scipy import integrate
 
-from adaptive_drt.emitter import make_emitter
-from adaptive_drt.light import irradiance_factor
-from adaptive_drt.scene import DiskLight, PointLight, QuadLight, SphereLight
+from adaptive_drt.lights.emitter import make_emitter
+from adaptive_drt.lights.form_factor import irradiance_factor
+from adaptive_drt.scene.description import DiskLight, PointLight, QuadLight, SphereLight
 
 WHITE = (1.0, 1.0, 1.0)
 UP = (0.0, 0.0, 1.0)

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from adaptive_drt.render import render_image
-from adaptive_drt.settings import Settings
+from adaptive_drt.scene.settings import Settings
 from oracle.spread_jit import light_spread
 from oracle.truth import masks, moves, outlines_seen, pixels_of
 from random_scenes import random_scene

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from adaptive_drt.render import render_image
-from adaptive_drt.settings import Settings
+from adaptive_drt.scene.settings import Settings
 from adversarial_scenes import FAMILIES, adversarial
 
 pytestmark = pytest.mark.filterwarnings("error")

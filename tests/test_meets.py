@@ -6,11 +6,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from adaptive_drt import regions
-from adaptive_drt.meets import FEW, Meets
-from adaptive_drt.ranks import find_ranks
-from adaptive_drt.regions import Boxes, find_regions
-from adaptive_drt.scene import Motion, Quad, Sphere
+from adaptive_drt.scene.description import Motion, Quad, Sphere
+from adaptive_drt.visibility import fragments as regions
+from adaptive_drt.visibility.depth_order import find_ranks
+from adaptive_drt.visibility.fragments import Boxes, find_regions
+from adaptive_drt.visibility.unordered_pairs import FEW, Meets
 from test_regions import FLOOR, all_pairs, dense, every_pair, planned, random_boxes
 
 WIDER = np.array([[2.0], [2.0], [0.0]])

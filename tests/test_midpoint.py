@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from adaptive_drt.midpoint import MEAN, NEAR, left
+from adaptive_drt.numerics.midpoint import MEAN, NEAR, left
 
 
 def size(values):

@@ -7,13 +7,13 @@ import mpmath
 import numpy as np
 import pytest
 
-from adaptive_drt import nested as nested_module
-from adaptive_drt.nested import nested
-from adaptive_drt.plan import make_plan
-from adaptive_drt.primary import Pairs, Surface
-from adaptive_drt.scene import Camera, Material, Scene, Sphere, SphereLight
-from adaptive_drt.settings import Settings
-from adaptive_drt.visible_light import visible_factor
+from adaptive_drt.lights.occluded_form_factor import visible_factor
+from adaptive_drt.scene.description import Camera, Material, Scene, Sphere, SphereLight
+from adaptive_drt.scene.settings import Settings
+from adaptive_drt.shading import nested_occluders as nested_module
+from adaptive_drt.shading.nested_occluders import nested
+from adaptive_drt.tracing.compile import make_plan
+from adaptive_drt.tracing.intersect import Pairs, Surface
 
 IDENTITY = tuple(tuple(float(i == j) for j in range(4)) for i in range(4))
 LIGHT = SphereLight((0.0, 0.0, 50.0), 1.0, (1.0, 1.0, 1.0))

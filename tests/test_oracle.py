@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from adaptive_drt.scene import (
+from adaptive_drt.scene.description import (
     DiskLight,
     Material,
     Motion,

@@ -6,12 +6,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from adaptive_drt.emitter import DISK, POINT, QUAD
-from adaptive_drt.occluder import Occluders
-from adaptive_drt.patch_shadow import classify_patches
-from adaptive_drt.plan import make_plan
-from adaptive_drt.primary import Pairs, Surface
-from adaptive_drt.scene import (
+from adaptive_drt.detection.swept_occlusion import classify_patches
+from adaptive_drt.lights.emitter import DISK, POINT, QUAD
+from adaptive_drt.scene.description import (
     DiskLight,
     Motion,
     PointLight,
@@ -21,7 +18,10 @@ from adaptive_drt.scene import (
     Sphere,
     SphereLight,
 )
-from adaptive_drt.settings import Settings
+from adaptive_drt.scene.settings import Settings
+from adaptive_drt.tracing.compile import make_plan
+from adaptive_drt.tracing.intersect import Pairs, Surface
+from adaptive_drt.tracing.occluder_culling import Occluders
 from random_scenes import look_at
 
 POINTS = 40

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from adaptive_drt.render import render_image
-from adaptive_drt.settings import Settings
+from adaptive_drt.scene.settings import Settings
 from oracle.picture import reference
 from random_scenes import random_scene
 

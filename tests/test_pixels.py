@@ -8,13 +8,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from adaptive_drt.past_spheres import past_spheres
-from adaptive_drt.patch import make_patch
-from adaptive_drt.plan import make_plan
-from adaptive_drt.primary import Pairs, pair_hits, surface
 from adaptive_drt.render import render_image
-from adaptive_drt.scene import Quad, QuadLight, Scene, Sphere
-from adaptive_drt.settings import Settings
+from adaptive_drt.scene.description import Quad, QuadLight, Scene, Sphere
+from adaptive_drt.scene.settings import Settings
+from adaptive_drt.shading.footprint import make_patch
+from adaptive_drt.shading.variation_past_spheres import past_spheres
+from adaptive_drt.tracing.compile import make_plan
+from adaptive_drt.tracing.intersect import Pairs, pair_hits, surface
 from oracle.converged import converged
 from random_scenes import look_at, random_scene
 

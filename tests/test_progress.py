@@ -14,13 +14,13 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "benchmarks"))
 from bench_scenes import bench_scene
 
 from adaptive_drt import render as render_module
-from adaptive_drt import threads as threads_module
-from adaptive_drt.course import course
-from adaptive_drt.news import each_of, heard_by, part_of_call, tell
-from adaptive_drt.plan import make_plan
+from adaptive_drt.image.progress_model import course
+from adaptive_drt.parallel import executor as threads_module
+from adaptive_drt.parallel.call_progress import each_of, heard_by, part_of_call, tell
 from adaptive_drt.render import render
-from adaptive_drt.scene import Quad, QuadLight, Scene, SceneError, Sphere, vector_of
-from adaptive_drt.settings import Settings
+from adaptive_drt.scene.description import Quad, QuadLight, Scene, SceneError, Sphere, vector_of
+from adaptive_drt.scene.settings import Settings
+from adaptive_drt.tracing.compile import make_plan
 from random_scenes import look_at
 
 STEPS = 8

@@ -6,14 +6,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from adaptive_drt import regions
-from adaptive_drt.forms import Cover
-from adaptive_drt.plan import make_plan
-from adaptive_drt.primary import Pairs
-from adaptive_drt.ranks import find_ranks
-from adaptive_drt.regions import Boxes, find_regions
-from adaptive_drt.scene import Camera, Motion, Quad, Scene, Sphere, SphereLight
-from adaptive_drt.settings import Settings
+from adaptive_drt.scene.description import Camera, Motion, Quad, Scene, Sphere, SphereLight
+from adaptive_drt.scene.settings import Settings
+from adaptive_drt.tracing.compile import make_plan
+from adaptive_drt.tracing.intersect import Pairs
+from adaptive_drt.visibility import fragments as regions
+from adaptive_drt.visibility.depth_order import find_ranks
+from adaptive_drt.visibility.fragments import Boxes, find_regions
+from adaptive_drt.visibility.polynomials import Cover
 from plain_hits import oracle_hits
 
 POINTS_A_BOX = 1 << 14

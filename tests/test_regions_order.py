@@ -4,8 +4,8 @@
 import numpy as np
 import pytest
 
-from adaptive_drt.regions import Boxes, find_regions
-from adaptive_drt.scene import Sphere
+from adaptive_drt.scene.description import Sphere
+from adaptive_drt.visibility.fragments import Boxes, find_regions
 from test_regions import every_pair, planned
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from adaptive_drt.render import render, render_image
-from adaptive_drt.scene import (
+from adaptive_drt.scene.description import (
     Material,
     Motion,
     PointLight,
@@ -18,7 +18,7 @@ from adaptive_drt.scene import (
     Sphere,
     SphereLight,
 )
-from adaptive_drt.settings import Settings
+from adaptive_drt.scene.settings import Settings
 from oracle.truth import masks
 from random_scenes import look_at
 
@@ -93,10 +93,10 @@ def test_without_embreex_arrays_do_its_work(monkeypatch):
     rng = np.random.default_rng(11)
     balls = tuple(Sphere(tuple(c), 0.1) for c in rng.uniform((-2, -2, 0.1), (2, 2, 1), (150, 3)))
     scene = Scene(CAMERA, (*balls, FLOOR), (LAMP,))
-    monkeypatch.setattr("adaptive_drt.plan.EMBREE_CROSSOVER", 100)
+    monkeypatch.setattr("adaptive_drt.tracing.compile.EMBREE_CROSSOVER", 100)
     one = render_image(scene, Settings(**FEW))
     assert one.stats["plan"]["accelerator"] == ["EMBREE"]
-    monkeypatch.setattr("adaptive_drt.plan.find_spec", lambda name: None)
+    monkeypatch.setattr("adaptive_drt.tracing.compile.find_spec", lambda name: None)
     two = render_image(scene, Settings(**FEW))
     assert two.stats["plan"]["accelerator"] == ["ARRAYS"]
     np.testing.assert_array_equal(one.color, two.color)

@@ -4,10 +4,10 @@
 import numpy as np
 import pytest
 
-from adaptive_drt.arms import make_arms
-from adaptive_drt.rim import rim_gains
-from adaptive_drt.shift import TOUCH
-from adaptive_drt.variation import ROOT
+from adaptive_drt.cubature.limb_correction import rim_gains
+from adaptive_drt.cubature.nodes import make_arms
+from adaptive_drt.shading.silhouette_rates import TOUCH
+from adaptive_drt.shading.variation import ROOT
 
 BOXES, NODES = 4_000, 24
 ALL, ONE = np.zeros(4, dtype=np.int64), np.ones(1, dtype=np.int64)

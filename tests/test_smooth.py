@@ -6,12 +6,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from adaptive_drt.forms import Boxes, make_forms
-from adaptive_drt.plan import make_plan
-from adaptive_drt.primary import Pairs
-from adaptive_drt.scene import Camera, Motion, Quad, Scene, Sphere, SphereLight
-from adaptive_drt.settings import Settings
-from adaptive_drt.smooth import find_smooth
+from adaptive_drt.scene.description import Camera, Motion, Quad, Scene, Sphere, SphereLight
+from adaptive_drt.scene.settings import Settings
+from adaptive_drt.tracing.compile import make_plan
+from adaptive_drt.tracing.intersect import Pairs
+from adaptive_drt.visibility.event_smoothness import find_smooth
+from adaptive_drt.visibility.polynomials import Boxes, make_forms
 from plain_hits import oracle_depth, rays
 
 LAMP = SphereLight((3.0, -2.0, 9.0), 0.5, (10.0, 10.0, 10.0))

@@ -9,14 +9,22 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from adaptive_drt import occluder
-from adaptive_drt.occluder import Occluders
-from adaptive_drt.plan import make_plan
-from adaptive_drt.primary import pair_hits, surface
-from adaptive_drt.scene import DiskLight, Motion, PointLight, Quad, QuadLight, Scene, SphereLight
-from adaptive_drt.settings import Settings
-from adaptive_drt.shade import shade_among
-from adaptive_drt.solids import NO_SOLID
+from adaptive_drt.geometry.closed_boxes import NO_SOLID
+from adaptive_drt.scene.description import (
+    DiskLight,
+    Motion,
+    PointLight,
+    Quad,
+    QuadLight,
+    Scene,
+    SphereLight,
+)
+from adaptive_drt.scene.settings import Settings
+from adaptive_drt.shading.direct_light import shade_among
+from adaptive_drt.tracing import occluder_culling as occluder
+from adaptive_drt.tracing.compile import make_plan
+from adaptive_drt.tracing.intersect import pair_hits, surface
+from adaptive_drt.tracing.occluder_culling import Occluders
 from random_scenes import look_at
 from solid_boxes import box, turned
 

@@ -8,16 +8,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from adaptive_drt.arms import TURNS, make_arms, turns
-from adaptive_drt.occluder import Occluders
-from adaptive_drt.plan import make_plan
-from adaptive_drt.primary import Pairs, nearest, pair_hits
-from adaptive_drt.regions import no_regions
-from adaptive_drt.settings import Settings
-from adaptive_drt.stars import Parts, sample
-from adaptive_drt.strain import MOST, learn
-from adaptive_drt.surprise import LEFT, SURPRISE, UNMET, weigh
-from adaptive_drt.variation import BENDS, KINKS, STEPS, no_variation
+from adaptive_drt.cubature.evaluate import Parts, sample
+from adaptive_drt.cubature.nodes import TURNS, make_arms, turns
+from adaptive_drt.cubature.posteriori import LEFT, SURPRISE, UNMET, weigh
+from adaptive_drt.cubature.safety_factor import MOST, learn
+from adaptive_drt.scene.settings import Settings
+from adaptive_drt.shading.variation import BENDS, KINKS, STEPS, no_variation
+from adaptive_drt.tracing.compile import make_plan
+from adaptive_drt.tracing.intersect import Pairs, nearest, pair_hits
+from adaptive_drt.tracing.occluder_culling import Occluders
+from adaptive_drt.visibility.fragments import no_regions
 from random_scenes import random_scene
 
 DIAGONAL = (0, 2, 5)

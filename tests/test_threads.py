@@ -9,13 +9,13 @@ from contextlib import closing
 import numpy as np
 import pytest
 
-from adaptive_drt import work as work_module
-from adaptive_drt.cancellation import Stopped
-from adaptive_drt.crew import Call, Share, crew
-from adaptive_drt.plan import make_plan
+from adaptive_drt.image import schedule as work_module
+from adaptive_drt.parallel.cancellation import Stopped
+from adaptive_drt.parallel.executor import Hands
+from adaptive_drt.parallel.pool import Call, Share, crew
 from adaptive_drt.render import render, render_image
-from adaptive_drt.settings import Settings
-from adaptive_drt.threads import Hands
+from adaptive_drt.scene.settings import Settings
+from adaptive_drt.tracing.compile import make_plan
 from random_scenes import random_scene
 from workers import mustered, wait_for
 

@@ -8,12 +8,12 @@ zero. Places are known by construction: each sphere is where a pixel, or a ray t
 import numpy as np
 import pytest
 
-from adaptive_drt.plan import make_plan
-from adaptive_drt.primary import Pairs, Surface
+from adaptive_drt.detection.occlusion import classify_pairs
 from adaptive_drt.render import render_image
-from adaptive_drt.scene import Motion, Quad, QuadLight, Scene, Sphere
-from adaptive_drt.settings import Settings
-from adaptive_drt.shadow import classify_pairs
+from adaptive_drt.scene.description import Motion, Quad, QuadLight, Scene, Sphere
+from adaptive_drt.scene.settings import Settings
+from adaptive_drt.tracing.compile import make_plan
+from adaptive_drt.tracing.intersect import Pairs, Surface
 from oracle.numbers import LONG, cross, dot
 from random_scenes import look_at
 

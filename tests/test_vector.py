@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from adaptive_drt.jet import Jet, take
-from adaptive_drt.vector import cross, dot, norm, normalize, scale, squared_norm
+from adaptive_drt.numerics.jet import Jet, take
+from adaptive_drt.numerics.vector import cross, dot, norm, normalize, scale, squared_norm
 from differences import AXES, densified, entries, partials, polynomial, random_jet
 
 SAMPLES = 6

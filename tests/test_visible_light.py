@@ -5,8 +5,8 @@ import mpmath
 import numpy as np
 import pytest
 
-from adaptive_drt.light import cap_factor, polygon_factor
-from adaptive_drt.visible_light import RoundOutline, visible_factor
+from adaptive_drt.lights.form_factor import cap_factor, polygon_factor
+from adaptive_drt.lights.occluded_form_factor import RoundOutline, visible_factor
 from oracle.visible import quad_light, round_light, visible
 from solid_boxes import faces
 

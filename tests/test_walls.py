@@ -6,14 +6,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from adaptive_drt.patch import make_patch
-from adaptive_drt.plan import make_plan
-from adaptive_drt.primary import Pairs, pair_hits, surface
-from adaptive_drt.quad import distance_to, edges_of
+from adaptive_drt.geometry.parallelogram import distance_to, edges_of
 from adaptive_drt.render import render_image
-from adaptive_drt.scene import Material, Quad, Scene, SphereLight
-from adaptive_drt.settings import Settings
-from adaptive_drt.walls import free_edges
+from adaptive_drt.scene.description import Material, Quad, Scene, SphereLight
+from adaptive_drt.scene.settings import Settings
+from adaptive_drt.shading.footprint import make_patch
+from adaptive_drt.shading.standing_quads import free_edges
+from adaptive_drt.tracing.compile import make_plan
+from adaptive_drt.tracing.intersect import Pairs, pair_hits, surface
 from oracle.converged import relative_rmse
 from plain_hits import oracle_depth, rays
 from random_scenes import look_at

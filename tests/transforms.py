@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from adaptive_drt.scene import Motion, QuadLight
+from adaptive_drt.scene.description import Motion, QuadLight
 
 __all__ = ["mirrored", "moved", "random_rotation", "reordered", "reversed_shutter", "turned"]
 

@@ -5,7 +5,7 @@ import time
 from contextlib import contextmanager
 
 from adaptive_drt import render as render_module
-from adaptive_drt.crew import crew
+from adaptive_drt.parallel.pool import crew
 
 LONG = 60.0
 """Seconds: nobody waits so long, but for a worker that loads on a busy machine."""

@@ -4,7 +4,7 @@
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty
 
-from ..adaptive_drt.settings import Settings
+from ..adaptive_drt.scene.settings import Settings
 
 DEFAULTS = Settings()
 

@@ -13,7 +13,7 @@ from typing import Any
 
 import bpy
 
-from ...adaptive_drt.scene import Issue
+from ...adaptive_drt.scene.description import Issue
 from .camera_table import CAMERA, DEPTH_OF_FIELD
 from .coverage import Listed, Table, Use
 from .light import emission_of, lamp_of

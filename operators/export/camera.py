@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ...adaptive_drt.scene import Camera, Issue, SceneError
+from ...adaptive_drt.scene.description import Camera, Issue, SceneError
 from .camera_table import CAMERA, DEPTH_OF_FIELD
 from .listing import left_out
 from .nodes import called

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from ...adaptive_drt.scene import Issue
+from ...adaptive_drt.scene.description import Issue
 from .compositing import compositing_issues
 from .coverage import Listed, Table
 from .instances import lent_layer

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ...adaptive_drt.scene import Camera, Issue, Motion, Shape, Sphere, Vector
+from ...adaptive_drt.scene.description import Camera, Issue, Motion, Shape, Sphere, Vector
 from .shutter import Matrix
 
 STILL: Vector = (0.0, 0.0, 0.0)

@@ -7,8 +7,8 @@ import warnings
 from collections.abc import Iterator
 from typing import Any
 
-from ...adaptive_drt.film import PASSES
-from ...adaptive_drt.scene import Issue
+from ...adaptive_drt.scene.description import Issue
+from ...adaptive_drt.scene.film import PASSES
 from .nodes import called
 
 MADE = frozenset(

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-from ...adaptive_drt.scene import Light, PointLight, Vector
+from ...adaptive_drt.scene.description import Light, PointLight, Vector
 from .checklist import cycles_of
 
 

@@ -9,13 +9,7 @@ from typing import Any
 import bpy
 import numpy as np
 
-from ...adaptive_drt.radiometry import (
-    area_radiance,
-    light_power,
-    point_intensity,
-    sphere_radiance,
-)
-from ...adaptive_drt.scene import (
+from ...adaptive_drt.scene.description import (
     DiskLight,
     Issue,
     Light,
@@ -24,6 +18,12 @@ from ...adaptive_drt.scene import (
     SphereLight,
     Vector,
     vector_of,
+)
+from ...adaptive_drt.scene.units import (
+    area_radiance,
+    light_power,
+    point_intensity,
+    sphere_radiance,
 )
 from .light_table import BY_TYPE, CYCLES_LIGHT, LIGHT
 from .links import surface_of

@@ -14,7 +14,7 @@ from typing import Any
 
 import bpy
 
-from ...adaptive_drt.scene import Vector
+from ...adaptive_drt.scene.description import Vector
 
 INLINED = bpy.app.version >= (5, 0, 0)
 """Whether Blender takes reroutes, groups and muted nodes out of the tree before a render."""

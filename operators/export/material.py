@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ...adaptive_drt.scene import Issue, Material, Vector
+from ...adaptive_drt.scene.description import Issue, Material, Vector
 from .coverage import Table
 from .links import Source, output_node, surface_of
 from .listing import left_out

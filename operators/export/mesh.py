@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...adaptive_drt.recognise import Ball, Parallelogram, recognise
-from ...adaptive_drt.scene import Issue, Material, Quad, Shape, Sphere, vector_of
+from ...adaptive_drt.scene.description import Issue, Material, Quad, Shape, Sphere, vector_of
+from ...adaptive_drt.scene.primitive_recognition import Ball, Parallelogram, recognise
 from .shutter import Matrix, Track, path_of
 
 Indices = NDArray[np.int32]

@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ...adaptive_drt.recognise import Ball
-from ...adaptive_drt.scene import (
+from ...adaptive_drt.scene.description import (
     Camera,
     Issue,
     Light,
@@ -21,6 +20,7 @@ from ...adaptive_drt.scene import (
     Vector,
     validate,
 )
+from ...adaptive_drt.scene.primitive_recognition import Ball
 from .animated import Animated, Key
 from .camera import camera_of
 from .checklist import ObjectIssues, instancer_of, scene_issues

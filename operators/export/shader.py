@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ...adaptive_drt.scene import Vector
+from ...adaptive_drt.scene.description import Vector
 from .coverage import Listed
 from .links import Input, Source, color_of, number_of, own_color, own_number, value_of
 from .listing import same

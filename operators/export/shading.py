@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...adaptive_drt.recognise import Ball
+from ...adaptive_drt.scene.primitive_recognition import Ball
 from .mesh import Flats, Indices, faces_of, points_of
 
 BENT = 1e-3

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...adaptive_drt.scene import Motion, SceneError, Vector, vector_of
+from ...adaptive_drt.scene.description import Motion, SceneError, Vector, vector_of
 from .checklist import cycles_of
 
 Matrix = NDArray[np.float64]

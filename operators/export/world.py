@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ...adaptive_drt.scene import Issue, Vector
+from ...adaptive_drt.scene.description import Issue, Vector
 from .links import Source, output_node, surface_of
 from .listing import left_out
 from .nodes import called, node_called, uses_nodes

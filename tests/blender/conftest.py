@@ -36,7 +36,7 @@ def addon():
 @pytest.fixture
 def core(addon):
     """The core's records as the add-on itself imports them."""
-    return importlib.import_module(f"{PACKAGE}.adaptive_drt.scene")
+    return importlib.import_module(f"{PACKAGE}.adaptive_drt.scene.description")
 
 
 @pytest.fixture

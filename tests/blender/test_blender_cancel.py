@@ -26,7 +26,7 @@ def busy(file, part, export):
     reached, go = threading.Event(), threading.Event()
 
     def render(scene, settings):
-        film = part("adaptive_drt.film").Film(8, 8)
+        film = part("adaptive_drt.scene.film").Film(8, 8)
         film.color[:], film.alpha[:4] = 0.5, 1.0
         yield types.SimpleNamespace(film=film, done=1, total=2, stage="Rendering")
         reached.set()
@@ -34,7 +34,7 @@ def busy(file, part, export):
         film.stats.update(seconds={"total": 1.0})
         return film
 
-    job = part("operators.job").Job(export(), part("adaptive_drt.settings").Settings())
+    job = part("operators.job").Job(export(), part("adaptive_drt.scene.settings").Settings())
     job._render = render
     job.start()
     assert reached.wait(WAIT)

@@ -78,7 +78,7 @@ def _move_ball():
 
 
 def _assert_equal(written, film, part, layer="ViewLayer"):
-    for one in part("adaptive_drt.film").PASSES:
+    for one in part("adaptive_drt.scene.film").PASSES:
         read = exr.flat(written[f"{layer}.{one.name}"], one.channels)
         np.testing.assert_array_equal(read, film.pixels(one.name), err_msg=one.name)
 
@@ -115,7 +115,10 @@ def test_passes_that_are_not_asked_for(render, stage, part):
     stage.view_layers[0].use_pass_z = stage.view_layers[0].use_pass_normal = False
     names = {name.rpartition(".")[2] for name in render()}
     assert names >= {"Combined", "Adaptive Mask", "Sample Count"}
-    assert names == {one.name for one in part("adaptive_drt.film").PASSES} - {"Depth", "Normal"}
+    assert names == {one.name for one in part("adaptive_drt.scene.film").PASSES} - {
+        "Depth",
+        "Normal",
+    }
 
 
 def test_the_compositor_offers_the_passes(stage):
@@ -211,7 +214,10 @@ def test_an_error_is_told_and_writes_no_file(render, stage, part, monkeypatch):
     with pytest.raises(RuntimeError, match="orthographic: set its type to Perspective"):
         render()
     stage.camera.data.type = "PERSP"
-    for place, name in (("adaptive_drt.film", "Film.pixels"), ("adaptive_drt.render", "resolve")):
+    for place, name in (
+        ("adaptive_drt.scene.film", "Film.pixels"),
+        ("adaptive_drt.render", "resolve"),
+    ):
         with monkeypatch.context() as patch:
             patch.setattr(f"{part(place).__name__}.{name}", fault)
             with pytest.raises(RuntimeError, match="by the test"):
@@ -253,7 +259,7 @@ def test_what_is_the_user_s_stays(stage, part, tmp_path, monkeypatch, outcome):
 
     before = owned()
     if outcome == "failure":
-        monkeypatch.setattr(f"{part('adaptive_drt.film').__name__}.Film.pixels", None)
+        monkeypatch.setattr(f"{part('adaptive_drt.scene.film').__name__}.Film.pixels", None)
         with pytest.raises(RuntimeError):
             bpy.ops.render.render()
     else:

@@ -165,7 +165,7 @@ def test_radiometry_against_flux(addon):
     """Flux from radiance, by integration, is the light's power: exitance pi L over its surface."""
     import importlib
 
-    radiometry = importlib.import_module(f"{addon.__name__}.adaptive_drt.radiometry")
+    radiometry = importlib.import_module(f"{addon.__name__}.adaptive_drt.scene.units")
     power = radiometry.light_power(7.0, (1.0, 1.0, 1.0))
     radiance = radiometry.sphere_radiance(power, 0.3)[0]
     assert radiance * PI * 4.0 * PI * 0.3**2 == pytest.approx(7.0, rel=1e-14)

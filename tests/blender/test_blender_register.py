@@ -56,7 +56,7 @@ def test_under_another_name(switched_off, name, monkeypatch):
 
 def test_its_processes_end_with_it(switched_off):
     switched_off.register()
-    crew = importlib.import_module(f"{switched_off.__name__}.adaptive_drt.crew").crew
+    crew = importlib.import_module(f"{switched_off.__name__}.adaptive_drt.parallel.pool").crew
     crew.muster(1)
     (worker,) = crew._idle
     switched_off.unregister()

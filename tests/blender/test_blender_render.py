@@ -32,9 +32,9 @@ def tracer(part, monkeypatch):
 
     def render(scene, settings):
         module.seen.append((scene, settings))
-        camera = part("adaptive_drt.scene").validate(scene).camera
+        camera = part("adaptive_drt.scene.description").validate(scene).camera
         left, bottom, right, top = camera.region
-        film = part("adaptive_drt.film").Film(right - left, top - bottom)
+        film = part("adaptive_drt.scene.film").Film(right - left, top - bottom)
         film.color[0], film.color[1] = np.meshgrid(range(left, right), range(bottom, top))
         film.color[2], film.alpha[:] = 7.5, 1.0
         film.mask[1, 0] = True
@@ -178,7 +178,7 @@ def test_settings_arrive(file, tracer, part):
     )  # fmt: skip
     chosen = bpy.context.scene.adaptive_drt
     assert (chosen.light_rays, chosen.time_rays, chosen.pixel_rays) == (49, 128, 16)
-    defaults = part("adaptive_drt.settings").Settings()
+    defaults = part("adaptive_drt.scene.settings").Settings()
     assert (chosen.method, chosen.order, chosen.distribution) == (defaults.method, "2", "ADAPTIVE")
     assert chosen.tolerance == pytest.approx(defaults.tolerance, rel=1e-7)
     for key, value in values.items():
@@ -186,7 +186,7 @@ def test_settings_arrive(file, tracer, part):
     bpy.ops.adaptive_drt.render()
     settings = tracer.seen[0][1]
     assert settings.tolerance == defaults.tolerance and settings.order == 1
-    for method in part("adaptive_drt.settings").METHODS:
+    for method in part("adaptive_drt.scene.settings").METHODS:
         chosen.method = method
         chosen.tolerance = 0.0123
         bpy.ops.adaptive_drt.render()
@@ -272,11 +272,14 @@ def test_pixels_in_bands(file, part, export):
     module = part("operators.job")
     random = np.random.default_rng(3)
     for height in (1, module.BAND - 1, module.BAND, 2 * module.BAND + 5):
-        job = module.Job(export(), part("adaptive_drt.settings").Settings())
-        job.film = film = part("adaptive_drt.film").Film(7, height)
+        job = module.Job(export(), part("adaptive_drt.scene.settings").Settings())
+        job.film = film = part("adaptive_drt.scene.film").Film(7, height)
         film.color[:], film.normal[:] = random.random((2, 3, height, 7))
         film.samples[:], film.mask[1] = random.integers(1, 99, (height, 7)), True
-        for one in (*part("adaptive_drt.film").PASSES, *part("adaptive_drt.film").PASSES):
+        for one in (
+            *part("adaptive_drt.scene.film").PASSES,
+            *part("adaptive_drt.scene.film").PASSES,
+        ):
             np.testing.assert_array_equal(job.pixels(one.name), film.pixels(one.name))
         job.factor = 0.5
         job.cancel()
@@ -306,7 +309,9 @@ def test_a_watched_render_gives_way(file, tracer, part, export):
     mine = priority()
     for watched in (False, True):
         found.clear()
-        job = part("operators.job").Job(export(), part("adaptive_drt.settings").Settings(), watched)
+        job = part("operators.job").Job(
+            export(), part("adaptive_drt.scene.settings").Settings(), watched
+        )
         job.start()
         job.wait()
         gentle = part("operators.job").GENTLE if watched else 0
@@ -325,7 +330,7 @@ def test_cancelled_job_keeps_its_film(file, tracer, part, export):
             assert go_on.wait(10.0)
 
     tracer.before = pause
-    settings = part("adaptive_drt.settings").Settings()
+    settings = part("adaptive_drt.scene.settings").Settings()
     job = part("operators.job").Job(export(), settings)
     job.start()
     assert reached.wait(10.0) and job.running

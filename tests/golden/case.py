@@ -9,9 +9,8 @@ otherwise elsewhere.
 import math
 from dataclasses import dataclass, replace
 
-from adaptive_drt.film import Film
 from adaptive_drt.render import render_image
-from adaptive_drt.scene import (
+from adaptive_drt.scene.description import (
     Camera,
     DiskLight,
     Material,
@@ -22,7 +21,8 @@ from adaptive_drt.scene import (
     Sphere,
     SphereLight,
 )
-from adaptive_drt.settings import Settings
+from adaptive_drt.scene.film import Film
+from adaptive_drt.scene.settings import Settings
 
 __all__ = [
     "BALL",

@@ -3,7 +3,14 @@
 
 from dataclasses import replace
 
-from adaptive_drt.scene import DiskLight, PointLight, Quad, QuadLight, Sphere, SphereLight
+from adaptive_drt.scene.description import (
+    DiskLight,
+    PointLight,
+    Quad,
+    QuadLight,
+    Sphere,
+    SphereLight,
+)
 
 from .case import BALL, BULB, CAMERA, DOT, FLOOR, LAMP, LIGHTS, SPOT, box, case, look_at, wall
 

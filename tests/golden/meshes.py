@@ -5,9 +5,16 @@ import math
 
 import numpy as np
 
-from adaptive_drt.radiometry import area_radiance, light_power, point_intensity, sphere_radiance
-from adaptive_drt.recognise import Ball, recognise
-from adaptive_drt.scene import Material, PointLight, Quad, QuadLight, Sphere, SphereLight
+from adaptive_drt.scene.description import (
+    Material,
+    PointLight,
+    Quad,
+    QuadLight,
+    Sphere,
+    SphereLight,
+)
+from adaptive_drt.scene.primitive_recognition import Ball, recognise
+from adaptive_drt.scene.units import area_radiance, light_power, point_intensity, sphere_radiance
 
 from .case import case
 

@@ -3,7 +3,7 @@
 
 from dataclasses import replace
 
-from adaptive_drt.scene import Motion, Quad, Sphere
+from adaptive_drt.scene.description import Motion, Quad, Sphere
 
 from .case import BALL, BULB, CAMERA, DOT, FLOOR, LAMP, LIGHTS, SPOT, box, case, look_at, wall
 from .shapes import crowd

@@ -4,7 +4,7 @@
 from dataclasses import replace
 from random import Random
 
-from adaptive_drt.scene import Material, Motion, Quad, Sphere
+from adaptive_drt.scene.description import Material, Motion, Quad, Sphere
 
 from .case import BALL, BULB, CAMERA, DOT, FLOOR, LAMP, LIGHTS, SPOT, box, case, look_at, wall
 

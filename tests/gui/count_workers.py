@@ -10,7 +10,7 @@ import bpy
 PACKAGE = "bl_ext.user_default.adaptive_drt"
 PATIENCE = 60.0
 
-module = importlib.import_module(f"{PACKAGE}.adaptive_drt.crew")
+module = importlib.import_module(f"{PACKAGE}.adaptive_drt.parallel.pool")
 module.crew.muster(1)
 end = time.monotonic() + PATIENCE
 while not module.crew.ready and time.monotonic() < end:

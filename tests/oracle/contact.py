@@ -7,7 +7,7 @@ segment would have to move for the answer to be another.
 
 import numpy as np
 
-from adaptive_drt.scene import Sphere
+from adaptive_drt.scene.description import Sphere
 
 from .camera import rays
 from .numbers import LONG, cross, dot

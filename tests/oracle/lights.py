@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from adaptive_drt.scene import PointLight, QuadLight, SphereLight
+from adaptive_drt.scene.description import PointLight, QuadLight, SphereLight
 
 from .trace import dot, moved, norm
 

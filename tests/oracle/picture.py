@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from adaptive_drt.scene import PointLight
+from adaptive_drt.scene.description import PointLight
 
 from .lights import emitted, is_dark
 from .samples import camera_rays

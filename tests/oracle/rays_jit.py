@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 
-from adaptive_drt.scene import DiskLight, PointLight, QuadLight, Sphere
+from adaptive_drt.scene.description import DiskLight, PointLight, QuadLight, Sphere
 
 from .camera import rays
 from .light_jit import DISK, POINT, QUAD, SPHERE, factor

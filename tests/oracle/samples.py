@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from adaptive_drt.scene import PointLight, QuadLight, Sphere
+from adaptive_drt.scene.description import PointLight, QuadLight, Sphere
 
 from .camera import project, rays
 from .trace import dot, moved, moves

@@ -6,7 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from adaptive_drt.scene import Sphere
+from adaptive_drt.scene.description import Sphere
 
 __all__ = [
     "BLOCKED",

@@ -6,7 +6,7 @@ Each function takes pixels (n, 2), their lower left corners, and returns (n,) bo
 
 import numpy as np
 
-from adaptive_drt.scene import PointLight, QuadLight, Sphere
+from adaptive_drt.scene.description import PointLight, QuadLight, Sphere
 
 from .camera import project
 from .lights import aim, facing, is_area, is_dark, place

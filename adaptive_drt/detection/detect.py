@@ -1,0 +1,353 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The three tests of the paper as one algorithm, for the centre rays of a tile.
+
+Trace one ray at the centre of pixel, shutter and lights, with derivatives; ask of each domain
+whether anything in it could change the answer; flag what could.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import TypeAlias
+
+import numpy as np
+
+from ..numerics.arrays import Array, Ints, Mask
+from ..numerics.gather import columns
+from ..numerics.vector import dot
+from ..parallel.call_progress import each_of, part_of_call
+from ..tracing.compile import Plan
+from ..tracing.intersect import Pairs, Surface, curvature, nearest, pair_hits, surface
+from ..tracing.occluder_culling import Occluders
+from .edges import EdgeTest, detect_edges, half_pixel
+from .moving_shadows import light_changes, patch_light_changes
+from .moving_silhouettes import ENDS, moves_in_sight, outlines_pass
+from .occlusion import Shadow, contributes, detect_shadows, shines_whole
+from .shadow_discontinuities import detect_shadow_edges, detect_steep_light, patch_reach
+from .swept_occlusion import classify_patches
+
+__all__ = ["Center", "Clear", "Flags", "detect", "detect_clear", "trace_center"]
+
+Clock: TypeAlias = Callable[[str], None]
+
+
+FOUND, SEEN = 0.15, 0.4
+"""Of what detection takes of a light: when its candidate occluders are found, and how it is seen
+past them."""
+ENDLESS = 1e100
+"""Metres: patches that reach so far have no bounds."""
+
+
+@dataclass(frozen=True)
+class Center:
+    """The centre rays of a tile of n pixels at the middle of the shutter.
+
+    Attributes
+    ----------
+    w : (3, n) directions.  pairs : candidates, with their hits' ray parameters `t` (m,).
+    depth, item : (n,) nearest hit: ray parameter and object (inf, -1: none).
+    depth_still, item_still : (n,) the same among what stands still.
+    rows : the pixels that hit something, and `hits` their surfaces.
+    """
+
+    w: Array
+    pairs: Pairs
+    t: Array
+    depth: Array
+    item: Ints
+    depth_still: Array
+    item_still: Ints
+    rows: Ints
+    hits: Surface
+
+
+@dataclass(frozen=True)
+class Flags:
+    """What is distributed.
+
+    Attributes
+    ----------
+    mask : (3, n) penumbra, motion, edge.
+    shadows : one a light, of the tile's hits; empty where rays are distributed everywhere.
+    candidates : one a light, the occluders that may matter anywhere in the pixels of those hits.
+    outline : (n,) whether outlines or seams may pass through the pixel during the shutter.
+    rivals : of those pixels, the objects that may be seen in them, sorted by object.
+    """
+
+    mask: Mask
+    shadows: tuple[Shadow, ...]
+    candidates: tuple[Pairs, ...]
+    outline: Mask
+    rivals: Pairs
+
+
+def trace_center(plan: Plan, x: Array, y: Array, pairs: Pairs) -> Center:
+    """Trace the centre rays of n pixels.
+
+    Parameters
+    ----------
+    x, y : (n,) pixel coordinates of the centres.
+    pairs : all objects that may be seen in each pixel, sorted by object.
+    """
+    count = x.size
+    w = plan.lens.directions(x, y)
+    t = pair_hits(plan, columns(w, pairs.pixel), pairs.item)
+    depth, item = nearest(count, pairs, t)
+    depth_still, item_still = depth, item
+    if plan.motion:
+        still = (~plan.moves[pairs.item]).nonzero()[0]
+        depth_still, item_still = nearest(count, pairs.take(still), t[still])
+    rows = (item >= 0).nonzero()[0]
+    hits = surface(plan, columns(w, rows), depth[rows], item[rows])
+    return Center(w, pairs, t, depth, item, depth_still, item_still, rows, hits)
+
+
+def everywhere(plan: Plan, center: Center) -> Flags:
+    """The flags of the paper's baseline: each effect that the scene has, everywhere."""
+    count = center.depth.size
+    mask = np.zeros((3, count), dtype=np.bool_)
+    mask[0, center.rows] = plan.penumbra
+    mask[1] = plan.motion
+    mask[2] = plan.edges
+    nothing = np.zeros(0, dtype=np.int64)
+    return Flags(mask, (), (), np.zeros(count, dtype=np.bool_), Pairs(nothing, nothing))
+
+
+def detect(plan: Plan, occluders: Occluders, center: Center, clock: Clock) -> Flags:
+    """Flag the pixels of a tile that need rays distributed.
+
+    Parameters
+    ----------
+    clock : called with the name of each stage that has ended.
+    """
+    pairs = center.pairs
+    found = _find_outlines(plan, center, clock)
+    test, outlines = found.test, found.outline
+    mask = np.zeros((3, outlines.size), dtype=np.bool_)
+    mask[1], mask[2] = found.motion, found.edge
+    shadows, candidates = _detect_light(plan, occluders, center, test, mask, clock)
+    if test is not None and plan.motion:
+        mask[1] |= _outline_light(plan, occluders, center, test, mask)
+        clock("detect moving shadows")
+    return Flags(mask, shadows, candidates, outlines, _rivals(plan, pairs, test, outlines))
+
+
+@dataclass(frozen=True)
+class _Outlines:
+    """Outlines in n pixels, during the shutter; `test` is None without edges.
+
+    Attributes
+    ----------
+    motion : (n,) what is seen changes.  edge : (n,) outlines or seams stand or pass in the pixel.
+    outline : (n,) either, but for what moves and fills the pixel.
+    """
+
+    test: EdgeTest | None
+    motion: Mask
+    edge: Mask
+    outline: Mask
+
+
+def _find_outlines(plan: Plan, center: Center, clock: Clock) -> _Outlines:
+    count = center.depth.size
+    pairs = center.pairs
+    motion, edge = np.zeros((2, count), dtype=np.bool_)
+    front_still = clear = center.depth_still
+    test = None
+    if plan.edges:
+        test = detect_edges(plan, count, pairs, columns(center.w, pairs.pixel), center.t)
+        edge |= test.edge
+        front_still, clear = test.front_still, test.nearest_still
+        clock("detect edges")
+    outline = edge
+    if plan.motion:
+        moving = pairs.take(plan.moves[pairs.item])
+        w = columns(center.w, moving.pixel)
+        passing, swept = outlines_pass(plan, count, moving, w, front_still, clear)
+        motion = passing | moves_in_sight(plan, center.item)
+        edge = edge | swept
+        outline = edge | passing
+        clock("detect motion")
+    return _Outlines(test, motion, edge, outline)
+
+
+def _rivals(plan: Plan, pairs: Pairs, test: EdgeTest | None, outlines: Mask) -> Pairs:
+    """The candidates of pixels with outlines, less what stands still behind something that does."""
+    keep = outlines[pairs.pixel]
+    if test is not None:
+        still = test.some & (test.near <= test.front_still[pairs.pixel])
+        keep &= plan.moves[pairs.item] | still
+    return pairs.take(keep)
+
+
+@dataclass(frozen=True)
+class Clear:
+    """Squares of pixels in which nothing may change but smoothly, and what the others may see.
+
+    Attributes
+    ----------
+    clear : (n,) one object that stands still fills it, or none does; no outline, no shadow's edge
+        and nothing else that moves reaches it, and no light is so near that it changes steeply.
+        What light there is shines on all of it, all the time.
+    moving : (n,) some such light moves.
+    hidden : for each light (n,), whether one object hides all of it from all of the square.
+    item : (n,) the object that fills a square without outlines, -1 for none.
+    pairs : the objects that may be seen in each square, sorted by object.
+    """
+
+    clear: Mask
+    moving: Mask
+    hidden: tuple[Mask, ...]
+    item: Ints
+    pairs: Pairs
+
+
+def detect_clear(plan: Plan, occluders: Occluders, center: Center, clock: Clock) -> Clear:
+    """Find the squares of pixels that need not be looked into.
+
+    Parameters
+    ----------
+    plan : of a picture whose pixels are the squares, with edges.
+    """
+    found = _find_outlines(plan, center, clock)
+    assert found.test is not None
+    clear = ~found.outline & ~found.motion
+    rows = clear[center.rows].nonzero()[0]
+    hits = center.hits.take(rows)
+    reach = np.minimum(*_reach(plan, center, found.test))[rows]
+    bend = curvature(plan, hits)
+    dull = np.ones(rows.size, dtype=np.bool_)
+    moving = np.zeros_like(clear)
+    hidden = []
+    for light in plan.lights:
+        shape = plan.shadow_light(light)
+        candidates = occluders.find(shape, hits, reach)
+        none, full = classify_patches(plan, occluders, hits, shape, candidates, reach)
+        blocked = np.zeros(rows.size, dtype=np.bool_)
+        blocked[candidates.pixel[full]] = True
+        hidden.append(np.zeros_like(clear))
+        hidden[-1][center.rows[rows]] = blocked
+        lit = np.ones(rows.size, dtype=np.bool_)
+        lit[candidates.pixel[~none]] = False
+        places = [
+            light.moved(time) for time in (ENDS if light.displacement is not None else (0.0,))
+        ]
+        whole, dark = np.ones((2, rows.size), dtype=np.bool_)
+        for place in places:
+            # where a light moves, neither may change between its ends: both are linear
+            lit &= ~detect_steep_light(replace(light, center=place), hits, reach)
+            whole &= shines_whole(light, place, hits, reach, bend)
+            dark &= contributes(light, place, hits, reach, bend)[0]
+        dull &= blocked | (lit & (whole | dark))
+        if light.displacement is not None:
+            moving[center.rows[rows]] |= ~(dark | blocked)
+    clear[center.rows[rows]] &= dull
+    whole = (~found.outline & (center.item >= 0)).nonzero()[0]
+    rivals = _rivals(plan, center.pairs, found.test, found.outline)
+    item = np.concatenate([rivals.item, center.item[whole]])
+    order = np.argsort(item, kind="stable")
+    pairs = Pairs(np.concatenate([rivals.pixel, whole])[order], item[order])
+    clock("clear squares")
+    item = np.where(found.outline, -1, center.item)
+    return Clear(clear, moving, tuple(hidden), item, pairs)
+
+
+def _detect_light(
+    plan: Plan,
+    occluders: Occluders,
+    center: Center,
+    test: EdgeTest | None,
+    mask: Mask,
+    clock: Clock,
+) -> tuple[tuple[Shadow, ...], tuple[Pairs, ...]]:
+    """Add to the mask what every light asks for at the centres' hits.
+
+    Returns how they see each light, and its candidate occluders.
+    """
+    rows, hits = center.rows, center.hits
+    reach = np.zeros(rows.size)
+    if test is not None:
+        reach, deep = _reach(plan, center, test)
+        # seen edge-on: no farther than it is away
+        away = np.sqrt(dot(hits.point, hits.point))
+        reach = np.minimum(np.where(np.isinf(reach), away, reach), deep)
+    shadows, found = [], []
+    for light in each_of(plan.lights):
+        shape = plan.shadow_light(light)
+        with part_of_call(0.0, FOUND):
+            candidates = occluders.find(shape, hits, reach)
+        with part_of_call(FOUND, SEEN):
+            shadow = detect_shadows(plan, hits, shape, candidates)
+        shadows.append(shadow)
+        found.append(candidates)
+        mask[0, rows] |= shadow.partial & plan.penumbra
+        clock("detect penumbrae")
+        if plan.edges:
+            dark = contributes(shape, shape.center, hits, reach, curvature(plan, hits))[0]
+            open_ = ~dark & ~mask[2, rows]
+            live = candidates.take(open_[candidates.pixel])
+            with part_of_call(SEEN, 1.0):
+                mask[2, rows] |= detect_shadow_edges(plan, hits, shape, live, reach)
+            mask[2, rows] |= detect_steep_light(light, hits, reach, plan) & ~dark
+            clock("detect shadow edges")
+        if plan.motion:
+            changes = light_changes(plan, hits, shape, candidates, reach)
+            mask[1, rows] |= changes
+            clock("detect moving shadows")
+    return tuple(shadows), tuple(found)
+
+
+def _reach(plan: Plan, center: Center, test: EdgeTest) -> tuple[Array, Array]:
+    """How far (metres) each hit's surface reaches within its pixel, at most: two bounds (hits,).
+
+    By how aslant it is seen, inf where edge-on, and by the depths that may be seen of it.
+    """
+    rows, pairs = center.rows, center.pairs
+    w = columns(center.w, rows)
+    own = (pairs.item == center.item[pairs.pixel]).nonzero()[0]
+    deep = np.zeros(center.depth.size)
+    t = center.depth[pairs.pixel[own]]
+    deep[pairs.pixel[own]] = np.maximum(test.far[own] - t, t - test.near[own])
+    h = half_pixel(plan)
+    across = (center.depth[rows] + deep[rows]) * h
+    by_depth = np.maximum(deep[rows], 0.0) * (np.sqrt(dot(w, w)) + h) + across
+    return patch_reach(plan, center.hits, w), by_depth
+
+
+def _outline_light(
+    plan: Plan, occluders: Occluders, center: Center, test: EdgeTest, mask: Mask
+) -> Mask:
+    """Pixels with an outline, on any of whose surfaces the light may change: (n,).
+
+    A pixel's centre sees one of its surfaces; the others are bounded by balls around the stretch
+    of the pixel's rays in which they lie.
+    """
+    pairs = center.pairs
+    changes = np.zeros(mask.shape[1], dtype=np.bool_)
+    open_ = mask[2] & ~mask[1]
+    rests = ~moves_in_sight(plan, pairs.item)
+    rows = (test.seen & open_[pairs.pixel] & rests).nonzero()[0]
+    if not rows.size:
+        return changes
+    w = columns(center.w, pairs.pixel[rows])
+    near, far = test.near[rows], test.far[rows]
+    length = np.sqrt(dot(w, w)) + half_pixel(plan)
+    with np.errstate(over="ignore", invalid="ignore"):
+        reach = 0.5 * (far - near) * length + far * half_pixel(plan)
+    # no ball holds what is seen edge-on
+    endless = ~(np.abs(reach) < ENDLESS)
+    changes[pairs.pixel[rows[endless]]] = True
+    rows, w, near, far, reach = (columns(x, ~endless, -1) for x in (rows, w, near, far, reach))
+    patch = Surface(
+        0.5 * (near + far) * w,
+        np.zeros_like(w),
+        pairs.item[rows],
+        np.zeros(rows.size, dtype=np.bool_),
+    )
+    for light in plan.lights:
+        shape = plan.shadow_light(light)
+        candidates = occluders.find(shape, patch, reach)
+        found = patch_light_changes(plan, patch, shape, candidates, reach)
+        changes[pairs.pixel[rows[found]]] = True
+    return changes

@@ -1,0 +1,255 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Detection over the shutter for light: does the light on a pixel change with time?
+
+Where the domain is wider than time alone (the pixel's square, a light's area), the objects are
+widened by what that can add: conservative, never less.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..geometry.parallelogram import edge_planes
+from ..geometry.sphere import cone_touch
+from ..lights.emitter import QUAD, Emitter, view_cone
+from ..numerics.arrays import Array, Mask
+from ..numerics.floats import TINY
+from ..numerics.gather import columns
+from ..numerics.vector import cross, dot
+from ..tracing.compile import Plan
+from ..tracing.intersect import Pairs, Surface, curvature
+from .moving_silhouettes import ENDS, clip_positive
+from .occlusion import classify_pairs, contributes
+
+__all__ = ["light_changes", "patch_light_changes"]
+
+
+def light_changes(plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, reach: Array) -> Mask:
+    """Where the light on points that stand still may change during the shutter.
+
+    Parameters
+    ----------
+    surface : n points on things that stand still under their ray.
+    light : as it casts shadows.  pairs : candidate occluders.
+    reach : (n,) metres, the extent of the pixel on the surface (0 without edges).
+    """
+    moving = plan.moves[pairs.item]
+    bend = curvature(plan, surface)
+    if light.displacement is not None:
+        return _moving_light(plan, surface, light, pairs.take(~moving), reach, bend)
+    live = ~contributes(light, light.center, surface, reach, bend)[0][pairs.pixel]
+    changes = np.zeros(surface.item.size, dtype=np.bool_)
+    candidates = pairs.take(moving & live)
+    if not candidates.item.size:
+        return changes
+    touched = _touched(plan, surface, light, candidates, reach)
+    always = _always_full(plan, surface, light, candidates, reach)
+    changes[candidates.pixel[touched & ~always]] = True
+    # what stands still and hides the light all the time, or a mover that never leaves it
+    still = pairs.take(~moving & live)
+    hidden = np.zeros_like(changes)
+    hidden[still.pixel[_always_full(plan, surface, light, still, reach)]] = True
+    hidden[candidates.pixel[always]] = True
+    changes &= ~hidden
+    return changes
+
+
+def patch_light_changes(
+    plan: Plan, patch: Surface, light: Emitter, pairs: Pairs, reach: Array
+) -> Mask:
+    """Where the light on patches may change, whatever their shape: (n,), never too few.
+
+    Parameters
+    ----------
+    patch : balls around surfaces that pixels see in part; normals of 0, so nothing is below
+        a horizon.  reach : (n,) their radii, metres.
+    pairs : candidate occluders that serve the whole balls.
+    """
+    changes = np.zeros(patch.item.size, dtype=np.bool_)
+    if light.displacement is not None:
+        changes[:] = True
+        return changes
+    candidates = pairs.take(plan.moves[pairs.item])
+    touched = _touched(plan, patch, light, candidates, reach)
+    changes[candidates.pixel[touched]] = True
+    return changes
+
+
+def _always_full(plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, reach: Array) -> Mask:
+    """Whether an occluder hides all of the light at both ends, and so at all times between.
+
+    The centres from which a fixed ray is blocked fill a convex cylinder, and the lights that
+    a fixed sphere hides fill a convex cone. That holds for all points within reach if a sphere
+    smaller by the reach does it, or if no point of the light is nearer to an edge of a quad than
+    the reach can bring it. Edge functions are linear in the time.
+    """
+    ends = [classify_pairs(plan, surface, light, pairs, time)[1] for time in ENDS]
+    always = ends[0] & ends[1]
+    for kind, part in ((True, _sphere_hides), (False, _quad_hides)):
+        wide = always & (reach[pairs.pixel] > 0.0) & ((pairs.item < plan.sphere_count) == kind)
+        rows = wide.nonzero()[0]
+        if rows.size:
+            chosen = pairs.take(rows)
+            for time in ENDS:
+                always[rows] &= part(plan, surface, light, chosen, time, reach[chosen.pixel])
+    return always
+
+
+def _sphere_hides(
+    plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, time: float, reach: Array
+) -> Mask:
+    """Whether spheres hide a light from all points within reach: (m,)."""
+    point = columns(surface.point, pairs.pixel)
+    r = plan.spheres.radius[pairs.item] - reach
+    v = plan.spheres.moved(pairs.item, time) - point
+    cone = view_cone(light, light.moved(time), point)
+    _, cover, tangent = cone_touch(cone.axis, cone.cosine, cone.sine, v, r)
+    hides: Mask = cover & (r > 0.0) & (tangent + reach <= cone.near)
+    return hides
+
+
+def _quad_hides(
+    plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, time: float, reach: Array
+) -> Mask:
+    """The same of quads, by the edge functions: each is linear in the point for a fixed light."""
+    ids = pairs.item - plan.sphere_count
+    u, v = columns(plan.quads.edge_u, ids), columns(plan.quads.edge_v, ids)
+    point = columns(surface.point, pairs.pixel)
+    q = plan.quads.moved(ids, time) - point
+    planes, normal, height = edge_planes(q, u, v)
+    to = light.moved(time) - point
+    hides: Mask = height > reach * _length(normal)
+    hides &= dot(to, normal) - height > _extent(light, normal)
+    for plane, corner, edge in zip(planes, (q, q, q + u, q + v), (v, u, v, u), strict=True):
+        shift = reach * (_length(cross(to - corner, edge)) + light.radius * _length(edge))
+        hides &= dot(to, plane) - _extent(light, plane) > shift
+    return hides
+
+
+def _extent(light: Emitter, plane: Array) -> Array:
+    """How far a light goes to either side of its centre, along normals (3, n) of any length."""
+    if light.kind == QUAD:
+        extent: Array = np.abs(dot(light.half_u, plane)) + np.abs(dot(light.half_v, plane))
+        return extent
+    return light.radius * _length(plane)
+
+
+def _moving_light(
+    plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, reach: Array, bend: Array
+) -> Mask:
+    dark = [contributes(light, light.moved(time), surface, reach, bend)[0] for time in ENDS]
+    changes = ~(dark[0] & dark[1])
+    always = _always_full(plan, surface, light, pairs, reach)
+    changes[pairs.pixel[always]] = False
+    return changes
+
+
+def _touched(plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, reach: Array) -> Mask:
+    touched = np.zeros(pairs.item.size, dtype=np.bool_)
+    ball = pairs.item < plan.sphere_count
+    for rows, part in (
+        (ball.nonzero()[0], _sphere_touches),
+        ((~ball).nonzero()[0], _quad_touches),
+    ):
+        if rows.size:
+            chosen = pairs.take(rows)
+            touched[rows] = part(plan, surface, light, chosen, reach[chosen.pixel])
+    return touched
+
+
+def _sphere_touches(
+    plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, reach: Array
+) -> Mask:
+    """Whether the sweep of a sphere meets the hull of a point and a light.
+
+    A segment to any point of the light stays within s * radius of the one to its centre at
+    the fraction s of the way, so the sphere is widened by that and tested as a capsule.
+    """
+    spheres = plan.spheres
+    assert spheres.displacement is not None
+    d = columns(spheres.displacement, pairs.item)
+    v = columns(spheres.center, pairs.item) - columns(surface.point, pairs.pixel)
+    r = spheres.radius[pairs.item]
+    w = light.center - columns(surface.point, pairs.pixel)
+    ww = np.maximum(dot(w, w), TINY)
+    at = [dot(v + t * d, w) for t in ENDS]
+    latest = np.clip((np.maximum(at[0], at[1]) + r * np.sqrt(ww)) / ww, 0.0, 1.0)
+    wide = r + reach + latest * light.radius
+    gap = _segment_distance(v - 0.5 * d, d, w)
+    slack = TOUCH_ROUNDING * (wide + np.sqrt(ww))
+    touched: Mask = gap <= wide + slack
+    return touched
+
+
+TOUCH_ROUNDING = 2.0**-44
+"""Relative rounding of a distance between segments, counted generously."""
+
+
+def _segment_distance(start: Array, along: Array, w: Array) -> Array:
+    """Distance of the segments start + t along and s w, s and t in 0..1 (Ericson 2005, 5.1.9)."""
+    a, e, f = dot(along, along), dot(w, w), dot(w, start)
+    c, b = dot(along, start), dot(along, w)
+    denominator = a * e - b * b
+    parallel = denominator <= TOUCH_ROUNDING * a * e
+    t = np.where(
+        parallel, 0.0, np.clip((b * f - c * e) / np.where(parallel, 1.0, denominator), 0, 1)
+    )
+    s = (b * t + f) / np.maximum(e, TINY)
+    clipped = np.clip(s, 0.0, 1.0)
+    # where s was cut off, t is the foot of that end
+    t = np.where(s != clipped, np.clip((b * clipped - c) / np.maximum(a, TINY), 0.0, 1.0), t)
+    best = _length(start + t * along - clipped * w)
+    # nearly parallel segments: an end of one is as near as it gets
+    for fixed in (0.0, 1.0):
+        s = np.clip(dot(w, start + fixed * along) / np.maximum(e, TINY), 0.0, 1.0)
+        best = np.minimum(best, _length(start + fixed * along - s * w))
+        t = np.clip((fixed * b - c) / np.maximum(a, TINY), 0.0, 1.0)
+        best = np.minimum(best, _length(start + t * along - fixed * w))
+    return best
+
+
+def _length(vector: Array) -> Array:
+    length: Array = np.sqrt(dot(vector, vector))
+    return length
+
+
+def _quad_touches(plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, reach: Array) -> Mask:
+    """Whether a moving quad may cut some segment to the light, widened to all its points.
+
+    For each edge function the greatest value over the light at both ends bounds it between them
+    (it is convex in time); the times that all four allow must overlap.
+    """
+    quads = plan.quads
+    assert quads.displacement is not None
+    ids = pairs.item - plan.sphere_count
+    u, v, d = (
+        columns(quads.edge_u, ids),
+        columns(quads.edge_v, ids),
+        columns(quads.displacement, ids),
+    )
+    point = columns(surface.point, pairs.pixel)
+    q = columns(quads.corner, ids) - point
+    to = light.center - point
+    normal = cross(u, v)
+    size = _length(normal)
+    sides = [dot(q + t * d, normal) for t in ENDS]
+    crosses = sides[0] * sides[1] <= reach * reach * size * size
+    first, last = np.full(ids.size, -0.5), np.full(ids.size, 0.5)
+    edges = (v, u, v, u)
+    for k in range(4):
+        values = []
+        for t in ENDS:
+            place = q + t * d
+            planes, _, _ = edge_planes(place, u, v)
+            widen = reach * (
+                _length(cross(to - place, edges[k])) + light.radius * _length(edges[k])
+            )
+            if k > 1:
+                widen = widen + reach * size
+            values.append(dot(to, planes[k]) + _extent(light, planes[k]) + widen)
+        first, last = clip_positive(first, last, values[0], values[1])
+    side = np.where(sides[0] < 0.0, -1.0, 1.0)
+    across = side * dot(to, normal) + light.radius * size + reach * size
+    between = across > np.minimum(np.abs(sides[0]), np.abs(sides[1]))
+    touched: Mask = crosses | ((first <= last) & between)
+    return touched

@@ -1,0 +1,200 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Detection over the shutter for what is seen: does a moving object pass through a pixel?
+
+A sphere in straight motion under a fixed ray has a discriminant that is a quadratic in t; a
+quad's edge functions are linear in t. Over the pixel's square the objects are widened by what that
+can add: conservative, never less.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..geometry.parallelogram import edge_planes
+from ..geometry.sphere import discriminant, discriminant_rounding
+from ..numerics.arrays import Array, Mask
+from ..numerics.floats import TINY
+from ..numerics.gather import columns
+from ..numerics.jet import Jet
+from ..numerics.taylor_range import interval_range
+from ..numerics.vector import cross, dot
+from ..tracing.compile import Plan
+from ..tracing.intersect import Pairs
+from .edges import half_pixel
+
+__all__ = ["ENDS", "clip_positive", "moves_in_sight", "outlines_pass"]
+
+
+ENDS = (-0.5, 0.5)
+"""Shutter times at which it opens and closes."""
+
+
+def outlines_pass(
+    plan: Plan, count: int, pairs: Pairs, w: Array, depth: Array, clear: Array
+) -> tuple[Mask, Mask]:
+    """Which pixels a moving object may be seen in at some time.
+
+    Parameters
+    ----------
+    count : pixels.  pairs : (m) candidates that move.
+    w : (3, m) directions through the pixels' centres, per pair.
+    depth : (count,) ray parameter of what stands still in front, inf for none.
+    clear : (count,) ray parameter up to which nothing that stands still is seen.
+
+    Returns
+    -------
+    motion : (count,) some such object is seen, and its outline passes or it hits elsewhere.
+    outline : (count,) an outline may pass through the pixel's square (only with edges).
+    """
+    motion = np.zeros(count, dtype=np.bool_)
+    outline = np.zeros(count, dtype=np.bool_)
+    parts = []
+    front = np.full(count, np.inf)
+    ball = pairs.item < plan.sphere_count
+    for rows, part in (
+        (ball.nonzero()[0], _sphere_passes),
+        ((~ball).nonzero()[0], _quad_passes),
+    ):
+        if not rows.size:
+            continue
+        chosen = pairs.take(rows)
+        seen, always, near, far, shifts = part(plan, chosen, columns(w, rows))
+        seen &= near <= depth[chosen.pixel]
+        parts.append((chosen, seen, always, near, far, shifts))
+        np.minimum.at(front, chosen.pixel[always], far[always])
+    movers = np.zeros(count, dtype=np.int64)
+    for chosen, seen, always, near, far, shifts in parts:
+        # never seen behind what covers the pixel all the time
+        seen = seen & (near <= front[chosen.pixel])
+        motion[chosen.pixel[seen & (shifts | ~always)]] = True
+        # an outline, or the seam where it cuts something that stands still
+        outline[chosen.pixel[seen & (~always | (far > clear[chosen.pixel]))]] = True
+        movers += np.bincount(chosen.pixel[seen], minlength=count)
+    # or where two that move cut each other
+    outline |= movers > 1
+    if not plan.edges:
+        outline[:] = False
+    return motion, outline
+
+
+def _sphere_passes(plan: Plan, pairs: Pairs, w: Array) -> tuple[Mask, Mask, Array, Array, Mask]:
+    """Seen at some time; at all times and everywhere; bounds on its ray parameter; it shifts."""
+    spheres = plan.spheres
+    assert spheres.displacement is not None
+    v, d = columns(spheres.center, pairs.item), columns(spheres.displacement, pairs.item)
+    r = spheres.radius[pairs.item]
+    ww = dot(w, w)
+    v0, v1 = v - 0.5 * d, v + 0.5 * d
+    farthest = np.maximum(dot(v0, v0), dot(v1, v1))
+    # a line within the pixel passes a point no farther than `widen` from where the centre's does
+    widen = np.zeros_like(r)
+    if plan.edges:
+        h = half_pixel(plan)
+        length = np.sqrt(ww)
+        widen = np.sqrt(farthest) * (h / np.maximum(length - h, 0.5 * length))
+    place = Jet.linear(v, (d,), plan.settings.order)
+    remainder = 0.25 * ww * dot(d, d)
+    miss = np.maximum(_length(cross(w, v0)), _length(cross(w, v1)))
+    rounding = discriminant_rounding(ww, farthest, r + widen, miss)
+    outer = discriminant(w, place, r + widen)
+    high = interval_range(outer, 0.5, remainder)[1]
+    inner = discriminant(w, place, np.maximum(r - widen, 0.0))
+    low = interval_range(inner, 0.5, remainder)[0]
+    a0, a1 = dot(w, v0), dot(w, v1)
+    length = np.sqrt(ww)
+    reach = (r + 2.0 * widen) * length
+    ahead = np.maximum(a0, a1) + reach > 0.0
+    holds = np.minimum(dot(v0, v0), dot(v1, v1)) < (r + widen) ** 2
+    always = (low > rounding) & (np.minimum(a0, a1) > reach) & ~holds
+    near = np.maximum(np.minimum(a0, a1) - np.sqrt(np.maximum(high, 0.0)) - widen * length, 0.0)
+    near = near / (length + (half_pixel(plan) if plan.edges else 0.0)) ** 2
+    seen = (high > -rounding) & ahead
+    shortest = np.maximum(length - (half_pixel(plan) if plan.edges else 0.0), 0.5 * length)
+    far = np.maximum(a0, a1) - np.sqrt(np.maximum(low, 0.0)) + widen * length
+    far = np.where(always, far / (shortest * shortest), np.inf)
+    return seen, always, near, far, np.ones_like(seen)
+
+
+def _quad_passes(plan: Plan, pairs: Pairs, w: Array) -> tuple[Mask, Mask, Array, Array, Mask]:
+    """As `_sphere_passes`; edge functions are linear in time where the eye keeps to one side."""
+    quads = plan.quads
+    assert quads.displacement is not None
+    ids = pairs.item - plan.sphere_count
+    u, v, d = (
+        columns(quads.edge_u, ids),
+        columns(quads.edge_v, ids),
+        columns(quads.displacement, ids),
+    )
+    ends = [edge_planes(columns(quads.corner, ids) + t * d, u, v) for t in ENDS]
+    normal = cross(u, v)
+    sides = [dot(columns(quads.corner, ids) + t * d, normal) for t in ENDS]
+    crosses = sides[0] * sides[1] <= 0.0
+    first, last = np.full(ids.size, -0.5), np.full(ids.size, 0.5)
+    always = ~crosses
+    for k in range(4):
+        values = []
+        for planes, _, _ in ends:
+            spread = np.zeros(ids.size)
+            if plan.edges:
+                for step in (plan.lens.right, plan.lens.up):
+                    spread = spread + 0.5 * np.abs(dot(step[:, None], planes[k]))
+            value = dot(w, planes[k])
+            always &= value - spread > 0.0
+            values.append(value + spread)
+        first, last = clip_positive(first, last, values[0], values[1])
+    spread = np.zeros(ids.size)
+    if plan.edges:
+        for step in (plan.lens.right, plan.lens.up):
+            spread = spread + 0.5 * np.abs(dot(step[:, None], normal))
+    facing = np.abs(dot(w, normal)) + spread
+    near = np.minimum(np.abs(sides[0]), np.abs(sides[1])) / np.maximum(facing, TINY)
+    least = np.maximum(facing - 2.0 * spread, 0.0)
+    with np.errstate(over="ignore"):  # seen edge-on: unbounded
+        far = np.maximum(np.abs(sides[0]), np.abs(sides[1])) / np.maximum(least, TINY)
+    seen = crosses | (first <= last)
+    shifts = ~_slides(d, u, v)
+    return seen, always, np.where(crosses, 0.0, near), far, shifts
+
+
+SLIDE_ROUNDING = 2.0**-48
+"""Of a displacement and two edges: rounding of their triple product, also in a scene that was
+turned, counted generously."""
+
+
+def clip_positive(first: Array, last: Array, start: Array, end: Array) -> tuple[Array, Array]:
+    """The part of [first, last] where a linear function from `start` to `end` is >= 0.
+
+    The function runs over [-1/2, 1/2].
+    """
+    slope = end - start
+    safe = np.where(slope != 0.0, slope, 1.0)
+    root = -0.5 - start / safe
+    first = np.where(slope > 0.0, np.maximum(first, root), first)
+    last = np.where(slope < 0.0, np.minimum(last, root), last)
+    never = (slope == 0.0) & (start < 0.0)
+    return np.where(never, np.inf, first), last
+
+
+def moves_in_sight(plan: Plan, item: NDArray[np.int64]) -> Mask:
+    """Which hits lie on objects whose place under a fixed ray changes: (n,), -1 = nothing hit.
+
+    A moving sphere always; a moving quad only where it does not slide within its own plane.
+    """
+    shifts = plan.moves.copy()
+    quads = plan.quads
+    if quads.displacement is not None:
+        shifts[plan.sphere_count :] &= ~_slides(quads.displacement, quads.edge_u, quads.edge_v)
+    return np.append(shifts, False)[item]
+
+
+def _slides(d: Array, u: Array, v: Array) -> Mask:
+    """Whether parallelograms of edges u, v move within their own planes, to rounding: (n,)."""
+    rounding = SLIDE_ROUNDING * _length(d) * _length(u) * _length(v)
+    within: Mask = np.abs(dot(d, cross(u, v))) <= rounding
+    return within
+
+
+def _length(vector: Array) -> Array:
+    length: Array = np.sqrt(dot(vector, vector))
+    return length

@@ -1,0 +1,370 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Detection over lights: is a light wholly visible from a point, wholly hidden, or in part?
+
+For one occluder the answer is exact at order 2. A sphere's discriminant along p -> L is a
+quadratic in the light's coordinates: over a quad light its jet gives the range, and over a round
+light it is rotationally symmetric, so its sign over the ball is a comparison of two cones. The
+edge functions of quads are linear. The sign is not all: the hit must lie between p and the light.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..geometry.parallelogram import Planes, edge_planes, off_plane, quad_blocks_segment
+from ..geometry.sphere import (
+    blocks_segment,
+    cone_touch,
+    discriminant,
+    discriminant_rounding,
+    graze_of,
+    starts_within,
+)
+from ..lights.emitter import POINT, QUAD, Cone, Emitter, off_back, view_cone
+from ..lights.form_factor import CORNERS
+from ..numerics.arrays import Array, Mask
+from ..numerics.floats import TINY, UNIT_ROUNDOFF
+from ..numerics.gather import columns
+from ..numerics.jet import Jet
+from ..numerics.taylor_range import rectangle_range
+from ..numerics.vector import cross, dot, norm, squared_norm
+from ..parallel.call_progress import tell
+from ..tracing.compile import Plan
+from ..tracing.intersect import Pairs, Surface, in_cache
+
+__all__ = [
+    "Shadow",
+    "ball_hides",
+    "classify_pairs",
+    "contributes",
+    "detect_shadows",
+    "shines_whole",
+]
+
+
+PLANE_OPERATIONS = 32
+"""Rounded operations behind one edge function (relative unit: roundoff)."""
+
+
+@dataclass(frozen=True)
+class Shadow:
+    """A light as n points see it, at one shutter time.
+
+    Attributes
+    ----------
+    dark : (n,) the light is below the point's horizon, or faces away: it brings nothing.
+    blocked : (n,) one object hides all of it.
+    partial : (n,) some of it may be visible and some not: distribute rays.
+    pairs : the objects that may hide part of it, sorted by point; only of partial points.
+    """
+
+    dark: Mask
+    blocked: Mask
+    partial: Mask
+    pairs: Pairs
+
+
+def detect_shadows(
+    plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, time: Array | float = 0.0
+) -> Shadow:
+    """Classify a light as n points see it.
+
+    Parameters
+    ----------
+    light : as it casts shadows.  pairs : candidate occluders.
+    time : shutter times of the points, a number or (n,).
+    """
+    dark, horizon = contributes(light, light.moved(time), surface)
+    live = pairs.take(~dark[pairs.pixel])
+    when = time[live.pixel] if isinstance(time, np.ndarray) else time
+    none, full = classify_pairs(plan, surface, light, live, when)
+    blocked = np.zeros(dark.size, dtype=np.bool_)
+    blocked[live.pixel[full]] = True
+    kept = live.take(~none & ~blocked[live.pixel])
+    partial = np.zeros(dark.size, dtype=np.bool_)
+    partial[kept.pixel] = True
+    partial |= horizon & ~blocked
+    if light.kind == POINT or not light.casts_shadow:
+        partial[:] = False
+    return Shadow(dark, blocked, partial, kept)
+
+
+def contributes(
+    light: Emitter,
+    center: Array,
+    surface: Surface,
+    reach: Array | float = 0.0,
+    bend: Array | float = 0.0,
+) -> tuple[Mask, Mask]:
+    """Where a light brings nothing, and where the point's own horizon cuts it: (n,) each.
+
+    Parameters
+    ----------
+    reach : (n,) metres; "nothing" then holds for all points of the surface so far from each.
+    bend : (n,) curvature of the surfaces, 1 / m; 0 for planes.
+    """
+    to = center - surface.point
+    # a light that lies in the horizon up to rounding brings nothing
+    graze = graze_of(surface.point, light.radius)
+    if light.kind == QUAD:
+        heights = [
+            dot(surface.normal, to + su * light.half_u + sv * light.half_v) for su, sv in CORNERS
+        ]
+        low, high = heights[0], heights[0]
+        for height in heights[1:]:
+            low, high = np.minimum(low, height), np.maximum(high, height)
+        behind = off_back(light, to, surface.point) <= -reach
+        dark = behind | (high <= graze - _tilt(light, to, reach, bend))
+        # what lies in the light's own plane sees none of it
+        dark |= light.touches(surface.item)
+        return dark, ~dark & (low <= graze)
+    if light.kind == POINT:
+        dark = ~(dot(surface.normal, to) > graze - _tilt(light, to, reach, bend))
+        return dark, np.zeros_like(dark)
+    cone = view_cone(light, center, surface.point)
+    height = dot(surface.normal, cone.axis)
+    distance = np.maximum(cone.distance, TINY)
+    tilt, graze = _tilt(light, to, reach, bend) / distance, graze / distance
+    dark = height <= -cone.sine - tilt + graze
+    return dark, ~dark & (height < cone.sine + graze)
+
+
+def shines_whole(
+    light: Emitter, center: Array, surface: Surface, reach: Array, bend: Array
+) -> Mask:
+    """Where the whole light stands over all of the surface within reach, and faces it: (n,).
+
+    There neither the points' own horizons nor the light's own plane cut any of it. Arguments as
+    those of `contributes`.
+    """
+    to = center - surface.point
+    tilt = _tilt(light, to, reach, bend) + graze_of(surface.point, light.radius)
+    low = dot(surface.normal, to)
+    if light.kind == QUAD:
+        low -= np.abs(dot(surface.normal, light.half_u))
+        low -= np.abs(dot(surface.normal, light.half_v))
+        whole: Mask = (low > tilt) & (off_back(light, to, surface.point) > reach)
+    else:
+        whole = low > tilt + (0.0 if light.kind == POINT else light.radius)
+    return whole
+
+
+def _tilt(light: Emitter, to: Array, reach: Array | float, bend: Array | float) -> Array:
+    """How much higher (metres) a light may stand over a point of the surface within reach.
+
+    On a plane no higher. On a sphere the height is n.(L - C) - r, and n turns by reach / r.
+    """
+    if isinstance(reach, float) and reach == 0.0:
+        return np.zeros(to.shape[1:])
+    turn = np.minimum(reach * bend, 2.0)
+    safe = np.where(np.asarray(bend) > 0.0, bend, 1.0)
+    radius = np.where(np.asarray(bend) > 0.0, 1.0 / safe, 0.0)
+    tilt: Array = turn * (np.sqrt(dot(to, to)) + light.radius + radius)
+    return tilt
+
+
+def classify_pairs(
+    plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, time: Array | float
+) -> tuple[Mask, Mask]:
+    """Whether each occluder hides nothing of the light for sure, or all of it for sure.
+
+    Parameters
+    ----------
+    pairs : (m) points and objects.
+    time : shutter time of light and occluders, a number or (m,).
+
+    Returns
+    -------
+    none, full : (m,) masks.
+    """
+    m = pairs.item.size
+    none, full = np.zeros(m, dtype=np.bool_), np.zeros(m, dtype=np.bool_)
+    ball = pairs.item < plan.sphere_count
+    done = 0
+    for all_rows, part in ((ball.nonzero()[0], _by_sphere), ((~ball).nonzero()[0], _by_quad)):
+        for rows in in_cache(all_rows):
+            plan.go_on()
+            tell(done / m)
+            done += rows.size
+            chosen = pairs.take(rows)
+            when = time[rows] if isinstance(time, np.ndarray) else time
+            none[rows], full[rows] = part(plan, surface, light, light.moved(when), chosen, when)
+    return none, full
+
+
+def _by_sphere(
+    plan: Plan, surface: Surface, light: Emitter, center: Array, pairs: Pairs, time: Array | float
+) -> tuple[Mask, Mask]:
+    point = columns(surface.point, pairs.pixel)
+    r = plan.spheres.radius[pairs.item]
+    place = plan.spheres.moved(pairs.item, time)
+    v = place - point
+    graze = graze_of(point, r)
+    if light.kind == POINT:
+        block = blocks_segment(center - point, v, r, graze)
+        return ~block, block
+    enclosed = pairs.item == surface.item[pairs.pixel]
+    enclosed |= starts_within(dot(v, v), r, graze)
+    none, full = ball_hides(plan, light, center, point, place, r, enclosed)
+    away = norm(center - place)
+    none = np.where(enclosed, away + light.radius <= r, none)
+    full = np.where(enclosed, away - light.radius >= r, full)
+    return none & ~full, full
+
+
+def ball_hides(
+    plan: Plan,
+    light: Emitter,
+    center: Array,
+    point: Array,
+    place: Array,
+    r: Array,
+    enclosed: Mask,
+) -> tuple[Mask, Mask]:
+    """Whether balls hide nothing of a light with a size for sure, or all of it for sure.
+
+    Parameters
+    ----------
+    center : (3, m) or (3, 1) of the light, metres.  point, place : (3, m) metres, where it is seen
+        from, and the middles of the balls, whose radii are r (m,).
+    enclosed : (m,) points in their balls: of them both answers mean nothing.
+
+    Returns
+    -------
+    none, full : (m,).
+    """
+    v = place - point
+    cone = view_cone(light, center, point)
+    touch, cover, tangent = cone_touch(cone.axis, cone.cosine, cone.sine, v, r)
+    none: Mask = ~touch | (norm(v) - r >= cone.far)
+    full: Mask = cover & (tangent <= cone.near)
+    # the light is in the ball
+    full |= norm(center - place) + light.radius <= r
+    if light.kind == QUAD:
+        none |= dot(light.normal, place - center) <= -r
+        unsure = (~none & ~full & ~enclosed).nonzero()[0]
+        if unsure.size:
+            some = _over_quad(
+                plan,
+                light,
+                columns(center - point, unsure),
+                columns(v, unsure),
+                r[unsure],
+                tangent[unsure],
+            )
+            none[unsure], full[unsure] = some
+    return none, full
+
+
+def _over_quad(
+    plan: Plan, light: Emitter, to: Array, v: Array, r: Array, tangent: Array
+) -> tuple[Mask, Mask]:
+    """Spheres against a quad light by jets over the light's two axes; `to` is p -> centre."""
+    order = plan.settings.order
+    w = Jet.linear(to, (light.half_u, light.half_v), order)
+    d = discriminant(w, v, r)
+    vv = dot(v, v)
+    square = light.radius * light.radius
+    # what order 1 leaves out is r^2 |o|^2 - |o x v|^2 for an offset |o| <= radius
+    low, high = rectangle_range(d, 1.0, 1.0, square * np.maximum(r * r, vv))
+    far = np.sqrt(dot(to, to)) + light.radius
+    side = cross(to, v)
+    miss = np.sqrt(dot(side, side)) + light.radius * np.sqrt(vv)
+    rounding = discriminant_rounding(far * far, vv, r, miss)
+    along = dot(to, v)
+    spread = np.abs(dot(light.half_u, v)) + np.abs(dot(light.half_v, v))
+    none = (high < -rounding) | (along + spread <= 0.0)
+    full = (low > rounding) & (along - spread > 0.0)
+    # between for sure: the light is farther than any hit, or behind the centre's foot
+    plane = np.abs(dot(light.normal, to))
+    unsure = (full & (tangent > plane)).nonzero()[0]
+    if unsure.size:
+        near = Jet.linear(columns(to, unsure), (light.half_u, light.half_v), order)
+        foot = dot(near, columns(v, unsure)) - squared_norm(near)
+        full[unsure] = rectangle_range(foot, 1.0, 1.0, square)[1] < 0.0
+    return none, full
+
+
+def _by_quad(
+    plan: Plan, surface: Surface, light: Emitter, center: Array, pairs: Pairs, time: Array | float
+) -> tuple[Mask, Mask]:
+    point = columns(surface.point, pairs.pixel)
+    ids = pairs.item - plan.sphere_count
+    u, v = columns(plan.quads.edge_u, ids), columns(plan.quads.edge_v, ids)
+    q = plan.quads.moved(ids, time) - point
+    planes, normal, height = edge_planes(q, u, v)
+    height = off_plane(height, normal, graze_of(point, np.sqrt(dot(q, q))))
+    to = center - point
+    if light.kind == POINT:
+        block = quad_blocks_segment(to, planes, normal, height)
+        return ~block, block
+    over = dot(to, normal) - height
+    if light.kind == QUAD:
+        reach = np.abs(dot(light.half_u, normal)) + np.abs(dot(light.half_v, normal))
+        outside, within = _quad_in_planes(light, to, planes)
+        outside |= _corners_outside(light, to, q, u, v)
+    else:
+        reach = light.radius * np.sqrt(dot(normal, normal))
+        cone = view_cone(light, center, point)
+        outside, within = _cone_in_planes(cone, planes, q, u, v)
+    none = outside | (over + reach <= 0.0) | ~(height > 0.0)
+    return none, within & (over - reach > 0.0) & ~none
+
+
+def _quad_in_planes(light: Emitter, to: Array, planes: Planes) -> tuple[Mask, Mask]:
+    """Whether a quad light lies outside one plane for sure, or inside all of them."""
+    outside = np.zeros(to.shape[1], dtype=np.bool_)
+    within = np.ones(to.shape[1], dtype=np.bool_)
+    size = np.sqrt(dot(to, to)) + light.radius
+    for plane in planes:
+        value = dot(to, plane)
+        spread = np.abs(dot(light.half_u, plane)) + np.abs(dot(light.half_v, plane))
+        rounding = PLANE_OPERATIONS * UNIT_ROUNDOFF * size * np.sqrt(dot(plane, plane))
+        outside |= value + spread < -rounding
+        within &= value - spread > rounding
+    return outside, within
+
+
+def _corners_outside(light: Emitter, to: Array, q: Array, u: Array, v: Array) -> Mask:
+    """Whether the light's own edges separate it from a quad: all corners beyond one of them."""
+    planes, _, height = edge_planes(
+        to - light.half_u - light.half_v, 2.0 * light.half_u, 2.0 * light.half_v
+    )
+    corners = (q, q + u, q + v, q + u + v)
+    outside = np.zeros(height.shape, dtype=np.bool_)
+    for plane in planes:
+        beyond = np.ones(height.shape, dtype=np.bool_)
+        for corner in corners:
+            beyond &= dot(corner, plane) < 0.0
+        outside |= beyond
+    return outside & (height > 0.0)
+
+
+def _cone_in_planes(cone: Cone, planes: Planes, q: Array, u: Array, v: Array) -> tuple[Mask, Mask]:
+    """Whether a circular cone misses a quad for sure, or lies inside it."""
+    corners = (q, q + v, q + u, q + u + v)
+    # the ends of the edges u = 0, v = 0, u = 1, v = 1
+    ends = ((0, 1), (0, 2), (2, 3), (1, 3))
+    within = np.ones(cone.distance.shape, dtype=np.bool_)
+    beyond = np.zeros_like(within)
+    reached = np.ones_like(within)
+    slack = PLANE_OPERATIONS * UNIT_ROUNDOFF
+    for plane in planes:
+        sine = dot(cone.axis, plane) / np.maximum(np.sqrt(dot(plane, plane)), TINY)
+        within &= sine > cone.sine + slack
+        beyond |= sine < -cone.sine - slack
+        reached &= sine >= 0.0
+    for plane, (i, j) in zip(planes, ends, strict=True):
+        sine = np.abs(dot(cone.axis, plane)) / np.maximum(np.sqrt(dot(plane, plane)), TINY)
+        # the axis projects between the ends of the edge
+        a, b = corners[i], corners[j]
+        turn = dot(cross(a, b), plane)
+        first = dot(cross(plane, a), cone.axis) * np.sign(turn) >= 0.0
+        last = dot(cross(b, plane), cone.axis) * np.sign(turn) >= 0.0
+        reached |= (sine <= cone.sine + slack) & first & last
+    for corner in corners:
+        length = np.maximum(np.sqrt(dot(corner, corner)), TINY)
+        reached |= dot(cone.axis, corner) / length >= cone.cosine - slack
+    return beyond | ~reached, within & (cone.cosine > 0.0)

@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Detection over the pixel where two objects cover it: do their surfaces cut each other in it?
+
+The ray w meets the plane n.P = k at P = k w / f, f = n.w, and there lies outside a sphere of centre
+v and radius r where
+
+    Q(w) = k^2 (w.w) - 2 k f (w.v) + f^2 (v.v - r^2)  > 0,
+
+a quadratic in the pixel's coordinates. Two spheres cut each other in a plane, their radical plane,
+and two planes where k1 f2 - k2 f1 = 0. While the sign stays, the order in depth does.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..numerics.arrays import Array, Ints, Mask
+from ..numerics.floats import TINY
+from ..numerics.gather import columns
+from ..numerics.jet import Jet
+from ..numerics.taylor_range import rectangle_range
+from ..numerics.vector import cross, dot, squared_norm
+from ..tracing.compile import Plan
+
+__all__ = ["detect_seams"]
+
+
+SEAM_ROUNDING = 64.0 * 2.0**-53
+"""Relative to the sum of the terms' sizes: rounding of Q, counted generously."""
+
+
+def detect_seams(plan: Plan, w: Array, first: Ints, second: Ints, half: float) -> Mask:
+    """Whether the order in depth of two objects may change within a pixel.
+
+    Parameters
+    ----------
+    w : (3, m) directions through pixels' centres.
+    first, second : (m,) objects that both cover their pixel.
+    half : bound on how far a direction in a pixel lies from the centre's.
+    """
+    a, b = np.minimum(first, second), np.maximum(first, second)
+    ball, other_ball = a < plan.sphere_count, b < plan.sphere_count
+    seam = np.ones(a.size, dtype=np.bool_)
+    # spheres come first, so `a` is a sphere wherever one of the two is
+    for rows, plane in (
+        ((ball & other_ball).nonzero()[0], _radical_plane),
+        ((ball & ~other_ball).nonzero()[0], _plane_of_second),
+    ):
+        if rows.size:
+            normal, k = _evened(plan, a[rows], *plane(plan, a[rows], b[rows]))
+            seam[rows] = _on_sphere(plan, columns(w, rows), a[rows], normal, k, half)
+    rows = (~ball).nonzero()[0]
+    if rows.size:
+        seam[rows] = _on_plane(plan, columns(w, rows), a[rows], b[rows])
+    return seam
+
+
+def _radical_plane(plan: Plan, a: Ints, b: Ints) -> tuple[Array, Array]:
+    """The plane in which two spheres cut each other: normal (3, m) and k (m,)."""
+    c0, c1 = columns(plan.spheres.center, a), columns(plan.spheres.center, b)
+    r0, r1 = plan.spheres.radius[a], plan.spheres.radius[b]
+    normal = c1 - c0
+    # (|c1|^2 - |c0|^2) / 2 without cancellation
+    k = 0.5 * (dot(normal, c1 + c0) - (r1 - r0) * (r1 + r0))
+    return normal, k
+
+
+def _plane_of_second(plan: Plan, a: Ints, b: Ints) -> tuple[Array, Array]:
+    del a
+    return _plane(plan, b)
+
+
+def _plane(plan: Plan, item: Ints) -> tuple[Array, Array]:
+    """Normals (3, m) and k (m,) of the planes of quads."""
+    ids = item - plan.sphere_count
+    normal = cross(columns(plan.quads.edge_u, ids), columns(plan.quads.edge_v, ids))
+    return normal, dot(normal, columns(plan.quads.corner, ids))
+
+
+def _evened(plan: Plan, ball: Ints, normal: Array, k: Array) -> tuple[Array, Array]:
+    """The same plane in a unit in which Q is at most a few (w.w), whatever the scene's size."""
+    v, r = columns(plan.spheres.center, ball), plan.spheres.radius[ball]
+    reach = np.sqrt(dot(normal, normal)) * (np.sqrt(dot(v, v)) + r)
+    unit = np.maximum(np.abs(k) + reach, TINY)
+    return normal / unit, k / unit
+
+
+def _on_sphere(plan: Plan, w: Array, ball: Ints, normal: Array, k: Array, half: float) -> Mask:
+    """Whether Q may change its sign in the pixel."""
+    lens = plan.lens
+    v, r = columns(plan.spheres.center, ball), plan.spheres.radius[ball]
+    gap = dot(v, v) - r * r
+    ray = Jet.linear(w, (lens.right[:, None], lens.up[:, None]), plan.settings.order)
+    f = dot(ray, normal)
+    q = squared_norm(ray) * (k * k) - f * dot(ray, v) * (2.0 * k) + f * f * gap
+    size = np.sqrt(dot(normal, normal))
+    scale = k * k + 2.0 * np.abs(k) * size * np.sqrt(dot(v, v)) + size * size * np.abs(gap)
+    low, high = rectangle_range(q, 0.5, 0.5, half * half * scale)
+    rounding = SEAM_ROUNDING * scale * dot(w, w)
+    may: Mask = (low <= rounding) & (high >= -rounding)
+    return may
+
+
+def _on_plane(plan: Plan, w: Array, a: Ints, b: Ints) -> Mask:
+    """Whether two planes may have equal depth in the pixel."""
+    lens = plan.lens
+    (n0, k0), (n1, k1) = _plane(plan, a), _plane(plan, b)
+    turn = k0 * n1 - k1 * n0
+    steps = (lens.right[:, None], lens.up[:, None])
+    spread = 0.5 * (np.abs(dot(steps[0], turn)) + np.abs(dot(steps[1], turn)))
+    scale = np.abs(k0) * np.sqrt(dot(n1, n1)) + np.abs(k1) * np.sqrt(dot(n0, n0))
+    may: Mask = np.abs(dot(w, turn)) <= spread + SEAM_ROUNDING * scale * np.sqrt(dot(w, w))
+    return may

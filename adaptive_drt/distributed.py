@@ -1,0 +1,365 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Resolves pixels: one ray where nothing was flagged, distributed rays where something was.
+
+Domains nest. A pixel flagged for a penumbra keeps its camera ray and distributes towards the
+lights; one flagged for motion takes samples over the shutter, one flagged for edges over its
+square, and each such sample sends its share of the light rays (Cook and others 1984), so the
+counts multiply only up to the largest of them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .detection.detect import Center, Flags
+from .detection.occlusion import classify_pairs
+from .lights.emitter import Emitter
+from .numerics.arrays import Array, Ints, Mask
+from .numerics.gather import columns
+from .numerics.low_discrepancy import points
+from .numerics.vector import dot
+from .parallel.call_progress import part_of_call
+from .shading.ratio_estimator import CHUNK, gather_light, light_points, ratio, unblocked
+from .tracing.compile import Plan
+from .tracing.intersect import Pairs, Surface, Tile, pair_hits, places, surface
+from .tracing.occluder_culling import Occluders, every_pair
+from .tracing.shadow_rays import ranked
+
+__all__ = ["Pixels", "resolve"]
+
+
+PLAIN_OBJECTS = 64
+"""Up to so many objects a plain shadow ray tests them all; beyond, candidates are found first."""
+
+
+@dataclass
+class Pixels:
+    """Resolved pixels of a tile: `color` (3, n), `alpha` (n,), `samples` (n,), and rays by kind."""
+
+    color: Array
+    alpha: Array
+    samples: NDArray[np.int32]
+    rays: dict[str, int] = field(default_factory=dict)
+
+    def count(self, kind: str, rays: int) -> None:
+        """Add to the rays traced of a kind."""
+        self.rays[kind] = self.rays.get(kind, 0) + int(rays)
+
+
+class Resolver:
+    """Resolves the pixels of one tile."""
+
+    def __init__(
+        self, plan: Plan, occluders: Occluders, tile: Tile, center: Center, flags: Flags
+    ) -> None:
+        """Start with the background everywhere."""
+        n = tile.index.size
+        self.plan, self.occluders, self.tile = plan, occluders, tile
+        self.center, self.flags = center, flags
+        self.lean = plan.settings.reuse and plan.settings.distribution == "ADAPTIVE"
+        color = np.repeat(plan.background[:, None], n, axis=1)
+        alpha = np.full(n, 0.0 if plan.transparent else 1.0)
+        if plan.transparent:
+            color[:] = 0.0
+        self.out = Pixels(color, alpha, np.ones(n, dtype=np.int32))
+
+    # --- one camera ray -------------------------------------------------------------------
+
+    def plain(self) -> None:
+        """Pixels that keep their camera ray; penumbrae are distributed over the lights."""
+        plan, center, mask = self.plan, self.center, self.flags.mask
+        keep = (~(mask[1, center.rows] | mask[2, center.rows])).nonzero()[0]
+        rows = center.rows[keep]
+        hits = center.hits.take(keep)
+        total = np.zeros((3, rows.size))
+        for index, light in enumerate(plan.lights):
+            factor = self._direct(index, light, hits, keep, rows)
+            total += light.power[:, None] * factor
+        self.out.color[:, rows] = columns(plan.color, hits.item) * total / np.pi
+        self.out.alpha[rows] = 1.0
+        self.out.count("camera", self.tile.index.size)
+        red = rows[mask[0, rows]]
+        self.out.samples[red] = plan.settings.light_rays
+
+    def _direct(self, index: int, light: Emitter, hits: Surface, keep: Ints, rows: Ints) -> Array:
+        """Irradiance factors (n,) of one light at hits of centre rays."""
+        plan = self.plan
+        shape = plan.shadow_light(light)
+        factor = unblocked(light, shape, light.center, hits)
+        if not light.casts_shadow:
+            return factor
+        if self.flags.shadows:
+            shadow = self.flags.shadows[index]
+            factor = np.where(shadow.blocked[keep], 0.0, factor)
+            chosen = shadow.partial[keep].nonzero()[0]
+            source = shadow.pairs if self.lean else None
+        else:
+            chosen, source = np.arange(rows.size), None
+        self.out.count("shadow", rows.size)
+        if not chosen.size:
+            return factor
+        part = hits.take(chosen)
+        if source is None:
+            pairs = self._plain_pairs(shape, part)
+        else:
+            pairs = source.of(keep[chosen], self.center.rows.size)
+        spots = None
+        if shape.extended:
+            pixel = self.tile.index[rows[chosen]]
+            spots = light_points(plan, pixel, index, 1, plan.settings.light_rays)
+            self.out.count("light", spots[0].size)
+        factor[chosen] = gather_light(plan, part, light, pairs, spots, 0.0).estimate()
+        return factor
+
+    def _plain_pairs(self, shape: Emitter, hits: Surface) -> Pairs:
+        """Occluders of a tracer that knows nothing beforehand."""
+        if not shape.casts_shadow:
+            return Pairs(np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64))
+        if self.plan.object_count > PLAIN_OBJECTS:
+            return self.occluders.find(shape, hits)
+        return every_pair(self.plan, shape, hits)
+
+    # --- many camera rays -----------------------------------------------------------------
+
+    def distributed(self) -> None:
+        """Pixels flagged for motion or edges."""
+        motion, edge = self.flags.mask[1], self.flags.mask[2]
+        self._class((edge & ~motion).nonzero()[0], moves=False, spreads=True)
+        self._class((edge & motion).nonzero()[0], moves=True, spreads=True)
+        self._class((~edge & motion).nonzero()[0], moves=True, spreads=False)
+
+    def _class(self, pixels: Ints, moves: bool, spreads: bool) -> None:
+        plan, settings = self.plan, self.plan.settings
+        if not pixels.size:
+            return
+        count = max(settings.time_rays if moves else 1, settings.pixel_rays if spreads else 1)
+        step = max(1, CHUNK // count)
+        found = self.center.pairs
+        if self.lean and not spreads:
+            found = found.take(plan.moves[found.item])
+        number = np.full(self.tile.index.size, -1)
+        number[pixels] = np.arange(pixels.size)
+        found = Pairs(number[found.pixel], found.item)
+        found = found.take(found.pixel >= 0)
+        found = found.take(np.argsort(found.pixel, kind="stable"))
+        starts = np.arange(0, pixels.size + step, step)
+        bounds = np.searchsorted(found.pixel, starts)
+        for index, first in enumerate(range(0, pixels.size, step)):
+            plan.go_on()
+            own = slice(bounds[index], bounds[index + 1])
+            local = Pairs(found.pixel[own] - first, found.item[own])
+            with part_of_call(first / pixels.size, min((first + step) / pixels.size, 1.0)):
+                self._chunk(pixels[first : first + step], local, count, moves, spreads)
+
+    def _chunk(self, pixels: Ints, pairs: Pairs, count: int, moves: bool, spreads: bool) -> None:
+        plan = self.plan
+        rays = _Rays.make(plan, self.tile, self.center, pixels, count, moves, spreads)
+        still = self.lean and not spreads
+        depth, item = rays.nearest(plan, pairs, self.center if still else None)
+        kept = (item == self.center.item_still[pixels][:, None]) & (item >= 0)
+        if spreads:
+            kept[:] = False
+        flat_row, flat_sample = np.nonzero((item >= 0) & ~kept)
+        flat = rays.surfaces(plan, depth, item, flat_row, flat_sample)
+        hit = (item >= 0).sum(axis=1) / count
+        miss = 1.0 - hit
+        total = columns(self.out.color, pixels) * miss
+        self.out.alpha[pixels] = 1.0 if not plan.transparent else hit
+        light_rays = -(-plan.settings.light_rays // count) if plan.penumbra else 1
+        if self.lean:
+            total += self._kept_light(rays, kept, light_rays) / count
+        else:
+            # the paper's tracer knows nothing beforehand: it shades each sample anew
+            row, sample = np.nonzero(kept)
+            again = rays.surfaces(plan, depth, item, row, sample)
+            total += self._flat_light(rays, again, row, sample, light_rays) / count
+        total += self._flat_light(rays, flat, flat_row, flat_sample, light_rays) / count
+        self.out.color[:, pixels] = total
+        self.out.samples[pixels] = count * light_rays
+        self.out.count("time" if moves else "pixel", pixels.size * count)
+
+    def _kept_light(self, rays: _Rays, kept: Mask, light_rays: int) -> Array:
+        """Radiance (3, n) summed over the samples that hit what the pixel sees standing still."""
+        plan = self.plan
+        total = np.zeros((3, rays.pixel.size))
+        rows = kept.any(axis=1).nonzero()[0]
+        if not rows.size:
+            return total
+        at = rays.pixel[rows]
+        item = self.center.item_still[at]
+        hits = surface(plan, columns(self.center.w, at), self.center.depth_still[at], item)
+        for index, light in enumerate(plan.lights):
+            shape = plan.shadow_light(light)
+            pairs, blocked = self._busy_pairs(shape, hits)
+            factor = np.zeros(rows.size)
+            busy = np.zeros(rows.size, dtype=np.bool_)
+            busy[pairs.pixel] = True
+            busy |= light.displacement is not None
+            busy &= ~blocked
+            calm = (~busy & ~blocked).nonzero()[0]
+            rest = hits.take(calm)
+            known = unblocked(light, shape, light.center, rest)
+            factor[calm] = known * kept[rows[calm]].sum(axis=1)
+            some = busy.nonzero()[0]
+            spots = None
+            if shape.extended:
+                pixel = self.tile.index[at[some]]
+                spots = light_points(plan, pixel, index, rays.count, light_rays)
+            part, when, used = hits.take(some), rays.time[rows[some]], kept[rows[some]]
+            sums = gather_light(plan, part, light, pairs.of(some, rows.size), spots, when, used)
+            self.out.count("light", some.size * rays.count * light_rays)
+            factor[some] = sums.estimate()
+            total[:, rows] += light.power[:, None] * factor
+        total[:, rows] *= columns(plan.color, item) / np.pi
+        return total
+
+    def _busy_pairs(self, shape: Emitter, hits: Surface) -> tuple[Pairs, Mask]:
+        """Occluders whose shadow on hits may change or is partial, and which hits are hidden.
+
+        What stands still and hides none or all of a light that does needs no ray.
+        """
+        plan = self.plan
+        pairs = self.occluders.find(shape, hits)
+        blocked = np.zeros(hits.item.size, dtype=np.bool_)
+        if shape.displacement is not None:
+            return pairs, blocked
+        still = (~plan.moves[pairs.item]).nonzero()[0]
+        none, full = classify_pairs(plan, hits, shape, pairs.take(still), 0.0)
+        blocked[pairs.pixel[still[full]]] = True
+        keep = np.ones(pairs.item.size, dtype=np.bool_)
+        keep[still[none | full]] = False
+        return pairs.take(keep), blocked
+
+    def _flat_light(
+        self, rays: _Rays, flat: Surface, row: Ints, sample: Ints, light_rays: int
+    ) -> Array:
+        """Radiance (3, n) summed over all other samples that hit something."""
+        plan = self.plan
+        n = rays.pixel.size
+        total = np.zeros((3, n))
+        if not row.size:
+            return total
+        color = columns(plan.color, flat.item) / np.pi
+        time = rays.time[row, sample][:, None]
+        for index, light in enumerate(plan.lights):
+            shape = plan.shadow_light(light)
+            pairs = (
+                self._patch_pairs(shape, flat, row) if self.lean else self._plain_pairs(shape, flat)
+            )
+            spots = None
+            if shape.extended:
+                pixel = self.tile.index[rays.pixel]
+                a, b = light_points(plan, pixel, index, rays.count, light_rays)
+                cells = (n, rays.count, light_rays)
+                spots = a.reshape(cells)[row, sample], b.reshape(cells)[row, sample]
+            sums = gather_light(plan, flat, light, pairs, spots, time)
+            self.out.count("light", row.size * light_rays)
+            for channel in range(3):
+                closed, every, visible = (
+                    _sum_by(row, color[channel] * part[:, 0], n)
+                    for part in (sums.closed, sums.every, sums.visible)
+                )
+                total[channel] += light.power[channel] * ratio(closed, every, visible)
+        return total
+
+    def _patch_pairs(self, shape: Emitter, flat: Surface, row: Ints) -> Pairs:
+        """Occluders for samples, found for the ball around each pixel's samples at once.
+
+        `row` (m,) is ascending: the pixel of each sample.
+        """
+        starts = np.diff(row, prepend=-1).nonzero()[0]
+        sizes = np.diff(starts, append=row.size)
+        low = np.minimum.reduceat(flat.point, starts, axis=1)
+        high = np.maximum.reduceat(flat.point, starts, axis=1)
+        span = high - low
+        reach = 0.5 * np.sqrt(dot(span, span))
+        # no horizon and no own object: a pixel's samples may lie on several
+        ball = Surface(
+            0.5 * (low + high),
+            np.zeros_like(low),
+            np.full(starts.size, -1),
+            np.zeros(starts.size, dtype=np.bool_),
+        )
+        found = self.occluders.find(shape, ball, reach)
+        copies = sizes[found.pixel]
+        first = np.repeat(starts[found.pixel], copies)
+        offset = places(copies)
+        sample, item = first + offset, np.repeat(found.item, copies)
+        keep = (item != flat.item[sample]) | flat.inside[sample]
+        sample, item = sample[keep], item[keep]
+        order = np.argsort(sample, kind="stable")
+        return Pairs(sample[order], item[order])
+
+
+def _sum_by(row: Ints, values: Array, count: int) -> Array:
+    """Sums (count,) of the values of each row, in their order."""
+    return np.bincount(row, weights=values, minlength=count).astype(np.float64, copy=False)
+
+
+@dataclass(frozen=True)
+class _Rays:
+    """Distributed camera rays: n pixels of a tile, k samples each."""
+
+    pixel: Ints
+    count: int
+    w: Array
+    time: Array
+
+    @classmethod
+    def make(
+        cls,
+        plan: Plan,
+        tile: Tile,
+        center: Center,
+        pixel: Ints,
+        count: int,
+        moves: bool,
+        spreads: bool,
+    ) -> _Rays:
+        dimensions = 5 if moves and spreads else 2 if spreads else 1
+        spots = points(plan.settings.seed, tile.index[pixel], 0, count, dimensions)
+        time = spots[0] - 0.5 if moves else np.zeros((pixel.size, count))
+        if not spreads:
+            w = np.broadcast_to(columns(center.w, pixel[:, None]), (3, pixel.size, count))
+            return cls(pixel, count, w, time)
+        a, b = spots[1:3] if moves else spots
+        w = plan.lens.directions(tile.x[pixel, None] + (a - 0.5), tile.y[pixel, None] + (b - 0.5))
+        return cls(pixel, count, w, time)
+
+    def nearest(self, plan: Plan, pairs: Pairs, center: Center | None) -> tuple[Array, Ints]:
+        """Nearest hits (n, k): ray parameters and objects; `center` brings what stands still."""
+        shape = (self.pixel.size, self.count)
+        depth, item = np.full(shape, np.inf), np.full(shape, -1)
+        if center is not None:
+            depth[:] = center.depth_still[self.pixel][:, None]
+            item[:] = center.item_still[self.pixel][:, None]
+        for rows, ids in ranked(self.pixel.size, pairs):
+            t = pair_hits(plan, columns(self.w, rows), ids, self.time[rows])
+            before, which = depth[rows], item[rows]
+            ids = ids[:, None]
+            # of equals the first object wins, as at the centre
+            closer = (t < before) | ((t == before) & np.isfinite(t) & (ids < which))
+            depth[rows] = np.where(closer, t, before)
+            item[rows] = np.where(closer, ids, which)
+        return depth, item
+
+    def surfaces(self, plan: Plan, depth: Array, item: Ints, row: Ints, sample: Ints) -> Surface:
+        """The surfaces that some of the rays hit."""
+        return surface(
+            plan,
+            self.w[:, row, sample],
+            depth[row, sample],
+            item[row, sample],
+            self.time[row, sample],
+        )
+
+
+def resolve(plan: Plan, occluders: Occluders, tile: Tile, center: Center, flags: Flags) -> Pixels:
+    """Resolve the pixels of a tile."""
+    resolver = Resolver(plan, occluders, tile, center, flags)
+    resolver.plain()
+    resolver.distributed()
+    return resolver.out

@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Pixels to rays: a ray's direction is linear in the pixel's coordinates.
+
+That is what makes the discriminant of a sphere a quadratic over a pixel: directions are not
+normalised, and the ray parameter is the depth along the camera's axis.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..numerics.arrays import Array
+from ..scene.description import Camera
+
+__all__ = ["Lens", "make_lens"]
+
+
+@dataclass(frozen=True)
+class Lens:
+    """A perspective camera ready for tracing; rays leave `origin` (the tracer's coordinate origin).
+
+    Attributes
+    ----------
+    origin : (3,) metres, in world space.
+    base : (3,) direction through the picture's lower left corner, of depth 1.
+    right, up : (3,) change of direction from one pixel to the next.
+    forward : (3,) unit vector; a direction's depth is its product with it.
+    """
+
+    origin: Array
+    base: Array
+    right: Array
+    up: Array
+    forward: Array
+
+    def directions(self, x: Array, y: Array) -> Array:
+        """Directions through pixel coordinates x, y of any one shape (s): (3, s), not unit."""
+        shape = (3,) + (1,) * x.ndim
+        return self.base.reshape(shape) + x * self.right.reshape(shape) + y * self.up.reshape(shape)
+
+
+def make_lens(camera: Camera) -> Lens:
+    """Return the lens of a validated camera.
+
+    Follows Blender: sensor fit AUTO takes the longer side of the picture (in units of its
+    pixels' aspect) and always the sensor's width; shift is in units of the fitted side
+    (source/blender/blenkernel/intern/camera.cc, BKE_camera_params_compute_viewplane).
+    """
+    matrix = np.array(camera.matrix, dtype=np.float64)[:3]
+    axes = matrix[:, :3] / _lengths(matrix[:, :3])
+    width, height = camera.resolution
+    ratio = camera.pixel_aspect[1] / camera.pixel_aspect[0]
+    fit = camera.sensor_fit
+    sensor = camera.sensor_height if fit == "VERTICAL" else camera.sensor_width
+    if fit == "AUTO":
+        fit = "HORIZONTAL" if width >= ratio * height else "VERTICAL"
+    fitted = width if fit == "HORIZONTAL" else ratio * height
+    pixel = sensor / (camera.focal_length * fitted)
+    left = (camera.shift_x * fitted - 0.5 * width) * pixel
+    bottom = (camera.shift_y * fitted - 0.5 * ratio * height) * pixel
+    x_axis, y_axis, z_axis = axes.T
+    return Lens(
+        origin=matrix[:, 3].copy(),
+        base=left * x_axis + bottom * y_axis - z_axis,
+        right=pixel * x_axis,
+        up=pixel * ratio * y_axis,
+        forward=-z_axis,
+    )
+
+
+def _lengths(columns: Array) -> Array:
+    """Lengths of the three columns, without overflow or underflow."""
+    largest = np.max(np.abs(columns), axis=0)
+    scaled = columns / largest
+    lengths: Array = largest * np.sqrt(
+        scaled[0] * scaled[0] + scaled[1] * scaled[1] + scaled[2] * scaled[2]
+    )
+    return lengths

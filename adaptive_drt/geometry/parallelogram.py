@@ -1,0 +1,178 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Parallelograms: edge functions that are linear in a ray's direction.
+
+Seen from a ray's origin, the parallelogram q, q + a, q + a + b, q + b is the cone of directions w
+with w.m >= 0 for the four planes m through the origin and an edge. Oriented by the side the origin
+is on, the four also say that the hit lies ahead, so no division decides visibility.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..numerics.arrays import Array, Mask
+from ..numerics.floats import TINY
+from ..numerics.gather import columns
+from ..numerics.vector import cross, dot
+
+__all__ = [
+    "QuadSet",
+    "distance_along",
+    "distance_to",
+    "distance_to_edge",
+    "edge_planes",
+    "edges_of",
+    "hit_quad",
+    "off_plane",
+    "quad_blocks_segment",
+]
+
+Planes: TypeAlias = tuple[Array, Array, Array, Array]
+
+
+@dataclass(frozen=True)
+class QuadSet:
+    """Parallelograms as arrays, relative to the tracer's origin, at the middle of the shutter.
+
+    Attributes
+    ----------
+    corner, edge_u, edge_v : (3, n) metres.
+    displacement : (3, n) metres over the shutter, or None where nothing moves.
+    """
+
+    corner: Array
+    edge_u: Array
+    edge_v: Array
+    displacement: Array | None
+
+    def moved(self, index: NDArray[np.int64], time: Array | float) -> Array:
+        """Corners (3, ...) of quads `index` at shutter times that broadcast against it."""
+        place: Array = columns(self.corner, index)
+        if self.displacement is None:
+            return place
+        return place + time * columns(self.displacement, index)
+
+    def take(self, index: NDArray[np.int64]) -> QuadSet:
+        """Some of the quads."""
+        q, u, v = (columns(each, index) for each in (self.corner, self.edge_u, self.edge_v))
+        d = self.displacement
+        return QuadSet(q, u, v, None if d is None else columns(d, index))
+
+    @property
+    def bounds(self) -> tuple[Array, Array]:
+        """Centres (3, n) and radii (n,) of spheres around the quads."""
+        center = self.corner + 0.5 * (self.edge_u + self.edge_v)
+        plus, minus = self.edge_u + self.edge_v, self.edge_u - self.edge_v
+        return center, 0.5 * np.sqrt(np.maximum(dot(plus, plus), dot(minus, minus)))
+
+
+def edge_planes(q: Array, a: Array, b: Array) -> tuple[Planes, Array, Array]:
+    """The planes that bound the directions from the origin to a parallelogram.
+
+    Parameters
+    ----------
+    q : (3, ...) vector from the origin to the corner.  a, b : (3, ...) edges.
+
+    Returns
+    -------
+    planes : four (3, ...) inward normals, through the edges u = 0, v = 0, u = 1, v = 1.
+    normal : (3, ...) a x b, turned away from the origin (w.normal > 0 for hits ahead).
+    height : (...) q.normal >= 0, the distance of the plane times |a x b|; 0 where the origin
+        lies in the plane, from where the quad is not seen.
+
+    With u = 2^-53, a product w.plane is off by at most 8 u |w| |c| |e|, c and e the corner and the
+    edge it was made of; its sign, and the height's, are sure where |q.n| > 8 u |q||a||b|.
+    """
+    normal = cross(a, b)
+    height = dot(q, normal)
+    side = np.where(height < 0.0, -1.0, 1.0)
+    planes = (
+        side * cross(b, q),
+        side * cross(q, a),
+        side * cross(q + a, b),
+        side * cross(a, q + b),
+    )
+    return planes, side * normal, side * height
+
+
+def off_plane(height: Array, normal: Array, graze: Array | float) -> Array:
+    """The height, but 0 where the origin is within `graze` metres of the plane: it lies in it.
+
+    A hit on a quad lies off its plane by at most 4 u (|p| + |c - p|) |a||b| / |a x b| metres, p the
+    hit and c the quad's corner, seen from the eye: `graze` has to be of that size, not of |p|'s.
+    """
+    size = np.sqrt(dot(normal, normal))
+    return np.where(height > graze * size, height, 0.0)
+
+
+def hit_quad(w: Array, planes: Planes, normal: Array, height: Array) -> Array:
+    """Ray parameter of the hit, inf for a miss; arguments as `edge_planes` returns them.
+
+    Off by at most 4 u |a||b| (|q| + t |w|) / |w.n|, where all signs are sure.
+    """
+    inside = _inside(w, planes)
+    facing = dot(w, normal)
+    found = inside & (facing > 0.0) & (height > 0.0)
+    with np.errstate(over="ignore"):  # a grazing hit beyond float64's range is a miss
+        t: Array = np.where(found, height, np.inf) / np.where(found, facing, 1.0)
+    return t
+
+
+def quad_blocks_segment(w: Array, planes: Planes, normal: Array, height: Array) -> Mask:
+    """Whether a quad cuts the open segment from the origin to w.
+
+    Sure where each of the signs is, by 8 u of the lengths behind it: |w||c||e| for the edges,
+    |a||b| (|w| + |q|) for the plane.
+    """
+    return _inside(w, planes) & (dot(w, normal) > height) & (height > 0.0)
+
+
+def _inside(w: Array, planes: Planes) -> Mask:
+    inside = dot(w, planes[0]) >= 0.0
+    for plane in planes[1:]:
+        inside = inside & (dot(w, plane) >= 0.0)
+    return inside
+
+
+def edges_of(q: Array, a: Array, b: Array) -> tuple[Planes, Planes]:
+    """Where the edges of parallelograms start, and where they go; in `edge_planes`' order."""
+    return (q, q, q + a, q + b), (b, a, b, a)
+
+
+def distance_along(start: Array, edge: Array, axis: Array) -> Array:
+    """Distance (m,) from the origin of the place on an edge that is nearest to a ray.
+
+    start, edge : (3, m).  axis : (3, m) unit vectors along the rays.
+    """
+    across = edge - dot(edge, axis) * axis
+    square = np.maximum(dot(across, across), TINY)
+    place = start + np.clip(-dot(start, across) / square, 0.0, 1.0) * edge
+    distance: Array = np.sqrt(dot(place, place))
+    return distance
+
+
+def distance_to(q: Array, a: Array, b: Array) -> Array:
+    """Distance (m,) of the origin from parallelograms of corners q and edges a, b (3, m)."""
+    aa, ab, bb, qa, qb = dot(a, a), dot(a, b), dot(b, b), dot(q, a), dot(q, b)
+    gram = np.maximum(aa * bb - ab * ab, TINY)
+    # the foot on its plane, in units of its edges
+    x, y = (ab * qb - bb * qa) / gram, (ab * qa - aa * qb) / gram
+    nearest = q + x * a + y * b
+    distance = np.where((np.abs(x - 0.5) <= 0.5) & (np.abs(y - 0.5) <= 0.5), 1.0, np.inf)
+    distance = distance * np.sqrt(dot(nearest, nearest))
+    for start, edge in zip(*edges_of(q, a, b), strict=True):
+        distance = np.minimum(distance, distance_to_edge(start, edge))
+    found: Array = distance
+    return found
+
+
+def distance_to_edge(start: Array, edge: Array) -> Array:
+    """Distance (m,) of the origin from edges (3, m) that start at (3, m)."""
+    part = np.clip(-dot(start, edge) / np.maximum(dot(edge, edge), TINY), 0.0, 1.0)
+    nearest = start + part * edge
+    distance: Array = np.sqrt(dot(nearest, nearest))
+    return distance

@@ -1,0 +1,207 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Outlines as points see them: of lights, cut by the horizon, and of polygons that occlude."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..numerics.arrays import Array, Mask
+from ..numerics.floats import TINY, UNIT_ROUNDOFF
+from ..numerics.vector import cross, dot, normalize
+from .spherical_curves import Circles, Planes, Segments, make_circles, make_segments
+
+__all__ = ["Outline", "Polygons", "RoundOutline", "make_polygons", "quad_outline", "round_outline"]
+
+
+PLANE_ROUNDING = 8.0
+"""Rounded operations behind the plane of an edge; coincident ones differ by no more."""
+
+
+@dataclass(frozen=True)
+class RoundOutline:
+    """A sphere, or a disk that faces the point, as n points see it.
+
+    Attributes
+    ----------
+    axis : (3, n) unit vectors.  cosine, sine : (n,) of the half angle, below 90 degrees.
+    """
+
+    axis: Array
+    cosine: Array
+    sine: Array
+
+
+@dataclass(frozen=True)
+class Outline:
+    """A light's convex outline above the horizon.
+
+    Attributes
+    ----------
+    center : (3, n) unit vectors to its middle.
+    reach : (n,) the longest chord from there, no less than the sine of its angle.
+    edges : (j, n) its straight edges, the last on the horizon where that cuts the light; it
+        lies in the half-spaces to their left.
+    cone : the (1, n) cone that it lies in, or None.
+    """
+
+    center: Array
+    reach: Array
+    edges: Segments
+    cone: Circles | None
+
+
+@dataclass(frozen=True)
+class Polygons:
+    """Convex occluders: planes and edges (m * j, n), which are edge-on (m, n)."""
+
+    segments: Segments
+    flat: Mask
+
+    def rows_of(self, i: int) -> slice:
+        """Where in `segments` the edges of polygon i are."""
+        j = self.segments.half.shape[0] // self.flat.shape[0]
+        return slice(i * j, (i + 1) * j)
+
+
+def quad_outline(corners: Array, normal: Array, cut: bool) -> Outline:
+    """The outline of a quad.
+
+    Parameters
+    ----------
+    corners : (4, 3, n) metres from the points, in order.  normal : (3, n) unit vectors.
+    cut : whether the horizon cuts all of the batch, or none.
+    """
+    corners, _ = _anticlockwise(np.ascontiguousarray(corners.swapaxes(0, 1)))
+    length = np.sqrt(dot(corners, corners))
+    units = corners / length
+    center = normalize(units[:, 0] + units[:, 1] + units[:, 2] + units[:, 3])
+    chords = units - center[:, None]
+    reach = np.sqrt(dot(chords, chords).max(axis=0))
+    planes = _planes(corners, length)
+    if cut:
+        edges = _cut_edges(corners, normal, planes)
+    else:
+        edges = make_segments(units, _following(units), planes)
+    return Outline(center, reach, edges, None)
+
+
+def round_outline(light: RoundOutline, normal: Array, cut: bool) -> Outline:
+    """The outline of a round light; arguments as `quad_outline`."""
+    center = light.axis
+    cone = make_circles(center[:, None], light.sine[None], light.cosine[None], center)
+    edges = _horizon_chord(cone, normal) if cut else _no_edges(normal)
+    return Outline(center, light.sine * np.sqrt(2.0), edges, cone)
+
+
+def make_polygons(quads: Array, center: Array) -> Polygons:
+    """Convex occluders, turned anticlockwise.
+
+    Parameters
+    ----------
+    quads : (m, j, 3, n) metres, corners from the points, in order.
+    center : (3, n) unit vectors to the middle of the light.
+    """
+    m, j, _, n = quads.shape
+    corners = np.ascontiguousarray(quads.transpose(2, 1, 0, 3))
+    corners, elevation = _anticlockwise(corners)
+    length = np.sqrt(dot(corners, corners))
+    units = corners / np.maximum(length, TINY)
+    planes = _planes(corners, length)
+    # (3, j, m, n) to (3, m * j, n): polygon by polygon
+    normal, start, end = (
+        x.swapaxes(1, 2).reshape(3, m * j, n) for x in (planes.normal, units, _following(units))
+    )
+    fuzz = planes.fuzz.swapaxes(0, 1).reshape(m * j, n)
+    segments = make_segments(start, end, Planes(normal, fuzz), center)
+    return Polygons(segments, elevation <= PLANE_ROUNDING * UNIT_ROUNDOFF)
+
+
+def _following(corners: Array) -> Array:
+    """The next corner of each, along the second axis."""
+    return np.concatenate([corners[:, 1:], corners[:, :1]], axis=1)
+
+
+def _anticlockwise(corners: Array) -> tuple[Array, Array]:
+    """Corners (3, j, ..., n) in the order that has the inside on the left, seen from the point.
+
+    Also the sine (..., n) of the polygons' elevation from the point: 0 if seen edge-on.
+    """
+    area = _area(corners)
+    facing = dot(area, corners[:, 0])
+    away = facing < 0.0
+    if away.any():
+        turned = np.concatenate([corners[:, :1], corners[:, :0:-1]], axis=1)
+        corners = np.where(away, turned, corners)
+    scale = np.sqrt(dot(area, area)) * np.sqrt(dot(corners[:, 0], corners[:, 0]))
+    return corners, np.abs(facing) / np.maximum(scale, TINY)
+
+
+def _area(corners: Array) -> Array:
+    """Twice the vector area (3, ..., n) of polygons, to roundoff also of long and thin ones."""
+    edges = _following(corners) - corners
+    if corners.shape[1] == 4:
+        # two triangles; not by diagonals, which are nearly parallel in thin ones
+        both: Array = cross(edges[:, 0], edges[:, 1]) + cross(edges[:, 2], edges[:, 3])
+        return both
+    parts = cross(corners[:, 1:-1] - corners[:, :1], edges[:, 1:-1])
+    area: Array = parts[:, 0]
+    for i in range(1, parts.shape[1]):
+        area = area + parts[:, i]
+    return area
+
+
+def _planes(corners: Array, length: Array) -> Planes:
+    """Planes through the point and the edges from each corner (3, j, ..., n) to the next."""
+    plane = cross(corners, _following(corners) - corners)
+    area = np.sqrt(dot(plane, plane))
+    size = length + np.concatenate([length[1:], length[:1]])
+    rounding = np.maximum(PLANE_ROUNDING * UNIT_ROUNDOFF * size * size, TINY)
+    return Planes(plane / np.maximum(area, TINY), rounding / np.maximum(area, rounding))
+
+
+def _cut_edges(corners: Array, normal: Array, planes: Planes) -> Segments:
+    """The edges of what is above the horizon of a quad light, and the horizon's: (5, n)."""
+    n, end = normal[:, None], _following(corners)
+    h0, h1 = dot(n, corners), dot(n, end)
+    down, rise = (h0 > 0.0) & (h1 <= 0.0), (h0 <= 0.0) & (h1 > 0.0)
+    crossing = corners + (h0 / np.where(down | rise, h0 - h1, 1.0)) * (end - corners)
+    leave, enter = crossing[:, 0], crossing[:, 0]
+    for i in range(1, 4):
+        leave = np.where(down[i], crossing[:, i], leave)
+        enter = np.where(rise[i], crossing[:, i], enter)
+    below = (h0 <= 0.0) & (h1 <= 0.0)
+    first = np.where(rise, crossing, corners)
+    last = np.where(down, crossing, np.where(below, corners, end))
+    first = np.concatenate([first, leave[:, None]], axis=1)
+    last = np.concatenate([last, enter[:, None]], axis=1)
+    planes = _with_horizon(planes, normal)
+    return make_segments(normalize(first), normalize(last), planes)
+
+
+def _with_horizon(planes: Planes, normal: Array) -> Planes:
+    fuzz = np.full((1, normal.shape[1]), PLANE_ROUNDING * UNIT_ROUNDOFF)
+    return Planes(
+        np.concatenate([planes.normal, normal[:, None]], axis=1),
+        np.concatenate([planes.fuzz, fuzz]),
+    )
+
+
+def _no_edges(normal: Array) -> Segments:
+    vectors, numbers = np.zeros((3, 0, normal.shape[1])), np.zeros((0, normal.shape[1]))
+    planes = Planes(vectors, numbers)
+    return Segments(planes, vectors, vectors, numbers, vectors, vectors, None)
+
+
+def _horizon_chord(cone: Circles, normal: Array) -> Segments:
+    """The arc of the horizon inside a round light that it cuts."""
+    planes = _with_horizon(_no_edges(normal).planes, normal)
+    n = planes.normal
+    mu = dot(n, cone.axis)
+    foot = cone.axis - mu * n
+    length = np.sqrt(dot(foot, foot))
+    q = np.sqrt(np.maximum((cone.sine - mu) * (cone.sine + mu), 0.0))
+    middle = foot / np.maximum(length, TINY)
+    along, half = cross(n, middle), np.arctan2(q, cone.cosine)
+    return Segments(planes, middle, along, half, middle, along, None)

@@ -1,0 +1,187 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Spheres: discriminants, hits, blocked segments and cones.
+
+For a ray of direction w (any length) and the vector v from its origin to the centre of a sphere
+of radius r,
+
+    D(w, v) = r^2 (w.w) - |w x v|^2          > 0 where the line meets the sphere.
+
+It equals (w.v)^2 - (w.w)(v.v - r^2) by Lagrange's identity, but compares r with the distance of
+the closest approach, so a small sphere far away keeps its digits. All functions take components
+first, of any shape that broadcasts: w, v (3, ...), r (...).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import overload
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..numerics.arrays import Array, Mask
+from ..numerics.floats import TINY, UNIT_ROUNDOFF
+from ..numerics.gather import columns
+from ..numerics.jet import Jet
+from ..numerics.vector import cross, dot, squared_norm
+
+__all__ = [
+    "SphereSet",
+    "blocks_segment",
+    "cone_touch",
+    "discriminant",
+    "discriminant_rounding",
+    "graze_of",
+    "hit_sphere",
+    "starts_within",
+]
+
+
+DISCRIMINANT_OPERATIONS = 32
+"""Rounded operations, counted generously, behind one discriminant (relative unit: roundoff)."""
+GRAZE = 2.0**-40
+"""Of the distance from the tracer's origin and of the radius: how near to a surface counts as on
+it. Hits are off by some 2^-50 of that, and nobody sees a gap of 2^-40."""
+CONE_OPERATIONS = 16
+"""The same behind one comparison of cones."""
+
+
+@dataclass(frozen=True)
+class SphereSet:
+    """Spheres as arrays, relative to the tracer's origin, at the middle of the shutter.
+
+    Attributes
+    ----------
+    center : (3, n) metres.  radius : (n,) metres.
+    displacement : (3, n) metres over the shutter, or None where nothing moves.
+    """
+
+    center: Array
+    radius: Array
+    displacement: Array | None
+
+    def moved(self, index: NDArray[np.int64], time: Array | float) -> Array:
+        """Centres (3, ...) of spheres `index` at shutter times that broadcast against it."""
+        place: Array = columns(self.center, index)
+        if self.displacement is None:
+            return place
+        return place + time * columns(self.displacement, index)
+
+
+@overload
+def discriminant(w: Jet, v: Jet | Array, radius: Array | float) -> Jet: ...
+@overload
+def discriminant(w: Array, v: Jet, radius: Array | float) -> Jet: ...
+@overload
+def discriminant(w: Array, v: Array, radius: Array | float) -> Array: ...
+def discriminant(w: Array | Jet, v: Array | Jet, radius: Array | float) -> Array | Jet:
+    """D(w, v), for numbers or jets: (...), in the unit of w squared times metres squared."""
+    return (radius * radius) * squared_norm(w) - squared_norm(cross(w, v))
+
+
+def graze_of(point: Array, size: Array | float) -> Array:
+    """How near (metres) to a surface of a size the points (3, ...) count as lying on it.
+
+    The size is a sphere's radius, or the distance of a quad's corner from the point.
+    """
+    graze: Array = GRAZE * (np.sqrt(dot(point, point)) + size)
+    return graze
+
+
+def discriminant_rounding(
+    ww: Array, vv: Array, radius: Array | float, miss: Array | float = 0.0
+) -> Array:
+    """Bound on the rounding error of D, in D's unit: 32 u (r^2 w.w + max(r |w|, |w x v|) |w||v|).
+
+    Each component of the cross product is off by at most a few roundoffs of |w||v|, and D by
+    twice that times the product's length.
+
+    Parameters
+    ----------
+    ww, vv : (...) w.w and v.v, the greatest in the domain.
+    miss : (...) the greatest |w x v| of a domain over which a jet of D is used; 0 for D near its
+        zero, where |w x v| is near r |w|.
+    """
+    unit = DISCRIMINANT_OPERATIONS * UNIT_ROUNDOFF
+    length = np.sqrt(ww)
+    side = np.maximum(radius * length, miss)
+    bound: Array = unit * (radius * radius * ww + side * (length * np.sqrt(vv)))
+    return bound
+
+
+def hit_sphere(w: Array, v: Array, radius: Array | float) -> Array:
+    """Ray parameter of the first hit in front of the origin, inf for a miss.
+
+    From inside, it is where the ray leaves the sphere. NaN anywhere gives a miss. With u = 2^-53
+    and h half the chord, the place t |w| is off by at most 8 u (|v| + r) + 16 u r (r + |v|) / h
+    metres; whether it is a hit is sure where D is beyond `discriminant_rounding`.
+    """
+    ww = dot(w, w)
+    along = dot(w, v)
+    d = (radius * radius) * ww - squared_norm(cross(w, v))
+    found = d >= 0.0
+    root = np.sqrt(np.where(found, d, 0.0))
+    near = along - root
+    t = np.where(near > 0.0, near, along + root) / ww
+    return np.where(found & (t > 0.0), t, np.inf)
+
+
+def starts_within(vv: Array, radius: Array | float, graze: Array | float) -> Mask:
+    """Whether the origin lies inside a sphere; within `graze` metres of its surface it does not."""
+    least = np.maximum(radius - graze, 0.0)
+    inside: Mask = vv < least * least
+    return inside
+
+
+def blocks_segment(w: Array, v: Array, radius: Array | float, graze: Array | float = 0.0) -> Mask:
+    """Whether the surface of a sphere cuts the open segment from the origin to w.
+
+    A segment from outside is cut where its line is (D > 0), the centre lies ahead, and the
+    segment ends inside the sphere or beyond the centre's foot. One from inside is cut if it
+    ends outside. An origin within `graze` metres of the surface counts as outside: a sphere
+    that coincides with the lit surface does not shadow it. With no `graze`, the answer is right
+    where nearest and farthest point are off the surface by more than 16 u (r + |v|) metres.
+    """
+    ww = dot(w, w)
+    along = dot(w, v)
+    rr = radius * radius
+    end = v - w
+    ends_inside = dot(end, end) < rr
+    starts_inside = starts_within(dot(v, v), radius, graze)
+    line = (rr * ww > squared_norm(cross(w, v))) & (along > 0.0)
+    outside = line & (ends_inside | (along < ww))
+    return np.where(starts_inside, ~ends_inside, outside)
+
+
+def cone_touch(
+    axis: Array, cosine: Array | float, sine: Array | float, v: Array, radius: Array | float
+) -> tuple[Mask, Mask, Array]:
+    """Whether a sphere, seen from the origin, touches or covers a circular cone of directions.
+
+    Parameters
+    ----------
+    axis : (3, ...) unit axis of the cone.
+    cosine, sine : of the cone's half angle; (-1, 1) stands for "every direction": touched
+        by all, covered by none.
+    v, radius : the sphere; the origin must lie outside it.
+
+    Returns
+    -------
+    touch, cover : masks (...): may some direction of the cone meet the sphere, do all for sure.
+        Either answer is on the safe side by the rounding bound, 16 u |v|^2 / max(tangent,
+        u^1/2 |v|) metres of |v| cos(...), and the other is given no later than twice that.
+    tangent : (...) length of the tangents from the origin to the sphere.
+
+    With alpha the sphere's half angle, |v| cos(alpha -+ lambda) = tangent cos -+ r sin, so no
+    trigonometric function is needed.
+    """
+    vv = dot(v, v)
+    tangent = np.sqrt(np.maximum(vv - radius * radius, 0.0))
+    along = dot(axis, v)
+    # the square root loses half the digits where the origin is next to the surface
+    floor = np.sqrt(UNIT_ROUNDOFF * vv)
+    slack = (CONE_OPERATIONS * UNIT_ROUNDOFF) * vv / np.maximum(np.maximum(tangent, floor), TINY)
+    spread = radius * sine
+    touch = along > tangent * cosine - spread - slack
+    cover = (along >= tangent * cosine + spread + slack) & (radius * radius >= vv * sine * sine)
+    return touch, cover, tangent

@@ -1,0 +1,393 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Arcs of circles on the unit sphere of directions: what others cut from them, what they enclose.
+
+The integral of n.w over a region of directions is n . (1/2) of the integral of w x dw along its
+boundary: the vector area of that closed curve. A boundary of arcs of circles is a polygon of
+chords plus a planar segment under each arc, so with all vectors taken from a centre c near the
+region every term is as small as the region itself: tiny regions do not cancel, and what rounding
+moves along the boundary counts only times its distance from c.
+
+On a circle of axis a, half angle alpha, and u, w that complete a right-handed frame (a, u, w),
+    w(phi) = cos(alpha) a + sin(alpha) (cos(phi) u + sin(phi) w),   g = w(0) - c,
+that sum is separable. An arc from phi0 to phi1 adds (F(phi1) - F(phi0)) / 2, with
+    F(phi) = -A (1 - cos phi) + B sin phi + C (phi - sin phi),
+    A = sin(alpha) n.(g x u),  B = sin(alpha) n.(g x w),  C = sin(alpha)^2 n.a.
+With u towards c, phi is small where the region is. A great circle has alpha = 90 degrees.
+Where two circles cross, both find the crossing from the same rounded numbers (mu and the root q
+below), so the boundary closes to rounding even where they are tangent. Ends of intervals lie
+within 8 u / |n x a| rad of a great circle (24 u / cos(g / 2) of a cone's, g between the axes).
+
+Source: Lambert 1760; Arvo 1995, Analytic methods for simulated light transport, chapter 3;
+Snyder 1996, MSR-TR-96-11. The chord form is our own.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+
+from ..numerics.arrays import Array, Mask
+from ..numerics.floats import TINY
+from ..numerics.vector import cross, dot, total
+
+__all__ = [
+    "Circles",
+    "Planes",
+    "Potential",
+    "Segments",
+    "Spans",
+    "bounds_by_planes",
+    "circle_gaps",
+    "enclosed",
+    "gaps",
+    "make_circles",
+    "make_potential",
+    "make_segments",
+    "outside_planes",
+    "spans_in_circles",
+    "within_circles",
+]
+
+Spans: TypeAlias = tuple[Array, Array]
+"""Starts and ends of intervals, (j, ..., n) each."""
+
+PI = float(np.pi)
+TURN = 2.0 * PI
+FAR = 1.0 / TINY
+PARTING = 32.0 * 2.0**-53
+"""Radians by which rounding may part a direction from a plane that it lies in."""
+FUZZ = 2.0**-64
+"""Radians below which circles are the same: differences of float64 vectors are 0 or larger."""
+SLIGHT = 2.0**-8
+"""Versine below which a cone is tiny: about 5 degrees."""
+NETWORK = 16
+"""Rows up to which comparing neighbours beats a sort (measured: even at 16)."""
+ALWAYS = 4.0
+"""Above every cosine: an edge of no length bounds nothing."""
+
+
+@dataclass(frozen=True)
+class Planes:
+    """Half-spaces of directions, w.normal >= 0: edges of lights and occluders, the horizon.
+
+    Attributes
+    ----------
+    normal : (3, j, n) inward unit vectors, or 0 for an edge of no length, which bounds nothing.
+    fuzz : (j, n) rad, how far rounding may have turned each.
+    """
+
+    normal: Array
+    fuzz: Array
+
+
+@dataclass(frozen=True)
+class Segments:
+    """Arcs of great circles shorter than half a turn, w(phi) = cos(phi) middle + sin(phi) along.
+
+    Attributes
+    ----------
+    planes : the planes they lie in, j of them; along = normal x middle.
+    middle, along : (3, j, n) unit vectors.
+    half : (j, n) rad; phi runs from -half to half, anticlockwise about the plane's normal.
+    u, w : (3, j, n) another such pair, u towards the centre of the region that is integrated.
+    shift : (j, n) rad, the angle of `middle` from u; None where they are the same.
+    """
+
+    planes: Planes
+    middle: Array
+    along: Array
+    half: Array
+    u: Array
+    w: Array
+    shift: Array | None
+
+
+@dataclass(frozen=True)
+class Circles:
+    """Circular cones of directions: occluding spheres, round lights.
+
+    Attributes
+    ----------
+    axis, u, w : (3, k, n) right-handed orthonormal frames.
+    sine, cosine, versine : (k, n) of the half angles; versine is 1 - cosine without cancellation.
+    """
+
+    axis: Array
+    u: Array
+    w: Array
+    sine: Array
+    cosine: Array
+    versine: Array
+
+
+@dataclass(frozen=True)
+class Potential:
+    """The factors of F for curves (k, n), and the angle by which its phi is ahead of theirs."""
+
+    a: Array
+    b: Array
+    c: Array
+    shift: Array | None
+
+
+def make_circles(axis: Array, sine: Array, cosine: Array, center: Array) -> Circles:
+    """Cones with the frames in which angles are counted from the side towards `center`.
+
+    Parameters
+    ----------
+    axis : (3, k, n) unit vectors.  sine, cosine : (k, n).  center : (3, n) unit vectors.
+    """
+    u, w = _frames(axis, center)
+    return Circles(axis, u, w, sine, cosine, sine * sine / (1.0 + cosine))
+
+
+def make_segments(
+    start: Array, end: Array, planes: Planes, center: Array | None = None
+) -> Segments:
+    """Arcs between unit vectors (3, j, n) that lie in the planes given, anticlockwise.
+
+    Parameters
+    ----------
+    center : (3, n) unit vectors; None for edges of the region, whose middles are near enough.
+    """
+    both, apart = start + end, end - start
+    length = np.sqrt(dot(both, both))
+    middle = both / np.maximum(length, TINY)
+    along = cross(planes.normal, middle)
+    half = np.arctan2(np.sqrt(dot(apart, apart)), length)
+    if center is None:
+        return Segments(planes, middle, along, half, middle, along, None)
+    u, w = _frames(planes.normal, center)
+    shift = np.arctan2(dot(middle, w), dot(middle, u))
+    return Segments(planes, middle, along, half, u, w, shift)
+
+
+def make_potential(normal: Array, center: Array, curve: Circles | Segments) -> Potential:
+    """F of circles, or of the great circles of segments, about a centre.
+
+    Parameters
+    ----------
+    normal : (3, n) unit vectors n.  center : (3, n) unit vectors c.
+    """
+    n, c, u, w = normal[:, None], center[:, None], curve.u, curve.w
+    if isinstance(curve, Segments):
+        lever = cross(n, u - c)
+        return Potential(dot(lever, u), dot(lever, w), dot(n, curve.planes.normal), curve.shift)
+    s = curve.sine
+    # cos(alpha) a - c, without cancellation for small cones near c
+    lever = cross(n, (curve.axis - c) - curve.versine * curve.axis + s * u)
+    return Potential(s * dot(lever, u), s * dot(lever, w), s * s * dot(n, curve.axis), None)
+
+
+def enclosed(potential: Potential, spans: Spans) -> Array:
+    """Twice what arcs add to the integral: (n,), the sum over spans (j, k, n) of curves (k, n)."""
+    low, high = spans
+    rows = _evaluate(potential, high) - _evaluate(potential, low)
+    # curve by curve: an empty span more, which shifts the others', adds a zero and changes no bit
+    return total(total(rows))
+
+
+def _evaluate(potential: Potential, phi: Array) -> Array:
+    if potential.shift is not None:
+        phi = phi + potential.shift
+    t = np.tan(0.5 * phi)
+    sine = t * (2.0 / (1.0 + t * t))
+    value: Array = sine * (potential.b - potential.c - potential.a * t) + potential.c * phi
+    return value
+
+
+def gaps(low: Array, high: Array, spans: Spans) -> Spans:
+    """What spans leave of the intervals from low to high, where they lie within them.
+
+    Parameters
+    ----------
+    low, high : (...).  spans : (j, ...) starts and ends, in any order, overlapping or empty.
+
+    Returns
+    -------
+    (j + 1, ...) starts and ends; an empty gap ends where it starts. Where i starts and i ends
+    lie before, nothing covers: so the gaps run from the i-th end to the next start, each sorted
+    by itself.
+    """
+    begin = np.concatenate([low[None], _sorted(spans[1])])
+    finish = np.concatenate([_sorted(spans[0]), high[None]])
+    np.minimum(np.maximum(begin, low, out=begin), high, out=begin)
+    return begin, np.maximum(np.minimum(finish, high, out=finish), begin, out=finish)
+
+
+def _sorted(rows: Array) -> Array:
+    """Numbers (j, ...) in order along the first axis."""
+    if (count := rows.shape[0]) < 2:
+        return rows
+    if count > NETWORK:
+        return np.sort(rows, axis=0)
+    # a sorting network: compares whole rows, many times faster than sorting short columns
+    row = list(rows)
+    for last in range(count - 1, 0, -1):
+        for i in range(last):
+            row[i], row[i + 1] = np.minimum(row[i], row[i + 1]), np.maximum(row[i], row[i + 1])
+    return np.array(row)
+
+
+def circle_gaps(center: Array, half: Array, spans: Spans | None = None) -> Spans:
+    """What intervals leave of whole circles, from -pi to pi.
+
+    Parameters
+    ----------
+    center, half : (j, k, n) rad, centres in [-pi, 2 pi], half widths in [0, pi].
+    spans : (i, k, n) more of them, that lie within [-pi, pi].  Error: 8 u rad for each.
+    """
+    starts = center - half
+    starts += TURN * (starts < -PI)
+    starts -= TURN * (starts >= PI)
+    ends = starts + 2.0 * half
+    # what runs over pi goes on from -pi
+    low = np.maximum(ends.max(axis=0) - TURN, -PI)
+    if spans is not None:
+        starts, ends = np.concatenate([starts, spans[0]]), np.concatenate([ends, spans[1]])
+    return gaps(low, np.full_like(low, PI), (starts, ends))
+
+
+def spans_in_circles(segments: Segments, circles: Circles) -> Spans:
+    """Where segments run inside cones: one interval for each, (k, j, n), empty for none.
+
+    The ends are not cut to the segments; half a segment and half a chord of a cone below 90
+    degrees are less than a quarter turn each, so no interval comes around from behind.
+    """
+    axis, normal = circles.axis[:, :, None], segments.planes.normal[:, None]
+    mu = dot(normal, axis)
+    sine = circles.sine[:, None]
+    q = np.sqrt(np.maximum((sine - mu) * (sine + mu), 0.0))
+    center = np.arctan2(dot(axis, segments.along[:, None]), dot(axis, segments.middle[:, None]))
+    half = np.arctan2(q, circles.cosine[:, None] + np.zeros_like(q))
+    return center - half, center + half
+
+
+def outside_planes(circles: Circles, planes: Planes) -> Spans:
+    """Where circles run outside half-spaces: centres and half widths (j, k, n)."""
+    axis, normal = circles.axis[:, None], planes.normal[:, :, None]
+    mu = dot(normal, axis)
+    sine = circles.sine
+    nothing = dot(planes.normal, planes.normal) == 0.0
+    if nothing.any():
+        mu = mu + ALWAYS * nothing[:, None]
+    q = np.sqrt(np.maximum((sine - mu) * (sine + mu), 0.0))
+    center = np.arctan2(-dot(normal, circles.w[:, None]), -dot(normal, circles.u[:, None]))
+    if nothing.any():
+        center[np.broadcast_to(nothing[:, None], center.shape)] = -PI  # cuts nothing in two
+    return center, np.arctan2(q, circles.cosine * mu)
+
+
+def within_circles(circles: Circles, others: Circles, wins: Array) -> tuple[Array, Array, Array]:
+    """Where circles run inside other cones, one each.
+
+    Parameters
+    ----------
+    circles, others : (..., n) alike.
+    wins : (..., 1) +1 where a circle that coincides with the other counts as inside, else -1.
+
+    Returns
+    -------
+    centre, half width inside, half width outside (about the centre + pi): (..., n).
+    """
+    apart, both = others.axis - circles.axis, others.axis + circles.axis
+    # unit vectors are so to rounding: what that leaves along them is no angle
+    apart = apart - (dot(apart, both) / np.maximum(dot(both, both), TINY)) * both
+    v, va, vb = 0.5 * dot(apart, apart), circles.versine, others.versine
+    d = vb - va
+    same = (v <= 0.5 * FUZZ * FUZZ) & (np.abs(d) <= FUZZ * (circles.sine + others.sine))
+    if same.any():
+        v, d = np.where(same, 0.0, v), np.where(same, 0.0, d)
+    # symmetric to the last bit, so that both circles find the same crossings
+    square = v * (2.0 * (va + vb - va * vb) - v) - d * d
+    most = np.maximum(va, vb)
+    lost = (np.minimum(va, vb) < SLIGHT) & (v > 0.25 * most)
+    if lost.any():
+        rows = ... if lost.all() else np.nonzero(lost)
+        sine, cosine = (
+            np.maximum(circles.sine, others.sine),
+            np.minimum(circles.cosine, others.cosine),
+        )
+        least = np.minimum(va, vb)[rows]
+        square[rows] = _crossing(v[rows], most[rows], sine[rows], cosine[rows], least)
+    q = np.sqrt(np.maximum(square, 0.0))
+    c = d - v * circles.cosine + wins * TINY
+    center = np.arctan2(dot(apart, circles.w), dot(apart, circles.u))
+    return center, np.arctan2(q, -c), np.arctan2(q, c)
+
+
+def _crossing(v: Array, versine: Array, sine: Array, cosine: Array, least: Array) -> Array:
+    """The square of q in `within_circles` where one cone is tiny: (cos(a - g) - cos b)
+    (cos b - cos(a + g)), of a the wide one, b the tiny one and g between the axes, each factor from
+    terms as small as itself.
+
+    Parameters
+    ----------
+    v : versine of g.  versine, sine, cosine : of the wide cone.  least : versine of the tiny one.
+    """
+    side = np.sqrt(v * (2.0 - v))
+    apart = sine * (1.0 - v) - cosine * side
+    along = cosine * (1.0 - v) + sine * side
+    versine_apart = np.where(along > 0.0, apart * apart / (1.0 + np.abs(along)), 1.0 - along)
+    square: Array = (least - versine_apart) * (
+        (versine - least) + v * (1.0 - versine) + sine * side
+    )
+    return square
+
+
+def bounds_by_planes(segments: Segments, edges: Segments, alike: Mask, reach: Array) -> Spans:
+    """Where segments run inside all of some half-spaces: one interval, (j, n), empty if reversed.
+
+    Parameters
+    ----------
+    edges : (i, n) of one convex outline, the half-spaces to the left of which are meant.
+    alike : (j, 1) bool. A segment in the plane itself counts as inside where it runs against
+        that edge, and by `alike` where it runs along it.
+    reach : (n,) about the sine of the angle of the region around its centre; only there must
+        planes part no more than rounding to be the same. Each of two decides that alike.
+    """
+    low = np.full_like(segments.half, -PI)
+    high = np.full_like(segments.half, PI)
+    for i in range(edges.half.shape[0]):
+        normal = edges.planes.normal[:, i, None]
+        crossing = cross(segments.planes.normal, normal)
+        x = dot(crossing, segments.along)
+        y = dot(crossing, segments.middle) - TINY  # inside from the crossing on where y < 0
+        fuzz = segments.planes.fuzz + edges.planes.fuzz[i]
+        same = np.sqrt(dot(crossing, crossing)) <= fuzz
+        if same.any():
+            limit = PARTING + 2.0 * fuzz * reach
+            same &= np.abs(dot(segments.u, normal)) <= limit
+            same &= np.abs(dot(edges.u[:, i, None], segments.planes.normal)) <= limit
+            inside = (dot(segments.planes.normal, normal) <= 0.0) | alike
+            x = np.where(same, np.where(inside, FAR, -FAR), x)
+            y = np.where(same, -1.0, y)
+        with np.errstate(over="ignore"):  # a crossing a quarter turn away
+            phi = np.arctan(x / y)
+        aside = TURN * (y >= 0.0)  # arithmetic: a choice by np.where costs ten times as much
+        np.maximum(low, phi - aside, out=low)
+        np.minimum(high, phi + (TURN - aside), out=high)
+    return low, high
+
+
+def _frames(axis: Array, center: Array) -> tuple[Array, Array]:
+    """u, w (3, k, n) that complete frames (axis, u, w), u on the side of the centre (3, n)."""
+    w = cross(axis, center[:, None] - axis)
+    square = dot(w, w)
+    lost = square < TINY
+    if lost.any():
+        w, square = w.copy(), square.copy()
+        found = np.ascontiguousarray(_across(axis[:, lost]))
+        w[:, lost], square[lost] = found, dot(found, found)
+    w /= np.sqrt(np.maximum(square, TINY))
+    return cross(w, axis), w
+
+
+def _across(axis: Array) -> Array:
+    """Any vectors across vectors (3, n), not short."""
+    x, y, z = axis
+    flat = np.abs(z) < np.maximum(np.abs(x), np.abs(y))
+    zero = np.zeros_like(x)
+    return np.where(flat, np.array([y, -x, zero]), np.array([zero, z, -y]))

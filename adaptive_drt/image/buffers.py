@@ -1,0 +1,359 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The picture of method 'EXACT' while it is resolved: what is known of each pixel of a region.
+
+Second differences of the first pass give smooth pixels their means (I + h^2/24 (Ixx + Iyy)); the
+frame tells which pixels are left to refine, and takes in what comes of them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..cubature.adaptive import Begun, Refined, Task
+from ..cubature.error_budget import GROWTH, LEAST, Goal, Motion, make_goal
+from ..cubature.evaluate import left_by_stars
+from ..cubature.regions import Cells
+from ..numerics.arrays import Array, Ints, Mask
+from ..numerics.gather import columns, place
+from ..numerics.vector import rms
+from ..scene.film import NO_DEPTH, Film
+from ..shading.variation import STEPS, no_variation, standing
+from ..tracing.compile import Plan
+from ..tracing.intersect import Pairs
+from ..visibility.fragments import CROWDED
+from ..visibility.line_intervals import TIME
+from .first_pass import Lawn, Sheet
+from .midpoint_correction import Middles
+from .visibility_key import NO_SIGHT
+
+__all__ = ["Frame", "alike", "widened"]
+
+
+RIM = 3
+"""Pixels around a region: blocks end on the first, and a pixel's error hangs on the second
+differences of its neighbours, which those two pixels away are part of."""
+ALIGNED = 8
+"""Pixels: what regions are widened to multiples of, within the picture, so that blocks of pixels
+are whole whatever part of the picture is rendered."""
+STORED = 8
+"""Pixels: frames are stored from and to multiples of that, so that squares are blocks of them."""
+FLAT = 0.01
+"""Of the tolerance, relative to a pixel's own radiance: bends that need no correcting."""
+STARRED = 0.03
+"""Of the contrast: goals below which regions are sampled by stars from the first."""
+
+
+def widened(plan: Plan, region: tuple[int, int, int, int]) -> Plan:
+    """The plan for a region in whole blocks and a rim around them."""
+    left, bottom, right, top = region
+    width, height = plan.picture
+    left, bottom = left - left % ALIGNED, bottom - bottom % ALIGNED
+    right = max(right, min(right + -right % ALIGNED, width))
+    top = max(top, min(top + -top % ALIGNED, height))
+    return replace(plan, region=(left - RIM, bottom - RIM, right + RIM, top + RIM))
+
+
+def alike(rows: Ints, size: int) -> list[Ints]:
+    """Parts of pixels, so many at most: every k-th, so that the parts take alike."""
+    step = -(-rows.size // size)
+    return [rows[first::step] for first in range(step)]
+
+
+class Frame:
+    """The first pass over the whole region and what is around it, and what is resolved of it.
+
+    Pixels are numbered row by row, from the lower left; arrays as in `Sheet`.
+    """
+
+    def __init__(self, plan: Plan, region: tuple[int, int, int, int]) -> None:
+        """An empty frame of a region and the plan that has been `widened` for it."""
+        left, bottom, right, top = plan.region
+        self.plan = plan
+        self.left, self.bottom = left - left % STORED, bottom - bottom % STORED
+        self.width = right + -right % STORED - self.left
+        self.height = top + -top % STORED - self.bottom
+        # columns and rows of the region itself
+        self.own = (
+            slice(region[1] - self.bottom, region[3] - self.bottom),
+            slice(region[0] - self.left, region[2] - self.left),
+        )
+        n = self.width * self.height
+        self.color, self.alpha = np.zeros((3, n)), np.zeros(n)
+        self.deviation = no_variation(n)
+        self.mask = np.zeros((3, n), dtype=np.bool_)
+        self.outline = np.zeros(n, dtype=np.bool_)
+        self.item = np.full(n, -1)
+        # what pixels see during the shutter: see `find_sights`
+        self.sight = np.full(n, NO_SIGHT)
+        self.depth, self.normal = np.full(n, NO_DEPTH), np.zeros((3, n))
+        self.samples, self.error = np.ones(n, dtype=np.int32), np.zeros(n)
+        # pixels that need no refining, and those that are being refined already
+        self.settled, self._held = np.zeros((2, n), dtype=np.bool_)
+        # of pixels with outlines: whether their regions are shaded, by stars; the edges' errors
+        self.begun, self._star = np.zeros((2, n), dtype=np.bool_)
+        self._across, self._edge = np.zeros((2, n))
+        # pixels with a ray of their own: the first pass' deviations are 0 elsewhere
+        self.traced = np.zeros(n, dtype=np.bool_)
+        self._corrected, self._change = np.zeros(0, dtype=np.int64), np.zeros((3, 0))
+        # a picture that is all clear squares has no pixel with rivals
+        nothing = np.zeros(0, dtype=np.int64)
+        self._rivals: list[Pairs] = [Pairs(nothing, nothing)]
+
+    def add(self, x: Ints, y: Ints, sheet: Sheet) -> None:
+        """Enter pixels that have been traced."""
+        index = self.numbers(x, y)
+        for name in (
+            "color", "alpha", "deviation", "error", "mask", "outline", "item", "sight", "normal",
+        ):  # fmt: skip
+            place(getattr(self, name), index, getattr(sheet, name))
+        self.depth[index] = _shown(sheet.depth)
+        self._across[index] = sheet.across
+        self.traced[index] = True
+        self._rivals.append(Pairs(index[sheet.rivals.pixel], sheet.rivals.item))
+
+    def lay(self, lawn: Lawn) -> None:
+        """Enter squares whose pixels' means are known."""
+        across = np.arange(lawn.side)
+        first = self.numbers(lawn.side * lawn.x, lawn.side * lawn.y)
+        index = first + (self.width * across[:, None] + across)[..., None]
+        place(self.color, index, lawn.color)
+        place(self.error, index, lawn.error)
+        place(self.item, index, lawn.item)
+        place(self.sight, index, lawn.item + 1)
+        place(self.depth, index, _shown(lawn.depth))
+        place(self.normal, index, lawn.normal)
+        place(self.alpha, index, np.where((lawn.item < 0) & self.plan.transparent, 0.0, 1.0))
+        self.settled[index] = True
+        if lawn.moving.any():
+            place(self.mask[1], index, lawn.moving)
+
+    def numbers(self, x: Ints, y: Ints) -> Ints:
+        """Numbers of pixels given by their coordinates."""
+        return (y - self.bottom) * self.width + (x - self.left)
+
+    def correct(self) -> None:
+        """Give smooth pixels their means: where nothing is cut or moves."""
+        if self.plan.edges:
+            traced = self.traced.nonzero()[0]
+            flat = FLAT * self.plan.settings.tolerance * rms(columns(self.color, traced))
+            # the outermost have no neighbours to one side
+            inside = np.zeros((self.height, self.width), dtype=np.bool_)
+            inside[1:-1, 1:-1] = True
+            some = (self._across[traced] > flat) | self.mask[0, traced]
+            some &= inside.ravel()[traced] & ~self.outline[traced] & ~self.mask[1, traced]
+            index = traced[some]
+            sharp = self.mask[0] | self.mask[2]
+            middles = Middles(self.width, self.color, self.item, sharp, self.deviation)
+            self._corrected = index
+            self._change = middles.correct(index, self.plan.threads)
+            self.error[index] = columns(self.deviation, index, -1).sum(axis=(0, 1))
+
+    def goal(self, rows: Mask, found: tuple[Ints, Array] | None = None) -> Goal:
+        """The goal, from `rows` (height,) of pixels; `found` : colours (3, m) of some, if known."""
+        index, color = self.some(rows), self.color
+        if found is not None:
+            color = color.copy()
+            color[:, found[0]] = found[1]
+        color = self._in_rows(color, rows)
+        settled = self.settled[index]
+        done, index = self.error[index[settled]], index[~settled]
+        motion = None
+        if self.plan.motion:
+            deviation = columns(self.deviation, index, -1)
+            hard, steps = deviation[:, :TIME].sum(axis=(0, 1)), deviation[STEPS, TIME]
+            crowded = self._crowd[index] > CROWDED
+            # shadows of lights without extent stay steps, however short the time
+            left = standing(deviation[STEPS]) if self.plan.soft else np.full(index.size, np.inf)
+            motion = Motion(crowded, self.mask[1, index], hard, left, steps)
+        rest = float((done * done).sum()), done.size
+        tolerance = self.plan.settings.tolerance
+        starred = self._starred(index, LEAST * tolerance * float(np.abs(color).mean()))
+        cut = (self._unknown & (self.sight < 0))[index]
+        goal = make_goal(tolerance, color, self.error[index], starred, cut, rest, motion)
+        if self.plan.transparent:
+            return goal
+        # outlines may show a bright background in a dark picture, and regions ask by this
+        return replace(goal, contrast=max(goal.contrast, float(rms(self.plan.background))))
+
+    def _starred(self, index: Ints, least: float) -> Array:
+        """What stars leave of the errors of some pixels, as far as these are above the least."""
+        starred = self.error[index]
+        # those of regions that have been sampled by stars are so
+        rows = ((starred > least) & ~self._star[index]).nonzero()[0]
+        more = index[rows]
+        left = left_by_stars(columns(self.deviation, more, -1), np.full(more.size, 2))
+        starred[rows] = left + self._edge[more]
+        return starred
+
+    def outlines(self, rows: Mask | None = None) -> Ints:
+        """The pixels of the region, in some of the frame's rows, of which outlines are all that
+        is known."""
+        unknown = self._unknown & ~self.settled & self.inner()
+        if rows is not None:
+            unknown &= np.repeat(rows, self.width)
+        index: Ints = unknown.nonzero()[0]
+        return index
+
+    def lit(self, rows: Mask) -> bool:
+        """Whether any pixel of the region itself, in some of the frame's rows, is known to be."""
+        return bool(self._in_rows(self.color, rows).any())
+
+    def some(self, rows: Mask) -> Ints:
+        """The pixels of the region itself in some of the frame's rows."""
+        y, x = (np.arange(own.start, own.stop) for own in self.own)
+        index: Ints = self.width * y[rows[y], None] + x
+        return index.ravel()
+
+    def estimate(self) -> float:
+        """RMS error of the region over its mean, as estimated."""
+        # plane by plane: memory of the picture's size takes longer than sums
+        mean = float(np.mean([np.abs(plane).mean() for plane in self._part(self.color)]))
+        square = float((self._part(self.error) ** 2).mean())
+        return square**0.5 / mean if mean > 0.0 else 0.0
+
+    def inner(self) -> Mask:
+        """The pixels of the region itself, without those around it: (n,)."""
+        inside = np.zeros((self.height, self.width), dtype=np.bool_)
+        inside[self.own] = True
+        return inside.ravel()
+
+    def chosen(self, goal: Goal) -> Mask:
+        """The pixels (n,) that are to be refined and are neither settled nor held."""
+        chosen: Mask = (self._unknown | (self.error > goal.error)) & self.inner()
+        chosen &= ~(self.settled | self._held)
+        return chosen
+
+    @property
+    def _unknown(self) -> Mask:
+        """The pixels (n,) of which nothing is known but that outlines cut them."""
+        unknown: Mask = self.outline & ~self.begun
+        return unknown
+
+    def grid(self, side: int) -> tuple[int, int, int, int]:
+        """Blocks of pixels of one side: the first's column and row, and how many there are."""
+        left, bottom, right, top = self.plan.region
+        x, y = left + RIM - self.left, bottom + RIM - self.bottom
+        return x, y, (right - left - 2 * RIM) // side, (top - bottom - 2 * RIM) // side
+
+    def settle(self, rows: Ints, color: Array, alpha: Array, error: Array) -> None:
+        """Enter pixels' means that need no refining."""
+        place(self.color, rows, color)
+        self.alpha[rows], self.error[rows] = alpha, error
+        self.settled[rows] = True
+
+    def tasks(self, goal: Goal, size: int) -> list[tuple[Ints, Task]]:
+        """What is to be refined: numbers of pixels, and the task; smooth pixels are corrected."""
+        chosen = self.chosen(goal)
+        rest = self._corrected
+        kept = (~(chosen[rest] | self.settled[rest] | self._held[rest])).nonzero()[0]
+        rows = rest[kept]
+        # a mean of light is never below 0, whatever differences say
+        self.color[:, rows] = np.maximum(
+            columns(self.color, rows) + columns(self._change, kept), 0.0
+        )
+        return self.in_parts(chosen.nonzero()[0], goal, size, True)
+
+    def point_tasks(self, rows: Ints, goal: Goal, size: int) -> list[tuple[Ints, Task]]:
+        """What is to be integrated over the shutter, at the middles of pixels only."""
+        return self.in_parts(rows, goal, size, False)
+
+    def hold(self, rows: Ints) -> None:
+        """Choose pixels no more: they are being refined."""
+        self._held[rows] = True
+
+    def in_parts(self, rows: Ints, goal: Goal, size: int, whole: bool) -> list[tuple[Ints, Task]]:
+        """Tasks for pixels, whole or their middles."""
+        parts = alike(rows, size)
+        return [(part, self._task(part, goal, whole and self.plan.edges)) for part in parts]
+
+    def crowd(self, rows: Ints) -> float:
+        """Sum over pixels of the squares of their rivals' numbers: what regions may take."""
+        return float((self._crowd[rows].astype(np.float64) ** 2).sum())
+
+    @property
+    def _crowd(self) -> Ints:
+        """How many rivals pixels have: (n,)."""
+        pixel = np.concatenate([pairs.pixel for pairs in self._rivals])
+        return np.bincount(pixel, minlength=self.item.size)
+
+    def _rivals_of(self, rows: Ints) -> Pairs:
+        """The rivals of some pixels, which are numbered anew, sorted by pixel."""
+        number = np.full(self.item.size, -1)
+        number[rows] = np.arange(rows.size)
+        own = [number[pairs.pixel] for pairs in self._rivals]
+        kept = [(each >= 0).nonzero()[0] for each in own]
+        pixel = np.concatenate([each[index] for each, index in zip(own, kept, strict=True)])
+        item = np.concatenate(
+            [pairs.item[index] for pairs, index in zip(self._rivals, kept, strict=True)]
+        )
+        order = np.argsort(pixel, kind="stable")
+        return Pairs(pixel[order], item[order])
+
+    def _middles(self, rows: Ints) -> Array:
+        """The middles (3, m) of pixels and shutter."""
+        y, x = np.divmod(rows, self.width)
+        return np.array([self.left + x + 0.5, self.bottom + y + 0.5, np.zeros(rows.size)])
+
+    def _task(self, part: Ints, goal: Goal, whole: bool) -> Task:
+        middle, half = self._middles(part), np.zeros((3, part.size))
+        deviation = columns(self.deviation, part, -1)
+        if whole:
+            half[:2] = 0.5
+        else:
+            deviation[:, :2] = 0.0
+        half[2] = np.where(self.mask[1, part], 0.5, 0.0)
+        blank = self._unknown[part]
+        star = self._star[part] | (blank & (goal.error < STARRED * goal.contrast))
+        cells = Cells(
+            np.arange(part.size), middle - half, middle + half, np.ones(part.size),
+            columns(self.color, part), self.alpha[part], deviation, self._edge[part], star,
+        )  # fmt: skip
+        return Task(
+            cells, blank, self.item[part], self.outline[part], self._rivals_of(part), goal,
+            GROWTH if whole else 0.0,
+        )  # fmt: skip
+
+    def begin(self, rows: Ints, begun: Begun) -> None:
+        """Enter the means of pixels' regions, which may be refined."""
+        cells = begun.cells
+        place(self.color, rows, cells.color)
+        place(self.deviation, rows, cells.deviation)
+        self.alpha[rows], self._edge[rows] = cells.alpha, cells.edge
+        self._star[rows], self.begun[rows] = cells.star, True
+        self.error[rows] = begun.error
+        self.count(rows, begun)
+
+    def enter(self, rows: Ints, refined: Refined) -> None:
+        """Enter what was refined."""
+        place(self.color, rows, refined.color)
+        self.alpha[rows], self.error[rows] = refined.alpha, refined.error
+        self.count(rows, refined)
+
+    def count(self, rows: Ints, shaded: Begun | Refined) -> None:
+        """Add the points that were shaded beyond the first pass' own."""
+        self.samples[rows] += shaded.samples - 1
+
+    def develop(self, film: Film) -> None:
+        """Have a film show the region's pixels, as they are and as they will be: it copies none."""
+        for name in ("color", "alpha", "mask", "samples", "depth", "normal"):
+            setattr(film, name, self._part(getattr(self, name)))
+
+    def _in_rows(self, color: Array, rows: Mask) -> Array:
+        """Of colours (3, n) those of the region, in some of the frame's rows: (3, rows, width)."""
+        part, own = self._part(color), rows[self.own[0]]
+        return part if own.all() else part[:, own]
+
+    def _part(self, values: NDArray[Any]) -> NDArray[Any]:
+        """Of values (..., n) those of the region: (..., height, width)."""
+        table = values.reshape(*values.shape[:-1], self.height, self.width)
+        return table[..., *self.own]
+
+
+def _shown(depth: Array) -> Array:
+    """Depths as films hold them."""
+    shown: Array = np.where(np.isfinite(depth), depth, NO_DEPTH)
+    return shown

@@ -1,0 +1,142 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Method 'EXACT', the first pass: one exactly shaded ray a pixel, and what it says of the pixel.
+
+Pixels that outlines cut, where light steps or bends, or where something moves are refined to a
+goal in the second (`adaptive`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..detection.detect import Center, Flags, detect, trace_center
+from ..numerics.arrays import Array, Ints, Mask
+from ..numerics.gather import columns, place
+from ..parallel.call_progress import part_of_call
+from ..shading.direct_light import Shaded, shade
+from ..shading.footprint import make_patch
+from ..shading.variation import STEPS, no_variation
+from ..tracing.compile import Plan
+from ..tracing.intersect import Pairs
+from ..tracing.occluder_culling import Occluders
+from .visibility_key import NO_SIGHT, find_sights
+
+__all__ = ["Lawn", "Sheet", "first_pass"]
+
+
+DETECTED = 0.4
+"""Of a first pass: what comes before light (a third to a half, with 2 to 2,000 objects)."""
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """The first pass over n pixels.
+
+    Attributes
+    ----------
+    color : (3, n) radiance at the centres.  alpha : (n,) coverage there.
+    deviation : (4, 3, n) estimated, by kind and axis: see `variation`.
+    error, across : (n,) the sum of those, and of what middles around may tell more of.
+    mask : (3, n).  outline : (n,).  item : (n,) object at the centre, -1 for none.
+    sight : (n,) what is seen during the shutter, as numbers: see `find_sights`.
+    depth : (n,), normal : (3, n) of the hits.
+    rivals : objects that may be seen in pixels with outlines, sorted by pixel.
+    """
+
+    color: Array
+    alpha: Array
+    deviation: Array
+    error: Array
+    across: Array
+    mask: Mask
+    outline: Mask
+    item: Ints
+    sight: Ints
+    depth: Array
+    normal: Array
+    rivals: Pairs
+
+
+def first_pass(
+    plan: Plan, occluders: Occluders, x: Array, y: Array, pairs: Pairs, clock: Callable[[str], None]
+) -> Sheet:
+    """Trace, detect and shade the centres of n pixels; arguments as those of `trace_center`."""
+    center = trace_center(plan, x, y, pairs)
+    clock("camera rays")
+    with part_of_call(0.0, DETECTED):
+        flags = detect(plan, occluders, center, clock)
+    n = x.size
+    color = np.zeros((3, n))
+    if not plan.transparent:
+        color[:] = plan.background[:, None]
+    alpha = np.full(n, 0.0 if plan.transparent else 1.0)
+    deviation = no_variation(n)
+    rows = center.rows
+    with part_of_call(DETECTED, 1.0):
+        light = _shade_centers(plan, occluders, center, flags)
+    place(color, rows, light.color)
+    alpha[rows] = 1.0
+    place(deviation, rows, light.deviation)
+    normal = np.zeros((3, n))
+    place(normal, rows, center.hits.normal)
+    clock("exact light")
+    rivals = flags.rivals.take(np.argsort(flags.rivals.pixel, kind="stable"))
+    sight = _sights(plan, np.array([x, y]), center, flags, rivals)
+    clock("sights")
+    return Sheet(
+        color, alpha, deviation, deviation.sum(axis=(0, 1)),
+        deviation[:STEPS, :2].sum(axis=(0, 1)), flags.mask, flags.outline,
+        center.item, sight, center.depth, normal, rivals,
+    )  # fmt: skip
+
+
+def _sights(plan: Plan, place: Array, center: Center, flags: Flags, rivals: Pairs) -> Ints:
+    """Sights (n,) of pixels whose centres are at places (2, n); rivals are sorted by pixel."""
+    sight = np.where(flags.outline, NO_SIGHT, center.item + 1)
+    rows = (flags.outline & flags.mask[1]).nonzero()[0]
+    if rows.size:
+        half = 0.5 if plan.edges else 0.0
+        own = rivals.of(rows, sight.size)
+        sight[rows] = find_sights(plan, columns(place, rows), half, own)
+    return sight
+
+
+def _shade_centers(plan: Plan, occluders: Occluders, center: Center, flags: Flags) -> Shaded:
+    rows = center.rows
+    half = np.zeros((3, rows.size))
+    if plan.edges:
+        half[:2] = 0.5
+    half[2] = np.where(flags.mask[1, rows], 0.5, 0.0)
+    w = columns(center.w, rows)
+    with np.errstate(over="ignore", invalid="ignore"):  # sizes that only estimates hang on
+        patch = make_patch(plan, w, center.depth[rows], center.hits, half)
+    time = np.zeros(rows.size) if plan.motion else 0.0
+    known = tuple(zip(flags.shadows, flags.candidates, strict=True))
+    return shade(plan, occluders, center.hits, time, patch, known)
+
+
+@dataclass(frozen=True)
+class Lawn:
+    """n clear squares of pixels, s to a side, that need no ray of their own.
+
+    Attributes
+    ----------
+    side : s.  x, y : (n,) the lower left corners in the picture, in sides.
+    color : (3, s, s, n) mean radiance, y first.  error : (n,) what it may be off by.
+    item : (n,) the object that fills them, -1 for none.
+    depth : (s, s, n), normal : (3, s, s, n) of the hits at the pixels' centres.
+    moving : (n,) whether their light changes during the shutter.
+    """
+
+    side: int
+    x: Ints
+    y: Ints
+    color: Array
+    error: Array
+    item: Ints
+    depth: Array
+    normal: Array
+    moving: Mask

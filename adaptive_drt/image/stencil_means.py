@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Pixels whose means follow from points at their own middles and at those of pixels around them.
+
+Second differences give the mean, and how they change from pixel to pixel tells how far that may be
+off, where the same is seen two pixels to each side: see `midpoint`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..numerics.arrays import Array, Ints
+from ..numerics.gather import columns
+from ..numerics.midpoint import MEAN, NEAR, bends, left
+from .node_values import Points
+
+__all__ = ["Crosses"]
+
+
+class Crosses:
+    """What is left of the pixels, resolved one by one."""
+
+    def __init__(self, points: Points) -> None:
+        """Nothing is asked yet."""
+        self.points = points
+        # the pixels (m,) that may be resolved so
+        self.pixels: Ints = points.wanted.nonzero()[0]
+        if self.pixels.size:
+            self.pixels = self.pixels[self._fine(self.pixels)]
+
+    def _fine(self, rows: Ints) -> NDArray[np.bool_]:
+        points = self.points
+        sight = points.frame.sight[rows]
+        fine: NDArray[np.bool_] = (sight >= 0) & (points.left[rows] <= points.allowed)
+        for near in self._around(rows, 1):
+            fine &= self._alike(rows, near) & (points.left[near] <= points.allowed)
+        return fine
+
+    def ask(self) -> Ints:
+        """Pixels whose values are needed and that are not known: ascending."""
+        points = self.points
+        self.pixels = rows = self.pixels[points.wanted[self.pixels]]
+        if not points.frame.plan.edges:
+            return points.unknown(rows)
+        beyond = [far[self._alike(rows, far)] for far in self._around(rows, 2)]
+        return points.unknown(rows, *self._around(rows, 1), *beyond)
+
+    def settle(self) -> None:
+        """Give the pixels their means that are sure enough."""
+        points, rows = self.points, self.pixels
+        if not rows.size:
+            return
+        mean = points.values(rows)
+        off = np.zeros(rows.size)
+        if points.frame.plan.edges:
+            for step in (1, points.frame.width):
+                before, bend, after = bends(points.value, rows, step)
+                mean = mean + MEAN * bend
+                off = np.maximum(off, self._off(rows, step, before, bend, after))
+        sure = (off <= points.allowed).nonzero()[0]
+        rows = rows[sure]
+        points.settle(rows, columns(mean, sure), np.hypot(points.error[rows], off[sure]))
+
+    def _off(self, rows: Ints, step: int, before: Array, bend: Array, after: Array) -> Array:
+        """How far means may be off by what is along one axis: (m,)."""
+        size = self.points.size
+        off: Array = NEAR * size(bend)
+        some = self._alike(rows, rows - 2 * step) & self._alike(rows, rows + 2 * step)
+        return np.where(some, np.minimum(off, left(size, before, bend, after)), off)
+
+    def _alike(self, rows: Ints, other: Ints) -> NDArray[np.bool_]:
+        """Whether pixels see the same as others."""
+        alike: NDArray[np.bool_] = self.points.frame.sight[rows] == self.points.frame.sight[other]
+        return alike
+
+    def _around(self, rows: Ints, reach: int) -> list[Ints]:
+        """The pixels so far from each, along both axes."""
+        width = self.points.frame.width
+        return [rows + reach * step for step in (-1, 1, -width, width)]

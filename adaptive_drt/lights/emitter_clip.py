@@ -1,0 +1,166 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Occluders cut by the plane that a light lies in: only what is before it hides anything."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..numerics.arrays import Array
+from ..numerics.floats import TINY
+from ..numerics.vector import cross, dot
+from .emitter import DISK, QUAD, Emitter
+
+__all__ = ["Backdrop", "backdrop", "ball_polygons", "clip_quads"]
+
+
+BALL_CORNERS = 48
+"""Corners of the polygon that stands for a ball cut by a light's plane. Its area is made right, so
+that what is left is of fourth order: some 1e-6 of the light."""
+BEYOND = 2.0
+"""Where the hidden part of a plane has no end it is cut off this many times as far as the light."""
+
+
+@dataclass(frozen=True)
+class Backdrop:
+    """The plane behind which nothing hides a light, as n points see it.
+
+    `normal` (3, n) are unit vectors to its front; `at` (3, n) metres from the points; `reach` (n,)
+    metres, how far the light goes from there. It is a quad light's own plane; that of a disk; of a
+    spherical light the plane of the circle in which it is seen.
+    """
+
+    normal: Array
+    at: Array
+    reach: Array
+
+    def height(self, place: Array) -> Array:
+        """How far (metres) places (3, n) lie before it."""
+        height: Array = dot(self.normal, place - self.at)
+        return height
+
+
+def backdrop(light: Emitter, to: Array) -> Backdrop:
+    """The backdrop of a light whose centre is at `to` (3, n) from the points."""
+    if light.kind == QUAD:
+        return Backdrop(light.normal + np.zeros_like(to), to, np.full(to.shape[1], light.radius))
+    square = np.maximum(dot(to, to), TINY)
+    axis = to / np.sqrt(square)
+    near = 1.0 if light.kind == DISK else np.maximum(1.0 - light.radius**2 / square, 0.0)
+    return Backdrop(-axis, to * near, np.full(to.shape[1], light.radius))
+
+
+def clip_quads(plane: Backdrop, quads: Array) -> Array:
+    """Quads (m, 4, 3, n) cut to the front of a backdrop: (m, 5, 3, n), or as they come.
+
+    A corner may come twice.
+    """
+    if not quads.shape[0]:
+        return quads
+    shift = dot(plane.normal, plane.at)
+    heights = [dot(plane.normal[:, None], quads[:, k].swapaxes(0, 1)) - shift for k in range(4)]
+    if min(float(h.min(initial=0.0)) for h in heights) >= 0.0:
+        return quads
+    return _clip(quads, np.stack(heights, axis=1))
+
+
+def ball_polygons(plane: Backdrop, v: Array, radius: Array) -> Array:
+    """What balls that a backdrop cuts hide of it, seen from the points: (m, j, 3, n) metres.
+
+    Parameters
+    ----------
+    v : (m, 3, n) centres from the points.  radius : (m, n), more than their distance from it.
+
+    A ball before a plane is convex, and so is its image on it. From the middle of the circle
+    that the plane cuts out, each direction leaves that image on the circle or, farther out, where
+    the ray to it touches the ball on its way.
+    """
+    m, _, n = v.shape
+    out = np.empty((m, BALL_CORNERS, 3, n))
+    normal = plane.normal
+    for i in range(m):
+        height = plane.height(v[i])
+        foot = v[i] - height * normal
+        disk = np.sqrt(np.maximum(radius[i] ** 2 - height * height, 0.0))
+        first = _symmetry(plane, foot)
+        second = cross(normal, first)
+        away = foot - plane.at
+        limit = BEYOND * (np.sqrt(dot(away, away)) + plane.reach) + disk
+        for k in range(BALL_CORNERS):
+            turn = 2.0 * np.pi * (k + 0.5) / BALL_CORNERS
+            u = np.cos(turn) * first + np.sin(turn) * second
+            far = np.maximum(disk, _touch(foot, u, v[i], radius[i], limit))
+            grown = far * (1.0 + np.pi**2 / (3.0 * BALL_CORNERS**2))
+            out[i, k] = foot + grown * u
+    return out
+
+
+CENTRED = 2.0**-20
+"""Of a plane's distance: a ball whose foot is no farther from the point's own is round about it."""
+
+
+def _symmetry(plane: Backdrop, foot: Array) -> Array:
+    """Unit vectors (3, n) in a backdrop along which the images of balls are symmetric.
+
+    They lead from the points' own feet to those of the balls, so that a polygon does not hang on
+    how the scene is turned. About a ball straight ahead any direction will do.
+    """
+    normal = plane.normal
+    own = normal * dot(normal, plane.at)
+    aside = foot - own
+    size = np.sqrt(dot(aside, aside))
+    low = np.abs(normal[0]) < 0.5
+    helper = np.stack([np.where(low, 1.0, 0.0), np.where(low, 0.0, 1.0), np.zeros_like(size)])
+    other = cross(normal, helper)
+    other = other / np.sqrt(dot(other, other))
+    off = size > CENTRED * np.sqrt(dot(own, own))
+    symmetry: Array = np.where(off, aside, other) / np.where(off, np.maximum(size, TINY), 1.0)
+    return symmetry
+
+
+def _touch(foot: Array, u: Array, v: Array, r: Array, limit: Array) -> Array:
+    """How far (n,) from `foot` along unit u a ray still touches the ball before it gets there.
+
+    The discriminant r^2 w.w - |w x v|^2 of w = foot + s u is a quadratic in s, not negative at 0.
+    """
+    side, base = cross(u, v), cross(foot, v)
+    a = r * r - dot(side, side)
+    b = r * r * dot(foot, u) - dot(base, side)
+    c = np.maximum(r * r * dot(foot, foot) - dot(base, base), 0.0)
+    root = np.sqrt(np.maximum(b * b - a * c, 0.0))
+    # the greater root, without cancellation; none where the image has no end
+    with np.errstate(over="ignore"):  # an image that ends far away is cut off in any case
+        far, near = -(b + root) / np.where(a < 0.0, a, -1.0), c / np.maximum(root - b, TINY)
+    s = np.where(b > 0.0, far, near)
+    endless = (a >= 0.0) & (b >= 0.0)
+    s = np.minimum(np.where(endless, limit, s), limit)
+    w = foot + s * u
+    before = dot(w, v) < dot(w, w)
+    return np.where(before, s, 0.0)
+
+
+def _clip(quads: Array, heights: Array) -> Array:
+    """Polygons (m, 4, 3, n) cut where `heights` (m, 4, n) fall below 0 (Sutherland and Hodgman)."""
+    m, _, _, n = quads.shape
+    out = np.zeros((m, 5, 3, n))
+    used = np.zeros((m, n), dtype=np.int64)
+    rows, columns = np.indices((m, n))
+    for k in range(4):
+        j = (k + 1) % 4
+        h0, h1 = heights[:, k], heights[:, j]
+        start, end = quads[:, k], quads[:, j]
+        cut = (h0 >= 0.0) != (h1 >= 0.0)
+        gap = np.where(cut, h0 - h1, 1.0)
+        crossing = start + (h0 / gap)[:, None] * (end - start)
+        for keep, corner in ((h0 >= 0.0, start), (cut, crossing)):
+            i, c = rows[keep], columns[keep]
+            out[i, np.minimum(used[i, c], 4), :, c] = corner.swapaxes(1, 2)[i, c]
+            used[i, c] += 1
+    # fill up with the last corner
+    last = np.maximum(used - 1, 0)
+    for k in range(5):
+        over = k > last
+        i, c = rows[over], columns[over]
+        out[i, k, :, c] = out[i, last[i, c], :, c]
+    return out

@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Low-discrepancy points: each is a function of (seed, pixel, stream, index), nothing stateful.
+
+The first dimension is i / n, the others follow Kronecker's sequence with Roberts' generators
+(the roots of x^(d+1) = x + 1; Roberts 2018, "The unreasonable effectiveness of quasirandom
+sequences"); d = 1 is the golden ratio and gives Fibonacci's lattice. Each pixel and stream
+shifts all points by its own hash (Cranley and Patterson 1976), so errors of neighbouring
+pixels do not line up. Ohbuchi and Aono 1996 is the paper's own source for such points.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .arrays import Array, Ints
+
+__all__ = ["generator", "mix", "points", "shifts"]
+
+
+TWO_TO_MINUS_53 = 2.0**-53
+NEWTON_STEPS = 64
+"""Fixed-point steps that find the generator; each gains at least a bit."""
+
+
+def shifts(seed: int, pixel: Ints, stream: int, dimension: int) -> Array:
+    """Uniform numbers in [0, 1), one a pixel.
+
+    Parameters
+    ----------
+    seed, stream, dimension : any integers; each combination is its own sequence.
+    pixel : (n,) index of the pixel in the whole picture.
+
+    Returns
+    -------
+    (n,) float64. Source: SplitMix64 (Steele, Lea and Flood 2014).
+    """
+    key = mix(np.uint64(seed % 2**64)) ^ np.uint64((stream * 64 + dimension) % 2**64)
+    bits = mix(mix(key) ^ pixel.astype(np.uint64))
+    return (bits >> np.uint64(11)).astype(np.float64) * TWO_TO_MINUS_53
+
+
+def points(seed: int, pixel: Ints, stream: int, count: int, dimensions: int) -> list[Array]:
+    """`count` points of the unit cube for each pixel.
+
+    Returns
+    -------
+    One (n, count) float64 array in [0, 1) per dimension.
+    """
+    index = np.arange(count, dtype=np.float64)
+    base = [index / count]
+    if dimensions > 1:
+        root = generator(dimensions - 1)
+        base += [index * root ** -(k + 1.0) % 1.0 for k in range(dimensions - 1)]
+    out = []
+    for k in range(dimensions):
+        moved = base[k] + shifts(seed, pixel, stream, k)[:, None]
+        moved -= np.floor(moved)
+        out.append(moved)
+    return out
+
+
+def generator(dimensions: int) -> float:
+    """The root above 1 of x^(d + 1) = x + 1."""
+    x = 1.5
+    for _ in range(NEWTON_STEPS):
+        x = (1.0 + x) ** (1.0 / (dimensions + 1.0))
+    return x
+
+
+def mix(z: NDArray[np.uint64] | np.uint64) -> NDArray[np.uint64]:
+    """Numbers spread over 64 bits (...): SplitMix64 (Steele, Lea and Flood 2014)."""
+    with np.errstate(over="ignore"):  # arithmetic modulo 2^64 is the point
+        z = np.asarray(z, dtype=np.uint64) + np.uint64(0x9E3779B97F4A7C15)
+        z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+        z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+        return z ^ (z >> np.uint64(31))

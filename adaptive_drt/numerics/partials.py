@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Partial derivatives as jets hold them: an array, or None for a structural zero.
+
+Every function here computes nothing for None.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from typing import TypeAlias
+
+from .arrays import Array
+
+__all__ = [
+    "Array",
+    "Partial",
+    "Partials",
+    "accumulate",
+    "add",
+    "each",
+    "leading",
+    "pairs",
+    "product",
+    "subtract",
+    "twice",
+]
+
+Partial: TypeAlias = Array | None
+Partials: TypeAlias = tuple[Partial, ...]
+
+
+@cache
+def pairs(axes: int) -> tuple[tuple[int, int], ...]:
+    """Axes (i, j), i <= j, of each entry of a packed Hessian: row by row, xx xy yy for two."""
+    return tuple((i, j) for i in range(axes) for j in range(i, axes))
+
+
+def accumulate(total: Partial, term: Partial) -> Partial:
+    """Sum of two fresh arrays, in place where shapes allow; None counts as nothing."""
+    if total is None or term is None:
+        return term if total is None else total
+    if total.shape != term.shape:
+        return total + term
+    total += term
+    return total
+
+
+def leading(entry: Array, ndim: int, component: int) -> Array:
+    """One leading component of an entry that broadcasts to an array of `ndim` axes."""
+    if entry.ndim < ndim:
+        return entry
+    part: Array = entry[0] if entry.shape[0] == 1 else entry[component]
+    return part
+
+
+def each(function: Callable[[Array], Array], partials: Partials) -> Partials:
+    return tuple(None if entry is None else function(entry) for entry in partials)
+
+
+def add(x: Partial, y: Partial) -> Partial:
+    if x is None or y is None:
+        return y if x is None else x
+    return x + y
+
+
+def subtract(x: Partial, y: Partial) -> Partial:
+    if y is None:
+        return x
+    return -y if x is None else x - y
+
+
+def product(function: Callable[[Array, Array], Array], x: Partial, y: Partial) -> Partial:
+    return None if x is None or y is None else function(x, y)
+
+
+def twice(function: Callable[[Array, Array], Array], x: Partial, y: Partial) -> Partial:
+    if x is None or y is None:
+        return None
+    result = function(x, y)
+    result *= 2.0
+    return result

@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Ranges of a jet's Taylor polynomial over the domains that rays are distributed in.
+
+A second-order jet of a quadratic is the whole polynomial, so its range over a rectangle or an
+interval is exact: the extremes lie at corners, on edges or at the critical point. A first-order
+jet is a linear function plus a bound on what it leaves out, which the caller states.
+
+The ranges are those of real arithmetic; the caller widens them by the rounding of the jet.
+"""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .arrays import Array
+from .jet import Jet
+
+__all__ = ["Range", "interval_range", "rectangle_range"]
+
+Range: TypeAlias = tuple[Array, Array]
+Bound: TypeAlias = Array | float
+
+
+def interval_range(jet: Jet, half: float, remainder: Bound = 0.0, axis: int = 0) -> Range:
+    """Least and greatest value of a jet along one axis, over [-half, half].
+
+    Parameters
+    ----------
+    jet : value (n,). Order 2: taken as the exact quadratic. Order 1: a linear function.
+    half : half the length of the interval, in the axis' unit.
+    remainder : (n,) bound on the absolute value of what an order 1 jet leaves out; unused at
+        order 2.
+
+    Returns
+    -------
+    (low, high) : (n,) each.
+    """
+    slope = jet.gradient[axis]
+    if jet.hessian is None:
+        spread = np.abs(_or_zero(slope)) * half + remainder
+        return jet.value - spread, jet.value + spread
+    return _quadratic_range(jet.value, _or_zero(slope), _or_zero(jet.hessian[axis]), half)
+
+
+def rectangle_range(jet: Jet, half_x: float, half_y: float, remainder: Bound = 0.0) -> Range:
+    """Least and greatest value of a two-axis jet over [-half_x, half_x] x [-half_y, half_y].
+
+    Parameters and returns as `interval_range`. At order 2 the four edges are quadratics of one
+    variable (their ends are the corners), and the critical point counts where it lies inside.
+    Rounding moves low and high by at most 8 u (|f| + |f_x| + |f_y| + |f_xx| + |f_xy| + |f_yy|),
+    derivatives for half sides of 1, u = 2^-53.
+    """
+    gx, gy = (_or_zero(g) for g in jet.gradient)
+    if jet.hessian is None:
+        spread = np.abs(gx) * half_x + np.abs(gy) * half_y + remainder
+        return jet.value - spread, jet.value + spread
+    xx, xy, yy = (_or_zero(h) for h in jet.hessian)
+    value = jet.value
+    low, high = _interior(value, gx, gy, xx, xy, yy, half_x, half_y)
+    for side in (-half_x, half_x):
+        edge = _quadratic_range(value + side * (gx + 0.5 * side * xx), gy + side * xy, yy, half_y)
+        low, high = np.minimum(low, edge[0]), np.maximum(high, edge[1])
+    for side in (-half_y, half_y):
+        edge = _quadratic_range(value + side * (gy + 0.5 * side * yy), gx + side * xy, xx, half_x)
+        low, high = np.minimum(low, edge[0]), np.maximum(high, edge[1])
+    return low, high
+
+
+def _or_zero(part: Array | None) -> Array | float:
+    return 0.0 if part is None else part
+
+
+def _quadratic_range(value: Array, slope: Bound, bend: Bound, half: float) -> Range:
+    """Range of value + slope * s + bend / 2 * s^2 over |s| <= half."""
+    middle = value + 0.5 * half * half * bend
+    swing = np.abs(slope) * half
+    # the vertex lies inside where |slope| < half * |bend|; there the value is v - slope^2 / 2 bend
+    inside = np.abs(slope) < half * np.abs(bend)
+    safe = np.where(inside, bend, 1.0)
+    vertex = np.where(inside, value - 0.5 * slope * (slope / safe), middle)
+    low = np.minimum(middle - swing, vertex)
+    high = np.maximum(middle + swing, vertex)
+    return low, high
+
+
+def _interior(
+    value: Array, gx: Bound, gy: Bound, xx: Bound, xy: Bound, yy: Bound, hx: float, hy: float
+) -> Range:
+    """Value at the least or greatest point where it lies inside the rectangle, else at the centre.
+
+    By completing the square, first along the axis of the greater bend. Cramer's rule would lose
+    all digits of g.H^-1 g where the quadratic is nearly a parabolic cylinder. A saddle counts not.
+    """
+    first = np.abs(xx) >= np.abs(yy)
+    p, q = _either(first, xx, yy), _either(first, yy, xx)
+    gp, gq = _either(first, gx, gy), _either(first, gy, gx)
+    with np.errstate(over="ignore", invalid="ignore"):  # nearly singular: lands outside
+        safe = np.where(p != 0.0, p, 1.0)
+        ratio = xy / safe
+        slope, bend = gq - ratio * gp, q - ratio * xy
+        definite = np.asarray(p * bend > 0.0)
+        t = -slope / np.where(definite, bend, 1.0)
+        s = -(gp + xy * t) / safe
+        inside = definite & (np.abs(s) <= np.where(first, hx, hy))
+        inside &= np.abs(t) <= np.where(first, hy, hx)
+        critical = np.where(inside, value - 0.5 * gp * (gp / safe) + 0.5 * slope * t, value)
+    return critical, critical.copy()
+
+
+def _either(choice: NDArray[np.bool_] | np.bool_, a: Bound, b: Bound) -> Array:
+    chosen: Array = np.where(choice, a, b)
+    return chosen

@@ -1,0 +1,246 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Tells which polygon meshes stand for a true sphere or for true parallelograms.
+
+All vertices of a cube, a cylinder and a tetrahedron lie on one sphere too, so position alone
+proves nothing. A mesh is taken for a sphere when it is, vertex for vertex and face for face, a
+UV sphere (segments * rings, any count from 3 up) or an icosphere (any subdivision, the plain
+icosahedron included, since that is what Blender's icosphere of subdivision 1 is). Whatever was
+cut, capped, dented or stretched has another structure or leaves the sphere. The tetrahedron,
+the octahedron, the cube and their triangulations are not spheres.
+All other meshes are what `planar_facets` finds: parallelograms, as the sides of a cube.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .description import Vector, vector_of
+from .planar_facets import Mesh, Parallelogram, edges_of, parallelograms
+
+__all__ = ["Ball", "Parallelogram", "recognise"]
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+RELATIVE_FIT = 2e-5
+"""Of the size: how far a vertex may stand off. Seen: Blender's UV spheres 2e-6 (float32), its
+icosahedron 7e-6 (its constants have six digits)."""
+
+ROUNDINGS = 8.0 * float(np.finfo(np.float32).eps)
+"""Of the largest coordinate: what float32 storage takes from a mesh far from its own origin."""
+
+ICOSAHEDRON_EDGE = 1.0 / math.sin(2.0 * math.pi / 5.0)
+"""Length of an icosahedron's edge, in circumradii."""
+
+ICOSPHERE_STRETCH = 1.4
+"""Longest edge of an icosphere, in edges of the icosahedron over 2**subdivision; seen: 1.26."""
+
+
+@dataclass(frozen=True)
+class Ball:
+    """Sphere in the mesh's own space: centre and radius in its units.
+
+    slot : the number of the material that most of its faces wear.
+    """
+
+    center: Vector
+    radius: float
+    slot: int = 0
+
+
+def recognise(
+    points: FloatArray, corners: IntArray, starts: IntArray, slots: IntArray
+) -> Ball | tuple[Parallelogram, ...] | str:
+    """Return the sphere or the parallelograms that a mesh stands for, or why it is neither.
+
+    Parameters
+    ----------
+    points : (3, n) float64, vertex positions.
+    corners : (c,) int64, vertex of each face corner, face after face.
+    starts : (f,) int64, first corner of each face, ascending from 0.
+    slots : (f,) int64, the number of the material that each face wears.
+
+    Returns
+    -------
+    Ball, parallelograms, or a reason for a person, which begins with "its" or "it".
+    """
+    if len(starts) == 0:
+        return "it has no faces"
+    # loose vertices are never rendered, so they are left out and the others numbered anew
+    used = np.bincount(corners, minlength=points.shape[1]) > 0
+    corners = (np.cumsum(used) - 1)[corners]
+    points = points[:, used]
+    if not np.isfinite(points).all():
+        return "its vertices are not finite numbers"
+    sizes = np.diff(starts, append=len(corners))
+    slack = ROUNDINGS * float(np.abs(points).max())
+    mesh = Mesh(points, corners, starts, sizes, slots, slack, RELATIVE_FIT)
+    ball = _as_uv_sphere(mesh) or _as_icosphere(mesh)
+    return replace(ball, slot=int(np.bincount(slots).argmax())) if ball else parallelograms(mesh)
+
+
+def _fit_sphere(points: FloatArray, slack: float) -> Ball | None:
+    """Return the sphere that all points lie on, or None; points (3, n), n >= 4.
+
+    |p|^2 = 2 c.p + (r^2 - |c|^2) is linear in its unknowns; solved by least squares around the
+    points' middle and in units of their extent.
+    """
+    middle = points.mean(axis=1)
+    local = points - middle[:, None]
+    extent = float(np.abs(local).max())
+    if extent == 0.0:
+        return None
+    local = local / extent
+    rows = np.concatenate([2.0 * local, np.ones((1, local.shape[1]))])
+    squares = (local * local).sum(axis=0)
+    solution, _, rank, _ = np.linalg.lstsq(rows.T, squares, rcond=None)
+    if rank < 4:
+        return None
+    distance = np.linalg.norm(local - solution[:3, None], axis=0)
+    radius = float(distance.mean())
+    allowed = RELATIVE_FIT * radius + slack / extent
+    if float(np.abs(distance - radius).max()) > allowed:
+        return None
+    center = middle + extent * solution[:3]
+    # a primitive's own rounding must not move it off its origin, or it would swing as it turns
+    if float(np.linalg.norm(center)) <= RELATIVE_FIT * radius * extent:
+        center = np.zeros(3)
+    return Ball(vector_of(center), radius * extent)
+
+
+def _as_uv_sphere(mesh: Mesh) -> Ball | None:
+    """Return the sphere whose m segments and n rings the mesh is, or None.
+
+    Two poles, m * (n - 1) vertices between them at the angles k pi / n and j 2 pi / m, a
+    triangle for each of the 2 m cells at the poles and a quad for each other cell.
+    """
+    points, corners, starts = mesh.points, mesh.corners, mesh.starts
+    sizes, slack = mesh.sizes, mesh.slack
+    triangles, quads = int((sizes == 3).sum()), int((sizes == 4).sum())
+    segments = triangles // 2
+    if triangles % 2 or segments < 3 or triangles + quads != len(sizes) or quads % segments:
+        return None
+    rings = quads // segments + 2
+    count = points.shape[1]
+    if rings < 3 or count != segments * (rings - 1) + 2:
+        return None
+    quad_corners = corners[(starts[sizes == 4][:, None] + np.arange(4))]
+    triangle_corners = corners[(starts[sizes == 3][:, None] + np.arange(3))]
+    in_quad = np.zeros(count, dtype=np.bool_)
+    in_quad[quad_corners] = True
+    poles = (~in_quad).nonzero()[0]
+    ball = _fit_sphere(points, slack) if len(poles) == 2 else None
+    if ball is None:
+        return None
+    cell = _lattice(points, poles, ball, segments, rings, slack)
+    if cell is None:
+        return None
+    latitude, longitude = cell
+    if not _covers_cells(latitude[quad_corners], longitude[quad_corners], segments, (1, rings - 2)):
+        return None
+    return ball if _covers_fans(latitude, longitude, triangle_corners, segments, rings) else None
+
+
+def _lattice(
+    points: FloatArray, poles: IntArray, ball: Ball, segments: int, rings: int, slack: float
+) -> tuple[IntArray, IntArray] | None:
+    """Return each vertex's ring k (0 and n at the poles) and segment j, or None if one is off."""
+    local = (points - np.array(ball.center)[:, None]) / ball.radius
+    axis = (local[:, poles[0]] - local[:, poles[1]]) / 2.0
+    between = np.setdiff1d(np.arange(points.shape[1]), poles)
+    axis_length = float(np.linalg.norm(axis))
+    if axis_length < 0.5:  # the poles of a sphere are opposite, so this is 1
+        return None
+    axis = axis / axis_length
+    across = local[:, between[0]] - axis * (axis @ local[:, between[0]])
+    across_length = float(np.linalg.norm(across))
+    if across_length < RELATIVE_FIT:
+        return None
+    across = across / across_length
+    along, aside, third = (v @ local for v in (axis, across, np.cross(axis, across)))
+    k = np.rint(np.arctan2(np.hypot(aside, third), along) * rings / math.pi).astype(np.int64)
+    j = np.rint(np.arctan2(third, aside) * segments / math.tau).astype(np.int64) % segments
+    theta, phi = k * math.pi / rings, j * math.tau / segments
+    frame = np.stack([axis, across, np.cross(axis, across)], axis=1)
+    sine = np.sin(theta)
+    ideal = frame @ np.stack([np.cos(theta), sine * np.cos(phi), sine * np.sin(phi)])
+    # one vertex sets the frame's turn, so its own rounding is added to every other's
+    allowed = 4.0 * (RELATIVE_FIT + slack / ball.radius)
+    if float(np.linalg.norm(local - ideal, axis=0).max()) > allowed:
+        return None
+    keys = k[between] * segments + j[between]
+    if not np.array_equal(np.sort(keys), np.arange(segments, segments * rings)):
+        return None
+    return k, j
+
+
+def _first_of_pair(j: IntArray, segments: int) -> IntArray:
+    """Return the segment at which each row's pair of neighbours begins, around the wrap."""
+    low, high = j.min(axis=1), j.max(axis=1)
+    return np.where(high - low == segments - 1, high, low)
+
+
+def _covers_cells(k: IntArray, j: IntArray, segments: int, span: tuple[int, int]) -> bool:
+    """Whether quads of vertices (k, j), each (q, 4), are the cells from ring to ring, once each."""
+    k0, j0 = k.min(axis=1), _first_of_pair(j, segments)
+    place = 2 * (k - k0[:, None]) + (j - j0[:, None]) % segments
+    if not np.array_equal(np.sort(place, axis=1), np.tile(np.arange(4), (len(k), 1))):
+        return False
+    first, last = span
+    cells = np.sort(k0 * segments + j0)
+    return np.array_equal(cells, np.arange(first * segments, (last + 1) * segments))
+
+
+def _covers_fans(
+    latitude: IntArray, longitude: IntArray, faces: IntArray, segments: int, rings: int
+) -> bool:
+    """Whether triangles (2 m, 3) are the two fans around the poles, once each."""
+    k = latitude[faces]
+    order = np.argsort((k == 0) | (k == rings), axis=1, kind="stable")  # the pole goes last
+    k, j = np.take_along_axis(k, order, 1), np.take_along_axis(longitude[faces], order, 1)
+    north = (k == np.array([1, 1, 0])).all(axis=1)
+    south = (k == np.array([rings - 1, rings - 1, rings])).all(axis=1)
+    if not (north | south).all():
+        return False
+    pair = j[:, :2]
+    j0 = _first_of_pair(pair, segments)
+    if not np.array_equal(np.sort((pair - j0[:, None]) % segments, axis=1)[:, 1], np.ones(len(j))):
+        return False
+    return np.array_equal(np.sort(south * segments + j0), np.arange(2 * segments))
+
+
+def _as_icosphere(mesh: Mesh) -> Ball | None:
+    """Return the sphere that an icosphere of any subdivision stands for, or None.
+
+    Closed, 20 * 4^s triangles; 12 vertices of five edges, which are those of a regular
+    icosahedron, all others of six; no edge longer than such a subdivision has.
+    """
+    points, slack = mesh.points, mesh.slack
+    faces, count = len(mesh.sizes), points.shape[1]
+    level = round(math.log(faces / 20.0, 4.0)) if faces >= 20 else 0
+    if faces != 20 * 4**level or count != faces // 2 + 2 or not (mesh.sizes == 3).all():
+        return None
+    edges, edge = edges_of(mesh)
+    if not (np.bincount(edge) == 2).all():
+        return None
+    valence = np.bincount(edges.ravel(), minlength=count)
+    roots = (valence == 5).nonzero()[0]
+    if len(roots) != 12 or not np.isin(valence, (5, 6)).all():
+        return None
+    ball = _fit_sphere(points, slack)
+    if ball is None:
+        return None
+    local = (points - np.array(ball.center)[:, None]) / ball.radius
+    apart = np.linalg.norm(local[:, roots, None] - local[:, None, roots], axis=0)
+    far = math.sqrt(4.0 - ICOSAHEDRON_EDGE**2)
+    ideal = np.array([0.0] + [ICOSAHEDRON_EDGE] * 5 + [far] * 5 + [2.0])
+    if float(np.abs(np.sort(apart, axis=1) - ideal).max()) > 4.0 * (
+        RELATIVE_FIT + slack / ball.radius
+    ):
+        return None
+    longest = float(np.linalg.norm(local[:, edges[0]] - local[:, edges[1]], axis=0).max())
+    return ball if longest <= ICOSPHERE_STRETCH * ICOSAHEDRON_EDGE / 2**level else None

@@ -1,0 +1,176 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Distributed light: equation 3 of the paper, with what is known in closed form kept.
+
+The mean of n points of light, I = (1/n) sum I_i, is taken as a ratio (Heitz and others 2018):
+the light's closed form, times what the visible points bring over what all points would. A light
+that all points see, or none, comes out exact, so distributing rays where nothing is hidden
+changes nothing. The sums go over all samples that a pixel takes of one light.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..lights.emitter import QUAD, Emitter, points_on
+from ..lights.form_factor import irradiance_factor
+from ..numerics.arrays import Array, Ints
+from ..numerics.low_discrepancy import points
+from ..numerics.vector import dot
+from ..parallel.call_progress import tell
+from ..tracing.compile import Plan
+from ..tracing.intersect import Pairs, Surface
+from ..tracing.shadow_rays import blocked_segments
+
+__all__ = ["LightSums", "gather_light", "light_points", "ratio", "unblocked"]
+
+
+CHUNK = 1 << 17
+"""Rays at a time: their arrays fit the caches that batches of 65,536 pixels do."""
+
+
+@dataclass(frozen=True)
+class LightSums:
+    """Sums over samples, each (n, k): closed form, all points of light, visible points."""
+
+    closed: Array
+    every: Array
+    visible: Array
+
+    def estimate(self) -> Array:
+        """(n,) the ratio estimate of the irradiance factor, summed over the k samples."""
+        closed, every = self.closed.sum(axis=1), self.every.sum(axis=1)
+        return ratio(closed, every, self.visible.sum(axis=1))
+
+
+def ratio(closed: Array, every: Array, visible: Array) -> Array:
+    """closed * visible / every; where no point of light is above the horizon, closed.
+
+    That leaves a sliver of light that no point met: its closed form is the better guess.
+    """
+    known = every > 0.0
+    share: Array = np.where(known, visible, 1.0) / np.where(known, every, 1.0)
+    return closed * share
+
+
+def light_points(
+    plan: Plan, pixel: Ints, light: int, samples: int, rays: int
+) -> tuple[Array, Array]:
+    """Where on a light the rays of a pixel's samples go: two (n, samples * rays) in [0, 1).
+
+    One sample: Fibonacci's lattice. Many: the last two of five dimensions, the first three
+    being the samples' time and place in the pixel.
+    """
+    if samples == 1:
+        a, b = points(plan.settings.seed, pixel, 1 + light, rays, 2)
+        return a, b
+    *_, a, b = points(plan.settings.seed, pixel, 1 + light, samples * rays, 5)
+    return a, b
+
+
+def gather_light(
+    plan: Plan,
+    surface: Surface,
+    light: Emitter,
+    pairs: Pairs,
+    spots: tuple[Array, Array] | None,
+    time: Array | float,
+    used: NDArray[np.bool_] | None = None,
+) -> LightSums:
+    """Trace shadow rays from n points to a light.
+
+    Parameters
+    ----------
+    surface : n points.
+    light : shape of the light; its shadows come from `plan.shadow_light`.
+    pairs : occluders, sorted by point.
+    spots : where on the light, two (n, k s) arrays, s rays for each of k samples; None for a
+        light without size.
+    time : shutter times of the samples, a number (k = 1) or (n, k).
+    used : (n, k) which samples count; the others come out as 0.
+
+    Returns
+    -------
+    Sums with (n, k) entries.
+    """
+    count = surface.item.size
+    samples = time.shape[1] if isinstance(time, np.ndarray) else 1
+    rays = 1 if spots is None else spots[0].shape[1] // samples
+    parts = []
+    step = max(1, CHUNK // (samples * rays))
+    bounds = np.searchsorted(pairs.pixel, np.arange(0, count + step, step))
+    for index, first in enumerate(range(0, count, step)):
+        plan.go_on()
+        tell(first / count)
+        rows = slice(first, min(first + step, count))
+        own = slice(bounds[index], bounds[index + 1])
+        local = Pairs(pairs.pixel[own] - first, pairs.item[own])
+        when = time[rows] if isinstance(time, np.ndarray) else time
+        where = None if spots is None else (spots[0][rows], spots[1][rows])
+        parts.append(_gather(plan, surface.take(np.arange(count)[rows]), light, local, where, when))
+    if not parts:
+        empty = np.zeros((0, samples))
+        return LightSums(empty, empty, empty)
+    closed, every, visible = (
+        np.concatenate([np.broadcast_to(p, (p.shape[0], samples)) for p in column])
+        for column in zip(*parts, strict=True)
+    )
+    if used is not None:
+        closed, every, visible = closed * used, every * used, visible * used
+    return LightSums(closed, every, visible)
+
+
+def _gather(
+    plan: Plan,
+    surface: Surface,
+    light: Emitter,
+    pairs: Pairs,
+    spots: tuple[Array, Array] | None,
+    time: Array | float,
+) -> tuple[Array, Array, Array]:
+    center = light.moved(time)
+    if center.ndim == 2:
+        center = center[:, :, None]
+    samples = time.shape[1] if isinstance(time, np.ndarray) else 1
+    closed = _closed_form(plan, light, center, surface)
+    point, normal = surface.point[:, :, None], surface.normal[:, :, None]
+    if spots is None:
+        to = center - point
+        if to.shape[2] < samples:
+            to = np.broadcast_to(to, (3, surface.item.size, samples))
+        free = ~blocked_segments(plan, surface.point, to, pairs, time)
+        return closed, closed, closed * free
+    rays = spots[0].shape[1] // samples
+    spread = np.repeat(center, rays, axis=2) if center.shape[2] > 1 else center
+    to, weight = points_on(light, spread, point, normal, *spots)
+    when = np.repeat(time, rays, axis=1) if isinstance(time, np.ndarray) else time
+    free = ~blocked_segments(plan, surface.point, to, pairs, when)
+    shape = (surface.item.size, samples, rays)
+    every = weight.reshape(shape).sum(axis=2) / rays
+    return closed, every, (weight * free).reshape(shape).sum(axis=2) / rays
+
+
+def unblocked(light: Emitter, shape: Emitter, center: Array, surface: Surface) -> Array:
+    """Irradiance factors (n,) of a light that nothing but the points' own horizons hide.
+
+    Without penumbrae (`shape` is the light's centre) a light is there if its centre is.
+    """
+    factor = irradiance_factor(light, center, surface.point, surface.normal)
+    if light.kind == QUAD and light.touching is not None:
+        # surfaces in the light's own plane see none of it, on whichever side rounding puts them
+        factor = np.where(light.touches(surface.item), 0.0, factor)
+    if light.extended and not shape.extended and light.casts_shadow:
+        factor = np.where(dot(surface.normal, center - surface.point) > 0.0, factor, 0.0)
+    return factor
+
+
+def _closed_form(plan: Plan, light: Emitter, center: Array, surface: Surface) -> Array:
+    """Irradiance factors (n, 1) or, where the light moves, (n, k)."""
+    k, shape = center.shape[2], plan.shadow_light(light)
+    if k == 1:
+        return unblocked(light, shape, center[:, :, 0], surface)[:, None]
+    flat = np.broadcast_to(center, (3, surface.item.size, k)).reshape(3, -1)
+    many = surface.take(np.repeat(np.arange(surface.item.size), k))
+    return unblocked(light, shape, flat, many).reshape(-1, k)

@@ -1,0 +1,266 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How far a sample of light may be from its mean over a patch by quads that cast shadows.
+
+The sharpest edge across the light counts. See `variation`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from ..geometry.parallelogram import Planes, distance_along, distance_to, edge_planes, edges_of
+from ..lights.emitter import QUAD, Emitter
+from ..numerics.arrays import Array, Ints, Mask
+from ..numerics.floats import TINY
+from ..numerics.gather import columns
+from ..numerics.vector import dot
+from ..tracing.compile import Plan
+from ..tracing.intersect import Pairs, Surface
+from .footprint import Patch
+from .silhouette_rates import (
+    BEYOND,
+    NEAREST,
+    ROUNDING,
+    SHARPEST,
+    TOUCH,
+    Shadows,
+    at_most,
+    extent,
+    half_angle,
+    outline_shifts,
+    rates,
+)
+from .standing_quads import free_edges
+
+__all__ = ["past_quads"]
+
+
+ALIKE = 1.0 + 2.0**-20
+"""Edges of a quad as sharp as that times another are equally sharp: before a point all are, and the
+first of them counts, not the one that rounding chooses."""
+
+
+@dataclass(frozen=True)
+class _View:
+    """Quads as m points see them, and a light: (3, m) metres from the points.
+
+    `planes`, `normal` and `height` are those of `edge_planes`, `edges` those of `edges_of`.
+    """
+
+    to: Array
+    planes: Planes
+    normal: Array
+    height: Array
+    edges: tuple[Planes, Planes]
+
+    def take(self, rows: Ints) -> _View:
+        """Those of some of the points."""
+        planes, *edges = (
+            (columns(a, rows), columns(b, rows), columns(c, rows), columns(d, rows))
+            for a, b, c, d in (self.planes, *self.edges)
+        )
+        to, normal = columns(self.to, rows), columns(self.normal, rows)
+        return _View(to, planes, normal, self.height[rows], (edges[0], edges[1]))
+
+    @property
+    def sides(self) -> tuple[Array, Array, Array]:
+        """Corners (3, m) and edges from there."""
+        (corner, *_), (v, u, *_) = self.edges
+        return corner, u, v
+
+
+def past_quads(
+    plan: Plan, surface: Surface, patch: Patch, light: Emitter, pairs: Pairs, time: Array | float
+) -> Shadows:
+    """Of quads: the sharpest edge across the light, before its centre or beyond, counts."""
+    point, ids = columns(surface.point, pairs.pixel), pairs.item - plan.sphere_count
+    q = plan.quads.moved(ids, time) - point
+    u, v = columns(plan.quads.edge_u, ids), columns(plan.quads.edge_v, ids)
+    view = _View(light.moved(time) - point, *edge_planes(q, u, v), edges_of(q, u, v))
+    shadows = _past_edges(plan, patch, light, pairs, view)
+    own = pairs.item == surface.item[pairs.pixel]
+    height, normal = view.height, view.normal
+    size = np.sqrt(dot(normal, normal))
+    point_slack, light_slack = _plane_slack(plan, patch, light, pairs, normal)
+    before = height > point_slack
+    cut = (~before & ~own).nonzero()[0]
+    near = distance_to(*(columns(side, cut) for side in view.sides))
+    touched = near <= _reach(plan, patch, pairs.take(cut))
+    stands = cut[touched]
+    walls, through = _past_walls(plan, surface, patch, light, pairs, view, stands, shadows)
+    before[stands[walls]] = True
+    depth, shifts, width = shadows.depth, shadows.shifts, shadows.width
+    # a quad that the light lies on this side of hides nothing of it
+    beyond = dot(view.to, normal) - height
+    depth[own | ~(height > 0.0) | (before & (beyond + light.radius * size < -light_slack))] = 0.0
+    covers = shadows.covers & before & (beyond - light.radius * size > light_slack)
+    covers &= (height > 0.0) & ~own
+    edge_on = cut[~touched]
+    if edge_on.size:
+        # its plane cuts the patch: from there it is seen edge-on, and what its edges say turns over
+        some = pairs.take(edge_on), view.take(edge_on)
+        moved, half = _edge_on(plan, patch, light, *some, near[~touched])
+        reached = (moved.max(axis=0) > 0.0) & (depth[edge_on] == 0.0)
+        edge_on = edge_on[reached]
+        depth[edge_on], shifts[:, edge_on] = BEYOND, columns(moved, reached)
+        width[edge_on] = 2.0 * half[reached]
+    cut = stands[~walls]
+    if cut.size:
+        # it stands in the patch: lit on one side, dark on the other
+        depth[cut], width[cut], shifts[:, cut] = 1.0, 0.0, columns(through, ~walls)
+    return Shadows(depth, shifts, width, shadows.ends, shadows.power, shadows.away, covers)
+
+
+def _past_walls(
+    plan: Plan,
+    surface: Surface,
+    patch: Patch,
+    light: Emitter,
+    pairs: Pairs,
+    view: _View,
+    stands: Ints,
+    shadows: Shadows,
+) -> tuple[Mask, Array]:
+    """Which of the quads that stand in patches are walls there; their shadows, in place.
+
+    stands : (k,) the pairs in question.  shadows : (m) of all pairs.
+
+    Returns with it how far (3, k) the patches reach through the quads, by axis.
+    """
+    if not stands.size:
+        return np.zeros(0, dtype=np.bool_), np.zeros((3, 0))
+    part, seen = pairs.take(stands), view.take(stands)
+    size = np.sqrt(dot(seen.normal, seen.normal))
+    unit, height, drift = seen.normal / size, seen.height / size, _drift(plan, patch, part)
+    through = _through(plan, patch, part, unit)
+    walls, free = free_edges(surface, patch, part, seen.edges, unit, height, drift, through)
+    chosen = walls.nonzero()[0]
+    if chosen.size:
+        own = part.take(chosen), seen.take(chosen)
+        found = _past_edges(plan, patch, light, *own, columns(free, chosen))
+        for one in fields(Shadows):
+            getattr(shadows, one.name)[..., stands[chosen]] = getattr(found, one.name)
+    return walls, through
+
+
+def _past_edges(
+    plan: Plan,
+    patch: Patch,
+    light: Emitter,
+    pairs: Pairs,
+    view: _View,
+    free: Mask | None = None,
+) -> Shadows:
+    """By the planes through the points and the edges alone: (3, m) their normals, inwards.
+
+    free : (4, m) which edges count; all of them if not given.
+    """
+    count = pairs.item.size
+    far = np.maximum(np.sqrt(dot(view.to, view.to)), TINY)
+    axis = view.to / far
+    depth, width, shifts = np.zeros(count), np.ones(count), np.zeros((3, count))
+    away = np.full(count, np.inf)
+    ends, misses = np.zeros((2, count), dtype=np.bool_)
+    covers = np.ones(count, dtype=np.bool_) if free is None else free.any(axis=0)
+    sharpest = np.zeros(count)
+    for number, (plane, start, edge) in enumerate(zip(view.planes, *view.edges, strict=True)):
+        near = np.maximum(distance_along(start, edge, axis), far * NEAREST)
+        rate, steps = rates(plan, light, patch, pairs, near, far)
+        toward = plane / np.maximum(np.sqrt(dot(plane, plane)), TINY)
+        height_of = np.arcsin(np.clip(dot(axis, toward), -1.0, 1.0))
+        half = extent(light, toward, far)
+        each = outline_shifts(steps, toward, axis, rate, 1.0)
+        within = each.sum(axis=0)
+        whole = at_most(within) * patch.margin
+        outside, within_edge = height_of < -half - whole, height_of > half + whole
+        crosses = (np.abs(height_of) < half + whole) & (whole > ROUNDING)
+        if free is not None:
+            outside &= free[number]
+            within_edge |= ~free[number]
+            crosses &= free[number]
+        misses |= outside
+        covers &= within_edge
+        sharp = np.where(crosses, whole / np.maximum(half, whole / SHARPEST), 0.0)
+        better = sharp > ALIKE * sharpest
+        sharpest = np.where(better, sharp, sharpest)
+        width = np.where(better, 2.0 * half, width)
+        shifts = np.where(better, each, shifts)
+        inside = np.abs(height_of) < half + within
+        depth = np.maximum(depth, np.where(crosses, np.where(inside, 1.0, BEYOND), 0.0))
+        bound = np.abs(np.abs(height_of) - half)
+        ends |= crosses & (bound < whole)
+        away = np.minimum(away, np.where(crosses, np.maximum(bound, whole), np.inf))
+    depth[misses] = 0.0
+    power = np.full(count, np.inf if light.kind == QUAD else TOUCH)
+    return Shadows(depth, shifts, width, ends, power, away, covers & ~misses)
+
+
+def _edge_on(
+    plan: Plan, patch: Patch, light: Emitter, pairs: Pairs, view: _View, near: Array
+) -> tuple[Array, Array]:
+    """How far (3, m) quads' outlines move over the light, by axis; 0 where they come nowhere near.
+
+    near : (m,) metres to the quads.
+
+    Returns with it half the angles (m,) under which the light is seen.
+    """
+    (corner, u, v), to = view.sides, view.to
+    center = corner + 0.5 * (u + v)
+    wide = 0.5 * np.sqrt(np.maximum(dot(u + v, u + v), dot(u - v, u - v)))
+    far = np.maximum(np.sqrt(dot(to, to)), TINY)
+    axis = to / far
+    rate, steps = rates(plan, light, patch, pairs, np.maximum(near, far * NEAREST), far)
+    moved = np.zeros((3, rate.size))
+    for number, step in steps.items():
+        aside = step - dot(step, axis) * axis
+        moved[number] = np.sqrt(dot(aside, aside)) * rate
+    away, along = np.sqrt(dot(center, center)), dot(axis, center)
+    angle = np.arctan2(np.sqrt(np.maximum(away * away - along * along, 0.0)), along)
+    opening = np.arcsin(np.minimum(wide / np.maximum(away, TINY), 1.0))
+    whole = at_most(moved.sum(axis=0)) * patch.margin
+    half = half_angle(light, far)
+    reached = (angle - opening - half < whole) & (whole > ROUNDING)
+    return np.where(reached, moved, 0.0), half
+
+
+def _drift(plan: Plan, patch: Patch, pairs: Pairs) -> Array:
+    """How far (3, m) quads move over half the patches' stretch of time."""
+    d = plan.quads.displacement
+    if d is None:
+        return np.zeros((3, pairs.item.size))
+    drift: Array = columns(d, pairs.item - plan.sphere_count) * patch.time[pairs.pixel]
+    return drift
+
+
+def _reach(plan: Plan, patch: Patch, pairs: Pairs) -> Array:
+    """How far (m,) patches reach towards quads, which may come towards them."""
+    drift = _drift(plan, patch, pairs)
+    reach: Array = patch.reach[pairs.pixel] + np.sqrt(dot(drift, drift))
+    return reach
+
+
+def _through(plan: Plan, patch: Patch, pairs: Pairs, normal: Array) -> Array:
+    """How far (3, m) patches reach through the planes of quads, by axis."""
+    steps = [columns(patch.steps[axis], pairs.pixel) for axis in range(3)]
+    steps[2] = steps[2] - _drift(plan, patch, pairs)
+    through: Array = np.abs(np.array([dot(step, normal) for step in steps]))
+    return through
+
+
+def _plane_slack(
+    plan: Plan, patch: Patch, light: Emitter, pairs: Pairs, normal: Array
+) -> tuple[Array, Array]:
+    """How far points and light move against the planes of quads, times |normal|: (m,) each."""
+    point = np.zeros(pairs.item.size)
+    for axis in patch.axes:
+        point += np.abs(dot(columns(patch.steps[axis], pairs.pixel), normal))
+    moved = np.zeros(pairs.item.size)
+    half, d = patch.time[pairs.pixel], plan.quads.displacement
+    if d is not None:
+        moved += half * np.abs(dot(columns(d, pairs.item - plan.sphere_count), normal))
+    point += moved
+    if light.displacement is not None:
+        moved = moved + half * np.abs(dot(light.displacement, normal))
+    return point, moved

@@ -1,0 +1,144 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How far a sample of light may be from its mean over a patch by spheres that cast shadows.
+
+See `variation`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..lights.emitter import QUAD, Emitter
+from ..numerics.arrays import Array, Mask
+from ..numerics.floats import TINY
+from ..numerics.gather import columns
+from ..numerics.vector import cross, dot
+from ..tracing.compile import Plan
+from ..tracing.intersect import Pairs, Surface
+from .footprint import Patch
+from .silhouette_rates import (
+    BEYOND,
+    NEAREST,
+    ROUNDING,
+    TOUCH,
+    Shadows,
+    at_most,
+    extent,
+    outline_shifts,
+    rates,
+)
+
+__all__ = ["past_spheres"]
+
+
+SMALLEST = 2.0**-52
+"""Of an occluder's angle: a light narrower than that is a point."""
+
+
+def past_spheres(
+    plan: Plan, surface: Surface, patch: Patch, light: Emitter, pairs: Pairs, time: Array | float
+) -> Shadows:
+    """Of spheres."""
+    point = columns(surface.point, pairs.pixel)
+    r = plan.spheres.radius[pairs.item]
+    v = plan.spheres.moved(pairs.item, time) - point
+    to = light.moved(time) - point
+    far = np.maximum(np.sqrt(dot(to, to)), TINY)
+    axis = to / far
+    vv = dot(v, v)
+    along = dot(axis, v)
+    aside = v - along * axis
+    off = np.sqrt(dot(aside, aside))
+    toward = aside / np.maximum(off, TINY)
+    angle = np.arctan2(off, along)
+    tangent = np.sqrt(np.maximum(vv - r * r, 0.0))
+    opening = np.arctan2(r, tangent)
+    half = extent(light, toward, far)
+    rate, steps = rates(plan, light, patch, pairs, np.maximum(tangent, far * NEAREST), far)
+    shifts = outline_shifts(steps, toward, axis, rate, angle)
+    within = shifts.sum(axis=0)
+    whole = at_most(within) * patch.margin
+    # it neither clears the light, nor hides all of it, nor lies within it, from the whole patch
+    farthest = angle + half
+    if light.kind == QUAD:
+        farthest = np.hypot(farthest, extent(light, cross(axis, toward), far))
+    inner = _room(light, axis, v, far, half - angle) - opening
+    crosses = (angle - opening - half < whole) & (opening - farthest < whole)
+    crosses &= (inner < whole) & (whole > ROUNDING)
+    inside = (angle - opening - half < within) & (opening - farthest < within) & (inner < within)
+    before = np.sqrt(vv) - r < far + light.radius
+    enclosed = (vv <= r * r) | (pairs.item == surface.item[pairs.pixel])
+    depth = np.minimum(1.0, opening / np.maximum(half, SMALLEST * opening)) ** 2
+    depth = np.where(crosses & before & ~enclosed, depth * np.where(inside, 1.0, BEYOND), 0.0)
+    bounds = np.abs(np.array([angle - opening - half, opening - farthest, inner]))
+    power, away, ends = _touch(light, bounds, whole, half, opening)
+    covers = (opening - farthest >= whole) & ~enclosed & (tangent < far - light.radius)
+    some = enclosed.nonzero()[0]
+    if some.size:
+        covers[some] = _holds(
+            plan, surface, patch, light, pairs.take(some), columns(v, some), columns(to, some)
+        )
+    width = 2.0 * np.minimum(half, opening)
+    return Shadows(depth, shifts, width, ends, power, away, covers)
+
+
+def _touch(
+    light: Emitter, bounds: Array, whole: Array, half: Array, opening: Array
+) -> tuple[Array, Array, Mask]:
+    """Powers of the bounds that matter most, how far they are, and whether they are in the patch.
+
+    bounds : (3, m) radians to where the shadow begins, holds the light, and lies within it.
+    """
+    least = np.maximum(np.minimum(half, opening), TINY)
+    if light.kind == QUAD:
+        round_ = np.broadcast_to(opening / least, bounds.shape)
+    else:
+        most = np.maximum(half, opening)
+        inside = most / np.abs(half - opening)
+        round_ = np.array([most / (half + opening), inside, inside])
+    away = np.maximum(bounds, whole)
+    number = (round_ / away).argmax(axis=0)
+    each = np.arange(whole.size)
+    return TOUCH * np.sqrt(round_[number, each]), away[number, each], (bounds < whole).any(axis=0)
+
+
+def _holds(
+    plan: Plan, surface: Surface, patch: Patch, light: Emitter, pairs: Pairs, v: Array, to: Array
+) -> Mask:
+    """Whether spheres hold all of a patch and nothing of a light: (m,).
+
+    v, to : (3, m) from the points to the centres of the spheres and of the light.
+    """
+    r, gap, eye = plan.spheres.radius[pairs.item], v - to, v + columns(surface.point, pairs.pixel)
+    drift, carried = np.zeros(r.size), np.zeros(r.size)
+    if plan.spheres.displacement is not None:
+        d = columns(plan.spheres.displacement, pairs.item)
+        drift = np.sqrt(dot(d, d)) * patch.time[pairs.pixel]
+    if light.displacement is not None:
+        carried = np.sqrt(dot(light.displacement, light.displacement)) * patch.time[pairs.pixel]
+    apart = np.sqrt(dot(gap, gap)) - (drift + carried) > r + light.radius
+    within = np.sqrt(dot(v, v)) + patch.reach[pairs.pixel] + drift < r
+    # seen from within, a sphere is so all over
+    lined = surface.inside[pairs.pixel] & (pairs.item == surface.item[pairs.pixel])
+    lined &= (drift == 0.0) | (np.sqrt(dot(eye, eye)) + drift < r)
+    holds: Mask = apart & (within | lined)
+    return holds
+
+
+def _room(light: Emitter, axis: Array, v: Array, far: Array, round_: Array) -> Array:
+    """The angle (m,) from directions v (3, m) to a light's outline, less than 0 outside it.
+
+    Of a quad light to the nearest of its sides: how far it extends towards a place says nothing of
+    a side that the place is beside. `round_` is what holds for other lights.
+    """
+    if light.kind != QUAD:
+        return round_
+    rooms = []
+    along = dot(axis, v)
+    for side, other in ((light.half_u, light.half_v), (light.half_v, light.half_u)):
+        across = cross(axis, other + np.zeros_like(axis))
+        size = np.maximum(np.sqrt(dot(across, across)), TINY)
+        wide = np.abs(dot(side, across)) / size
+        rooms.append(np.arctan2(wide, far) - np.arctan2(np.abs(dot(v, across)) / size, along))
+    room: Array = np.minimum(*rooms)
+    return room

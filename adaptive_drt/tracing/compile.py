@@ -1,0 +1,271 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What this scene needs: its arrays, the effects in play, and what is skipped and why."""
+
+from __future__ import annotations
+
+import os
+import threading
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from importlib.util import find_spec
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..geometry.camera import Lens, make_lens
+from ..geometry.closed_boxes import find_boxes
+from ..geometry.parallelogram import QuadSet
+from ..geometry.sphere import SphereSet
+from ..lights.contact import coplanar_quads
+from ..lights.emitter import Emitter, make_emitter
+from ..numerics.arrays import Array
+from ..parallel.cancellation import Stopped
+from ..scene.description import Motion, Quad, Scene, Sphere
+from ..scene.settings import Settings
+
+__all__ = ["Plan", "make_plan"]
+
+
+EMBREE_CROSSOVER = 2_000
+"""Spheres from which embree finds occluders sooner than arrays do: `benchmarks/crossover.py`."""
+EMBREE_REACH = 4.0
+"""Of the spheres' mean radius: the widest light for which it does. Its proxies are inflated by
+the light's size, so towards wide lights every ray meets a crowd of them, one at a time."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A scene ready for tracing. The tracer's origin is the camera, which stands still.
+
+    Objects are numbered: spheres first, then quads.
+
+    Attributes
+    ----------
+    solid : (quads,) the closed box that each is a face of: see `find_boxes`.
+    color : (3, objects) albedo.
+    moves : (objects,) bool, whether the object's outline moves during the shutter.
+    region : pixels (left, bottom, right, top) to render; picture : width and height of the whole.
+    lights : every light that shines.
+    penumbra, motion, edges : whether the effect is asked for and the scene has it.
+    embree : whether embree may find candidate occluders; `embree_finds` says of which lights.
+    threads : worker threads.
+    skipped : what is not done, and why.
+    stop : set to end all work early: whoever works in chunks calls `go_on` before each.
+    """
+
+    settings: Settings
+    lens: Lens
+    region: tuple[int, int, int, int]
+    picture: tuple[int, int]
+    spheres: SphereSet
+    quads: QuadSet
+    solid: NDArray[np.int64]
+    color: Array
+    moves: NDArray[np.bool_]
+    lights: tuple[Emitter, ...]
+    background: Array
+    transparent: bool
+    penumbra: bool
+    motion: bool
+    edges: bool
+    embree: bool
+    threads: int
+    skipped: tuple[dict[str, str], ...] = field(default=())
+    stop: threading.Event = field(default_factory=threading.Event)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """For another process, which is ended rather than told to stop."""
+        return {name: value for name, value in self.__dict__.items() if name != "stop"}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """In the other process."""
+        self.__dict__.update(state, stop=threading.Event())
+
+    def go_on(self) -> None:
+        """Raise `Stopped` if the render was cancelled."""
+        if self.stop.is_set():
+            raise Stopped
+
+    @property
+    def sphere_count(self) -> int:
+        """How many of the objects are spheres."""
+        return self.spheres.radius.size
+
+    @property
+    def object_count(self) -> int:
+        """How many objects there are."""
+        return self.color.shape[1]
+
+    def embree_finds(self, light: Emitter) -> bool:
+        """Whether embree finds the candidate occluders of a light, rather than arrays."""
+        if not self.embree or not self.sphere_count or not light.casts_shadow:
+            return False
+        if self.settings.accelerator == "EMBREE":
+            return True
+        return self.shadow_light(light).ball <= EMBREE_REACH * float(self.spheres.radius.mean())
+
+    @property
+    def soft(self) -> bool:
+        """Whether every shadow has a penumbra."""
+        casting = (light for light in self.lights if light.casts_shadow)
+        return all(self.shadow_light(light).extended for light in casting)
+
+    def shadow_light(self, light: Emitter) -> Emitter:
+        """The light as it casts shadows: without penumbrae, from its centre."""
+        return light if self.penumbra else light.pinpoint()
+
+    def summary(self) -> dict[str, Any]:
+        """What was planned, for the statistics."""
+        return {
+            "spheres": self.sphere_count,
+            "quads": self.object_count - self.sphere_count,
+            "lights": len(self.lights),
+            "penumbra": self.penumbra,
+            "motion": self.motion,
+            "edges": self.edges,
+            "accelerator": sorted(
+                {"EMBREE" if self.embree_finds(light) else "ARRAYS" for light in self.lights}
+            ),
+            "threads": self.threads,
+        }
+
+
+def make_plan(scene: Scene, settings: Settings) -> Plan:
+    """Return the plan of a validated scene."""
+    camera = scene.camera
+    assert camera is not None  # `validate` has seen to it
+    moving = settings.use_motion
+    lens = make_lens(camera)
+    drift = _displacement(camera.motion if moving else None)
+    skipped: list[dict[str, str]] = []
+    distinct = _distinct(scene.shapes, skipped)
+    spheres = [s for s in distinct if isinstance(s, Sphere)]
+    quads = [q for q in distinct if isinstance(q, Quad)]
+    shapes: list[Sphere | Quad] = [*spheres, *quads]
+    shift = [_displacement(s.motion if moving else None) - drift for s in shapes]
+    displacement = _columns(shift)
+    moves = displacement.any(axis=0)
+    lights = _shining(scene, moving, lens.origin, drift, skipped)
+    penumbra = _has_penumbra(settings, lights, len(shift), skipped)
+    light_moves = any(light.displacement is not None for light in lights)
+    motion = moving and bool(moves.any() or light_moves)
+    skipped += _not_needed(settings, motion, len(shift))
+    count = len(spheres)
+    origin = lens.origin[:, None]
+    flats = _flats(quads, origin, displacement[:, count:])
+    return Plan(
+        settings=settings,
+        lens=lens,
+        region=camera.region,
+        picture=camera.resolution,
+        spheres=SphereSet(
+            _columns([s.center for s in spheres]) - origin,
+            np.array([s.radius for s in spheres], dtype=np.float64),
+            displacement[:, :count].copy() if moves[:count].any() else None,
+        ),
+        quads=flats,
+        solid=find_boxes(flats, [q.name for q in quads]),
+        color=_columns([s.material.color for s in shapes]),
+        moves=moves,
+        lights=tuple(_in_contact(light, flats, origin, count) for light in lights),
+        background=np.array(scene.background, dtype=np.float64),
+        transparent=scene.transparent,
+        penumbra=penumbra,
+        motion=motion,
+        edges=settings.use_edges and bool(shift),
+        embree=_wants_embree(settings, count),
+        threads=settings.threads or os.cpu_count() or 1,
+        skipped=tuple(skipped),
+    )
+
+
+def _flats(quads: Sequence[Quad], origin: Array, displacement: Array) -> QuadSet:
+    """The quads as arrays, given how far (3, n) each moves over the shutter."""
+    return QuadSet(
+        _columns([q.corner for q in quads]) - origin,
+        _columns([q.edge_u for q in quads]),
+        _columns([q.edge_v for q in quads]),
+        displacement.copy() if displacement.any() else None,
+    )
+
+
+def _distinct(
+    shapes: Sequence[Sphere | Quad], skipped: list[dict[str, str]]
+) -> list[Sphere | Quad]:
+    """The shapes without copies that stand in the very place of an earlier one: it is in front."""
+    first: dict[tuple[object, ...], Sphere | Quad] = {}
+    for shape in shapes:
+        place = (
+            (shape.center, shape.radius)
+            if isinstance(shape, Sphere)
+            else (shape.corner, shape.edge_u, shape.edge_v)
+        )
+        if first.setdefault((*place, shape.motion), shape) is not shape:
+            skipped.append({"what": shape.name, "why": "another object is in the very same place"})
+    return list(first.values())
+
+
+def _shining(
+    scene: Scene, moving: bool, origin: Array, drift: Array, skipped: list[dict[str, str]]
+) -> tuple[Emitter, ...]:
+    """The lights that shine, as emitters."""
+    kept = []
+    for light in scene.lights:
+        emitter = make_emitter(light, origin, drift, moving)
+        if emitter.power.any():
+            kept.append(emitter)
+        else:
+            skipped.append({"what": light.name, "why": "the light has no power"})
+    return tuple(kept)
+
+
+def _in_contact(light: Emitter, flats: QuadSet, origin: Array, spheres: int) -> Emitter:
+    """The light, which knows the quads that lie in its plane."""
+    touching = np.concatenate(
+        [np.zeros(spheres, dtype=np.bool_), coplanar_quads(light, flats, origin)]
+    )
+    return replace(light, touching=touching) if touching.any() else light
+
+
+def _has_penumbra(
+    settings: Settings, lights: Sequence[Emitter], objects: int, skipped: list[dict[str, str]]
+) -> bool:
+    sized = any(light.extended and light.casts_shadow for light in lights)
+    for absent, why in (
+        (not settings.use_penumbra, "switched off: lights shadow from their centres"),
+        (not objects, "there is no object"),
+        (not sized, "no light with a size casts shadows"),
+    ):
+        if absent:
+            skipped.append({"what": "penumbrae", "why": why})
+            return False
+    return True
+
+
+def _not_needed(settings: Settings, motion: bool, objects: int) -> list[dict[str, str]]:
+    """What of motion blur and edges is skipped, and why."""
+    skipped = []
+    if not motion:
+        off = "switched off" if not settings.use_motion else "nothing moves during the shutter"
+        skipped.append({"what": "motion blur", "why": off})
+    if not settings.use_edges or not objects:
+        off = "switched off" if not settings.use_edges else "there is no object"
+        skipped.append({"what": "edges", "why": off})
+    return skipped
+
+
+def _wants_embree(settings: Settings, spheres: int) -> bool:
+    if settings.accelerator == "AUTO":
+        # without embreex the picture is the same, only later
+        return spheres >= EMBREE_CROSSOVER and find_spec("embreex") is not None
+    return settings.accelerator == "EMBREE" and spheres > 0
+
+
+def _displacement(motion: Motion | None) -> Array:
+    return np.array((0.0, 0.0, 0.0) if motion is None else motion.displacement, dtype=np.float64)
+
+
+def _columns(vectors: Sequence[Sequence[float] | Array]) -> Array:
+    """Vectors as columns: (3, n), also for n = 0."""
+    return np.ascontiguousarray(np.array(vectors, dtype=np.float64).reshape(-1, 3).T)

@@ -1,0 +1,361 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Camera rays: which objects a pixel can see at all, and the nearest hit among them.
+
+Objects come to the pixels, not rays to the objects: each object's exact bounds on the picture
+(over the whole shutter) give the pairs (pixel, object) that are worth a test. The same pairs
+serve the centre ray, detection and the distributed rays.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..geometry.camera import Lens
+from ..geometry.parallelogram import Planes, edge_planes, hit_quad
+from ..geometry.sphere import hit_sphere
+from ..numerics.arrays import Array, Ints
+from ..numerics.gather import columns
+from ..numerics.vector import cross, dot
+from .compile import Plan
+
+__all__ = [
+    "Pairs",
+    "Surface",
+    "Tile",
+    "curvature",
+    "find_pairs",
+    "nearest",
+    "object_runs",
+    "pair_hits",
+    "places",
+    "screen_bounds",
+    "surface",
+]
+
+
+BOUND_PADDING = 2.0**-16
+"""Pixels. Widens bounds on the picture by far more than the rounding behind them."""
+
+LONG_RUN = 1_024
+"""Candidates of one object, on average, from which runs of them are worth a call each."""
+
+CACHED_PAIRS = 1 << 13
+"""Pairs at a time where pairs are tested by themselves. Finding occluders took 80 ns a pair so,
+and 460 a million at a time."""
+
+INNER_GAP = 2.0**-37
+"""Of the radius. Keeps hits on the inner side of a sphere inside it, clear of `sphere.GRAZE`: the
+camera is inside as well, so the hit is at most two radii away."""
+
+
+@dataclass(frozen=True)
+class Tile:
+    """Every `step`-th row of the rendered region, so that tiles share the hard places evenly.
+
+    Attributes
+    ----------
+    x, y : (n,) pixel coordinates of the pixels' centres in the picture.
+    index : (n,) numbers of the pixels in the whole picture: what their random points hang on.
+    first, step : the first row within the region, and the distance to the next.
+    """
+
+    x: Array
+    y: Array
+    index: Ints
+    first: int
+    step: int
+
+    @classmethod
+    def make(cls, plan: Plan, first: int, step: int) -> Tile:
+        """Rows first, first + step, ... of the plan's region."""
+        left, bottom, right, top = plan.region
+        j, i = np.mgrid[bottom + first : top : step, left:right]
+        i, j = i.ravel(), j.ravel()
+        return cls(i + 0.5, j + 0.5, j * plan.picture[0] + i, first, step)
+
+
+@dataclass(frozen=True)
+class Pairs:
+    """Candidates: `pixel` (m,) within a batch and `item` (m,), the object each may see."""
+
+    pixel: Ints
+    item: Ints
+
+    def take(self, keep: NDArray[np.bool_] | Ints) -> Pairs:
+        """The pairs at a mask or an index."""
+        return Pairs(self.pixel[keep], self.item[keep])
+
+    def of(self, pixel: Ints, count: int) -> Pairs:
+        """The pairs, which are sorted by pixel, of each of k pixels of `count`: by place in k."""
+        number = np.bincount(self.pixel, minlength=count)
+        first = np.cumsum(number) - number
+        copies = number[pixel]
+        place = np.repeat(np.arange(pixel.size), copies)
+        return Pairs(place, self.item[runs(first[pixel], copies)])
+
+
+def in_cache(rows: Ints) -> list[Ints]:
+    """Rows of pairs, so many at a time that what is gathered for them stays in the cache."""
+    return [rows[first : first + CACHED_PAIRS] for first in range(0, rows.size, CACHED_PAIRS)]
+
+
+@dataclass(frozen=True)
+class Surface:
+    """What rays hit.
+
+    Attributes
+    ----------
+    point, normal : (3, n) metres, relative to the camera; unit normals turned to the viewer.
+    item : (n,) the object.
+    inside : (n,) whether the ray hit the inner side of a sphere.
+    """
+
+    point: Array
+    normal: Array
+    item: Ints
+    inside: NDArray[np.bool_]
+
+    def take(self, keep: NDArray[np.bool_] | Ints) -> Surface:
+        """The hits at a mask or an index."""
+        return Surface(
+            columns(self.point, keep),
+            columns(self.normal, keep),
+            self.item[keep],
+            self.inside[keep],
+        )
+
+
+def screen_bounds(plan: Plan) -> Ints:
+    """Pixel ranges (left, bottom, right, top), (4, objects), ends exclusive, within the region.
+
+    An object that the camera's plane cuts may be seen anywhere and gets the whole region; one
+    behind it gets an empty range.
+    """
+    lens = plan.lens
+    left, bottom, right, top = plan.region
+    spans = []
+    across, up = _quad_span(plan, lens)
+    for step, fixed, low, high, (c, d) in (
+        (lens.right, lens.up, left, right, across),
+        (lens.up, lens.right, bottom, top, up),
+    ):
+        a, b = _sphere_span(plan, lens, step, fixed)
+        first = np.concatenate([a, c])
+        last = np.concatenate([b, d])
+        with np.errstate(invalid="ignore"):  # an empty span is (inf, -inf)
+            first = np.floor(np.clip(first - BOUND_PADDING, low, high))
+            last = np.floor(np.clip(last + BOUND_PADDING, low - 1, high - 1)) + 1.0
+        spans.append((first, np.maximum(first, last)))
+    (x0, x1), (y0, y1) = spans
+    bounds: Ints = np.array([x0, y0, x1, y1]).astype(np.int64)
+    return bounds
+
+
+def _sphere_span(plan: Plan, lens: Lens, step: Array, fixed: Array) -> tuple[Array, Array]:
+    """Range of one pixel coordinate that spheres cover over the shutter, (n,) each.
+
+    The plane through the eye and a pixel column touches the sphere where
+    ((base + x step) x fixed . v)^2 = r^2 |(base + x step) x fixed|^2, a quadratic in x. The
+    sweep of a sphere is the hull of its ends, and so is its image.
+    """
+    n0, n1 = cross(lens.base, fixed), cross(step, fixed)
+    r = plan.spheres.radius
+    first, last = np.full(r.size, np.inf), np.full(r.size, -np.inf)
+    ends = (0.0,) if plan.spheres.displacement is None else (-0.5, 0.5)
+    index = np.arange(r.size)
+    whole = np.zeros(r.size, dtype=np.bool_)
+    behind = np.zeros(r.size, dtype=np.int64)
+    for time in ends:
+        v = plan.spheres.moved(index, time)
+        depth = dot(lens.forward[:, None], v)
+        a, b = dot(n0[:, None], v), dot(n1[:, None], v)
+        qa = b * b - r * r * dot(n1, n1)
+        qb = a * b - r * r * dot(n0, n1)
+        qc = a * a - r * r * dot(n0, n0)
+        ahead = (depth > r) & (qa > 0.0)
+        root = np.sqrt(np.maximum(qb * qb - qa * qc, 0.0))
+        safe = np.where(ahead, qa, 1.0)
+        first = np.where(ahead, np.minimum(first, (-qb - root) / safe), first)
+        last = np.where(ahead, np.maximum(last, (-qb + root) / safe), last)
+        back = depth < -r
+        behind += back
+        whole |= ~ahead & ~back
+    whole |= (behind > 0) & (behind < len(ends))
+    return np.where(whole, -np.inf, first), np.where(whole, np.inf, last)
+
+
+def _quad_span(plan: Plan, lens: Lens) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
+    """Ranges of x and of y that quads cover over the shutter."""
+    quads = plan.quads
+    count = quads.corner.shape[1]
+    ends = (0.0,) if quads.displacement is None else (-0.5, 0.5)
+    corners = []
+    for time in ends:
+        q = quads.moved(np.arange(count), time)
+        corners += [q, q + quads.edge_u, q + quads.edge_v, q + quads.edge_u + quads.edge_v]
+    depth = np.array([dot(lens.forward[:, None], c) for c in corners])
+    behind = (depth <= 0.0).all(axis=0)
+    whole = (depth <= 0.0).any(axis=0) & ~behind
+    # rows of the inverse of (base, right, up): LAPACK's would wake threads that spin for 20 ms
+    base, right, up = (v[:, None] for v in (lens.base, lens.right, lens.up))
+    rows = cross(up, base), cross(base, right)
+    volume = dot(base, cross(right, up))
+    spans = []
+    for row in rows:
+        safe = np.where(depth > 0.0, depth, 1.0)
+        with np.errstate(over="ignore"):  # a corner at the camera's plane: its image is at infinity
+            at = np.array([dot(row / volume, c) for c in corners]) / safe
+        first = np.where(whole, -np.inf, np.where(behind, np.inf, at.min(axis=0, initial=np.inf)))
+        last = np.where(whole, np.inf, np.where(behind, -np.inf, at.max(axis=0, initial=-np.inf)))
+        spans.append((first, last))
+    return spans[0], spans[1]
+
+
+def find_pairs(plan: Plan, bounds: Ints, tile: Tile) -> Pairs:
+    """The candidates of a tile, in the order of the objects.
+
+    Parameters
+    ----------
+    bounds : (4, objects) as `screen_bounds` returns them.
+    """
+    left, bottom, right, _ = plan.region
+    width = right - left
+    # the tile's rows are bottom + first + step * k: the ranges of k (rounded up) per object
+    start = bottom + tile.first
+    k0 = np.maximum(-((start - bounds[1]) // tile.step), 0)
+    k1 = np.maximum(-((start - bounds[3]) // tile.step), 0)
+    items = ((bounds[2] > bounds[0]) & (k1 > k0)).nonzero()[0]
+    x0, y0 = bounds[0][items], k0[items]
+    wide = bounds[2][items] - x0
+    count = wide * (k1[items] - y0)
+    which = np.repeat(np.arange(items.size), count)
+    offset = places(count)
+    row, column = np.divmod(offset, wide[which])
+    pixel = (y0[which] + row) * width + (x0[which] + column - left)
+    return Pairs(pixel, items[which])
+
+
+def places(size: Ints) -> Ints:
+    """0, 1, ... size - 1 for each of some runs, one after the other: (sum of size,)."""
+    return np.arange(size.sum()) - np.repeat(np.cumsum(size) - size, size)
+
+
+def runs(first: Ints, size: Ints) -> Ints:
+    """The index of some runs, one after the other: first, first + 1, ... of each."""
+    return np.repeat(first, size) + places(size)
+
+
+def pair_hits(plan: Plan, w: Array, item: Ints, time: Array | float = 0.0) -> Array:
+    """Ray parameters of hits of rays with their candidates, inf for a miss.
+
+    Parameters
+    ----------
+    w : (3, m) or (3, m, k) directions.  item : (m,) objects.
+    time : shutter time, a number or (m, k).
+
+    Returns
+    -------
+    (m,) or (m, k).
+    """
+    t = np.full(w.shape[1:], np.inf)
+    for rows, ids in object_runs(plan, item):
+        when = time[rows] if isinstance(time, np.ndarray) else time
+        part = ids[:, None] if w.ndim == 3 else ids
+        if ids[0] < plan.sphere_count:
+            v, r = plan.spheres.moved(part, when), plan.spheres.radius[part]
+            t[rows] = hit_sphere(columns(w, rows), v, r)
+        else:
+            planes = _quad_planes(plan, part - plan.sphere_count, when)
+            t[rows] = hit_quad(columns(w, rows), *planes)
+    return t
+
+
+def object_runs(plan: Plan, item: Ints) -> list[tuple[slice | Ints, Ints]]:
+    """Candidates (m,) in parts of one kind: where they are, and which objects.
+
+    Where they come sorted and long runs are of one object, each run is a part: a slice, and the
+    object as an array of one, which broadcasts. Nothing is gathered then.
+    """
+    if not item.size:
+        return []
+    starts = [0, *((item[1:] != item[:-1]).nonzero()[0] + 1).tolist()]
+    if item.size >= LONG_RUN * len(starts):
+        ends = [*starts[1:], item.size]
+        return [(slice(a, b), item[a : a + 1]) for a, b in zip(starts, ends, strict=True)]
+    kinds = ((item < plan.sphere_count).nonzero()[0], (item >= plan.sphere_count).nonzero()[0])
+    return [(rows, item[rows]) for rows in kinds if rows.size]
+
+
+def _quad_planes(plan: Plan, ids: Ints, time: Array | float) -> tuple[Planes, Array, Array]:
+    """`edge_planes` of quads as the camera sees them; once a quad where they stand still."""
+    quads = plan.quads
+    if isinstance(time, np.ndarray) and quads.displacement is not None:
+        q = quads.moved(ids, time)
+        return edge_planes(q, columns(quads.edge_u, ids), columns(quads.edge_v, ids))
+    every = np.arange(quads.corner.shape[1])
+    when = 0.0 if isinstance(time, np.ndarray) else time
+    planes, normal, height = edge_planes(quads.moved(every, when), quads.edge_u, quads.edge_v)
+    a, b, c, d = (columns(plane, ids) for plane in planes)
+    return (a, b, c, d), columns(normal, ids), height[ids]
+
+
+def nearest(count: int, pairs: Pairs, t: Array) -> tuple[Array, Ints]:
+    """Least ray parameter of each pixel and its object; inf and -1 where nothing is hit.
+
+    Of objects at the very same place the first wins, so the picture has one answer.
+    """
+    best = np.full(count, np.inf)
+    np.minimum.at(best, pairs.pixel, t)
+    item = np.full(count, np.iinfo(np.int64).max)
+    first = ((t == best[pairs.pixel]) & np.isfinite(t)).nonzero()[0]
+    np.minimum.at(item, pairs.pixel[first], pairs.item[first])
+    return best, np.where(np.isfinite(best), item, -1)
+
+
+def surface(plan: Plan, w: Array, t: Array, item: Ints, time: Array | float = 0.0) -> Surface:
+    """Points and normals of hits.
+
+    Parameters
+    ----------
+    w : (3, n) directions.  t : (n,) finite ray parameters.  item : (n,) objects.
+    time : shutter time, a number or (n,).
+    """
+    point = t * w
+    normal = np.empty_like(point)
+    inside = np.zeros(item.shape, dtype=np.bool_)
+    ball = (item < plan.sphere_count).nonzero()[0]
+    if ball.size:
+        ids = item[ball]
+        center = plan.spheres.moved(ids, _at(time, ball))
+        out = columns(point, ball) - center
+        out /= np.sqrt(dot(out, out))
+        # back onto the sphere: the point is then off by roundoffs of its size, whatever t was
+        within = dot(center, center) < plan.spheres.radius[ids] ** 2
+        radius = plan.spheres.radius[ids] * np.where(within, 1.0 - INNER_GAP, 1.0)
+        point[:, ball] = center + radius * out
+        normal[:, ball] = np.where(within, -out, out)
+        inside[ball] = within
+    flat = (item >= plan.sphere_count).nonzero()[0]
+    if flat.size:
+        ids = item[flat] - plan.sphere_count
+        unit = cross(plan.quads.edge_u, plan.quads.edge_v)
+        unit /= np.sqrt(dot(unit, unit))
+        across = columns(unit, ids)
+        away = dot(across, columns(w, flat)) > 0.0
+        normal[:, flat] = np.where(away, -across, across)
+    return Surface(point, normal, item, inside)
+
+
+def _at(time: Array | float, rows: Ints) -> Array | float:
+    return time[rows] if isinstance(time, np.ndarray) else time
+
+
+def curvature(plan: Plan, surface: Surface) -> Array:
+    """Curvature (n,) of the surfaces, 1 / m; 0 for planes and where it is not said (item -1)."""
+    bend = np.zeros(surface.item.size)
+    ball = ((surface.item >= 0) & (surface.item < plan.sphere_count)).nonzero()[0]
+    bend[ball] = 1.0 / plan.spheres.radius[surface.item[ball]]
+    return bend

@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Shadow rays: which of the segments from points to points of a light are blocked."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..geometry.parallelogram import edge_planes, off_plane, quad_blocks_segment
+from ..geometry.sphere import blocks_segment, graze_of
+from ..numerics.arrays import Array, Ints, Mask
+from ..numerics.gather import columns
+from ..numerics.vector import dot
+from .compile import Plan
+from .intersect import Pairs
+
+__all__ = ["blocked_segments", "ranked"]
+
+
+def ranked(count: int, pairs: Pairs) -> list[tuple[Ints, Ints]]:
+    """Pairs, sorted by pixel, as lists of rows: the first of every pixel, the second, ...
+
+    Returns
+    -------
+    [(pixel, item), ...] with no pixel twice in one entry, so that each can be written at once.
+    """
+    sizes = np.bincount(pairs.pixel, minlength=count)
+    starts = np.cumsum(sizes) - sizes
+    rows = sizes.nonzero()[0]
+    out = []
+    rank = 0
+    while rows.size:
+        out.append((rows, pairs.item[starts[rows] + rank]))
+        rank += 1
+        rows = rows[sizes[rows] > rank]
+    return out
+
+
+def blocked_segments(
+    plan: Plan, point: Array, to: Array, pairs: Pairs, time: Array | float
+) -> Mask:
+    """Which segments are cut by one of their points' occluders.
+
+    Parameters
+    ----------
+    point : (3, n).  to : (3, n, k) from the points to points of a light.
+    pairs : (point, object), sorted by point.
+    time : shutter time, a number or (n, k).
+
+    Returns
+    -------
+    (n, k) bool.
+    """
+    blocked = np.zeros(to.shape[1:], dtype=np.bool_)
+    for rows, item in ranked(to.shape[1], pairs):
+        ball = item < plan.sphere_count
+        for part, is_sphere in ((ball.nonzero()[0], True), ((~ball).nonzero()[0], False)):
+            if not part.size:
+                continue
+            at, ids = rows[part], item[part][:, None]
+            when = time[at] if isinstance(time, np.ndarray) else time
+            start = point[:, at, None]
+            if is_sphere:
+                center = plan.spheres.moved(ids, when)
+                radius = plan.spheres.radius[ids]
+                graze = graze_of(start, radius)
+                hit = blocks_segment(columns(to, at), center - start, radius, graze)
+            else:
+                ids = ids - plan.sphere_count
+                q = plan.quads.moved(ids, when) - start
+                u, v = columns(plan.quads.edge_u, ids), columns(plan.quads.edge_v, ids)
+                planes, normal, height = edge_planes(q, u, v)
+                height = off_plane(height, normal, graze_of(start, np.sqrt(dot(q, q))))
+                hit = quad_blocks_segment(columns(to, at), planes, normal, height)
+            blocked[at] |= hit
+    return blocked

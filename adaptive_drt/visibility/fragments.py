@@ -1,0 +1,389 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Regions: the parts of boxes in pixel and time in which each object is the nearest.
+
+Lines run through a box along the axis that lies most across the outlines in it, from exact event
+to exact event (outlines, and seams where two objects are equally deep); only the other axes are
+sampled, at the middles of a lattice's cells. Along those the length of what is seen is continuous
+with kinks, so the error falls with the square of the lines an axis (Billen and Dutre 2016;
+Gribel, Barringer and Akenine-Moller 2011).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..numerics.arrays import Array, Ints, Mask
+from ..numerics.floats import TINY
+from ..numerics.gather import columns
+from ..tracing.compile import Plan
+from ..tracing.intersect import Pairs
+from .depth_order import find_ranks
+from .event_smoothness import find_smooth
+from .line_intervals import TIME, Lattice, Sides, depth, depth_along
+from .line_visibility import paint
+from .moments import DUST, KINK, SQUARES, Sums
+from .polynomials import Boxes, Cover, Forms, make_forms
+from .unordered_pairs import Meets
+
+__all__ = ["CROWDED", "Boxes", "Regions", "find_regions", "no_regions"]
+
+
+BACKGROUND = -1
+LEAST_LINES = 4
+"""An axis: fewer show no second differences."""
+CROWDED = 4
+"""Candidates: boxes with more get no more lines than those. They cost with the square of what is in
+a box, and parts of it see less (25 moving spheres that overlap, 1 %: 9.7 s, and 4.6 s)."""
+STEEPEST = 4.0
+"""Steeper outlines count as that steep: they are left to what the lines find of them."""
+FLATTEST = 0.05
+"""The same of outlines that lie straight across the lines, as far as can be told."""
+ALIKE = 1.0 - 2.0**-20
+"""Of the best axis' component: axes from there on are equally good, and the first of them is taken,
+not the one that rounding chooses."""
+JUMP = 0.3
+"""Of a cell between lines: the deviation of a step at a random place, 1 / sqrt(12)."""
+LONGEST = 0.5
+"""Of a box: the deviation of points in it is at most half its size."""
+SEAM_PROBE = (np.full((1, 1, 1), -0.25), np.full((1, 1, 1), 0.25))
+"""Where along the axes of a box two depths are compared, to see which way they change."""
+CHUNK = 1 << 18
+"""Candidates times lines at a time: bounds memory; with fewer, threads wait for each other."""
+
+
+@dataclass(frozen=True)
+class Regions:
+    """Regions, sorted by box, then item.
+
+    Attributes
+    ----------
+    box, item : (m,) the box and the nearest object, -1 where nothing is hit.
+    weight : (m,) fraction of the box; they sum to 1 in each box.
+    place : (3, m) centroids in x, y, t.
+    spread : (6, m) lower triangular root of the second moments about them: xx, yx, yy, tx, ty, tt.
+    error : (m,) estimate of the absolute error of the weight.
+    missed : (n,) weight in each box that may belong to objects of which no line met any.
+    late : (n,) the same, and error, by outlines that move too fast for lines across the picture.
+    """
+
+    box: Ints
+    item: Ints
+    weight: Array
+    place: Array
+    spread: Array
+    error: Array
+    missed: Array
+    late: Array
+
+
+def no_regions() -> Regions:
+    """The regions of no box."""
+    none, number = np.zeros(0), np.zeros(0, dtype=np.int64)
+    return Regions(number, number, none, np.zeros((3, 0)), np.zeros((6, 0)), none, none, none)
+
+
+@dataclass(frozen=True)
+class _Candidates:
+    """What may be seen in n boxes: m candidates, sorted by box and then in order of depth,
+    or where that is not settled by item.
+
+    Boxes are turned: their x and y change places where lines run along y.
+
+    Attributes
+    ----------
+    number, start : (n,) how many candidates a box has, and its first.
+    settled : (n,) whether their order in depth is the same for all rays.
+    meets : those whose order is not.
+    closed : (n,) whether one covers the box, so that the background is not seen.
+    wide : (3, n) sides of the box that matter: with a length; t only where a candidate moves.
+    turned : (n,) whether x and y changed places.
+    timed : (n,) whether lines run along t, not along the first axis.
+    steep : (n,) how steep outlines may be against the lines, from `FLATTEST` to `STEEPEST`.
+    fast : (n,) where lines along t are not allowed: how steep outlines are by their motion alone.
+    """
+
+    pairs: Pairs
+    forms: Forms
+    cover: Cover
+    number: Ints
+    start: Ints
+    settled: Mask
+    meets: Meets
+    closed: Mask
+    wide: Mask
+    turned: Mask
+    timed: Mask
+    steep: Array
+    fast: Array
+
+
+def find_regions(
+    plan: Plan, boxes: Boxes, pairs: Pairs, accuracy: Array | float, most: int = 32
+) -> Regions:
+    """Find what is nearest in each part of each box.
+
+    Parameters
+    ----------
+    pairs : candidates (box, object) in any order: at least all objects that may be seen.
+    accuracy : absolute error of a weight to aim at, a number or (n,), where few objects meet.
+    most : lines an axis at most, of the axes that lines do not run along; at least 4 are taken.
+
+    A box's regions do not depend on what other boxes there are, to the last bit.
+    """
+    count = boxes.low.shape[1]
+    found = _candidates(plan, boxes, pairs)
+    m = found.pairs.item.size
+    sums = Sums.of(m + count)
+    alone = (found.closed & (found.number == 1)).nonzero()[0]
+    empty = (found.number == 0).nonzero()[0]
+    sums.weight[found.start[alone]] = 1.0
+    sums.weight[m + empty] = 1.0
+    whole = np.concatenate([found.start[alone], m + empty])
+    for k in (0, 1, 2):
+        sums.second[SQUARES[k], whole] = 1.0 / 12.0
+    todo = np.ones(count, dtype=np.bool_)
+    todo[alone] = todo[empty] = False
+    goal = np.broadcast_to(np.asarray(accuracy, dtype=np.float64), (count,))
+    _refine(plan, found, goal, most, todo.nonzero()[0], sums)
+    finest = np.where(found.number > CROWDED, LEAST_LINES, max(most, LEAST_LINES))
+    late = np.minimum(KINK * found.fast / finest, JUMP) / finest
+    late = np.where(found.fast > STEEPEST, late, 0.0)
+    return _regions(boxes, found, sums, late)
+
+
+def _candidates(plan: Plan, boxes: Boxes, pairs: Pairs) -> _Candidates:
+    forms, cover = make_forms(plan, boxes, pairs)
+    count = boxes.low.shape[1]
+    front = np.full(count, np.inf)
+    full = cover.full.nonzero()[0]
+    np.minimum.at(front, pairs.pixel[full], cover.far[full])
+    kept = (cover.some & (cover.near <= front[pairs.pixel])).nonzero()[0]
+    # where two begin equally deep, what ends first: the scene's own order has no say
+    by = (pairs.item, cover.far, cover.near, pairs.pixel)
+    kept = kept[np.lexsort([key[kept] for key in by])]
+    forms, cover, pairs = forms.take(kept), cover.take(kept), pairs.take(kept)
+    box = pairs.pixel
+    number = np.bincount(box, minlength=count)
+    rank, settled, balls, unsure = find_ranks(plan, boxes, pairs, cover, number)
+    closed, moving = np.zeros((2, count), dtype=np.bool_)
+    closed[box[cover.full]] = True
+    moving[box[plan.moves[pairs.item]]] = True
+    wide = boxes.size > 0.0
+    wide[TIME] &= moving
+    overlap = ((box[1:] == box[:-1]) & ~settled[box[1:]]).nonzero()[0]
+    # along t the seam of two spheres has degree four: only where there is no other axis
+    allowed = wide.copy()
+    allowed[TIME] &= ~balls | ~(wide[0] | wide[1])
+    axis, steep = _axis(forms, cover, box, overlap, allowed)
+    # of objects equally deep the first wins
+    order = np.lexsort((np.where(settled[box], rank, pairs.item), box))
+    forms, cover, pairs = forms.take(order), cover.take(order), pairs.take(order)
+    now = np.empty(order.size, dtype=np.int64)
+    now[order] = np.arange(order.size)
+    meets = Meets.of((now[unsure[0]], now[unsure[1]]), box, number)
+    start = np.cumsum(number) - number
+    fast = np.zeros(count)
+    held = (wide[TIME] & ~allowed[TIME])[box].nonzero()[0]
+    slope = cover.across[TIME, held] / np.maximum(cover.across[axis[box[held]], held], DUST)
+    np.maximum.at(fast, box[held], slope)
+    # lines along x and along y go together: half as many groups of boxes
+    turned, timed = axis == 1, axis == TIME
+    own = turned[box].nonzero()[0]
+    if own.size:
+        forms.turn(turned[box])
+        for pair in (cover.across, cover.reach):
+            pair[0, own], pair[1, own] = pair[1, own], pair[0, own]
+        wide[0, turned], wide[1, turned] = wide[1, turned], wide[0, turned]
+    return _Candidates(
+        pairs, forms, cover, number, start, settled, meets, closed, wide, turned, timed, steep, fast
+    )  # fmt: skip
+
+
+def _axis(forms: Forms, cover: Cover, box: Ints, overlap: Ints, wide: Mask) -> tuple[Ints, Array]:
+    """The axis (n,) whose least component across outlines and seams is largest; see `steep`."""
+    across = np.where(wide, 1.0, -1.0)
+    for k in range(3):
+        np.minimum.at(across[k], box, cover.across[k])
+    if overlap.size:
+        one, other = forms.take(overlap), forms.take(overlap + 1)
+        slopes = np.zeros((3, overlap.size))
+        for k in range(3):
+            lattice = Lattice(k, 1, 1)
+            tables = depth_along(one, lattice), depth_along(other, lattice)
+            with np.errstate(invalid="ignore", over="ignore"):  # depths at infinity: see `near`
+                gaps = [depth(tables[0], s) - depth(tables[1], s) for s in SEAM_PROBE]
+                slopes[k] = np.abs(gaps[1] - gaps[0])[0, 0] / (SEAM_PROBE[1] - SEAM_PROBE[0])
+                middle = np.abs(gaps[0] + gaps[1])[0, 0] / 2.0
+        total = slopes[0] + slopes[1] + slopes[2]
+        near = (middle <= 0.5 * total) & (total > 0.0) & np.isfinite(total)
+        for k in range(3):
+            share = np.where(near, slopes[k], 1.0) / np.where(near, total, 1.0)
+            np.minimum.at(across[k], box[overlap], share)
+    across = np.where(wide, across, -1.0)
+    best = across.max(axis=0)
+    axis: Ints = np.argmax(across >= ALIKE * best, axis=0)
+    return axis, _steepness(cover, box, best)
+
+
+def _steepness(cover: Cover, box: Ints, best: Array) -> Array:
+    """Steepness (n,) against lines along an axis of which outlines have `best` at least.
+
+    It is known at the middles of boxes; towards their sides outlines turn, and where two of them
+    cross there is a corner.
+    """
+    straight = np.sqrt(np.maximum(1.0 - best * best, 0.0)) / np.maximum(best, TINY)
+    turn = np.zeros(best.size)
+    np.maximum.at(turn, box, cover.turn)
+    turn[np.bincount(box[~cover.full], minlength=turn.size) > 1] = 1.0
+    # 1 for an outline that goes as much across all three axes; with several, none may suit them all
+    steep: Array = np.clip(straight / np.sqrt(2.0) + turn, FLATTEST, STEEPEST)
+    return steep
+
+
+def _refine(plan: Plan, found: _Candidates, goal: Array, most: int, todo: Ints, sums: Sums) -> None:
+    """Lay lines through the boxes `todo`, more until the goal is met."""
+    m, box = found.pairs.item.size, found.pairs.pixel
+    key = (found.number * 2 + found.timed) * 2 + found.settled
+    key = ((key * 2 + found.wide[0]) * 2 + found.wide[1]) * 2 + found.wide[2]
+    key = key * (1 + found.meets.room.max(initial=0)) + found.meets.room
+    lines = LEAST_LINES
+    crowded = found.number > CROWDED
+    # one line sees all there is; where nothing has a kink, few do
+    few = (found.wide.sum(axis=0) < 2) | crowded | _smooth(found, todo, goal)
+    while todo.size:
+        last = 2 * lines > most
+        # with fewer lines a kink next to the box's side could stay unseen
+        ready = goal[todo] * (lines * lines) >= KINK * found.steep[todo]
+        ready |= few[todo] | last
+        for some in _groups(key, todo[ready]):
+            plan.go_on()
+            _measure(found, some, goal, lines, sums)
+        if last:
+            return
+        worst = sums.error[m:].copy()
+        np.maximum.at(worst, box, sums.error[:m])
+        todo = todo[~ready | (worst[todo] > goal[todo]) & ~crowded[todo]]
+        lines *= 2
+
+
+def _smooth(found: _Candidates, todo: Ints, goal: Array) -> Mask:
+    """The boxes (n,) in which lines along t find no kinks, as far as it matters."""
+    count = found.number.size
+    asked = np.zeros(count, dtype=np.bool_)
+    asked[todo] = goal[todo] * LEAST_LINES**2 < KINK * found.steep[todo]
+    asked &= found.timed & found.settled
+    rows = asked[found.pairs.pixel].nonzero()[0]
+    if not rows.size:
+        return asked
+    box, full = found.pairs.pixel[rows], found.cover.full[rows]
+    return asked & find_smooth(found.forms.take(rows), full, box, count)
+
+
+def _groups(key: Ints, some: Ints) -> Iterator[Ints]:
+    """The boxes `some` by equal keys."""
+    order = some[np.argsort(key[some], kind="stable")]
+    if order.size:
+        yield from np.split(order, np.diff(key[order]).nonzero()[0] + 1)
+
+
+def _measure(found: _Candidates, group: Ints, goal: Array, lines: int, sums: Sums) -> None:
+    """Lay lines through boxes that are alike in number, axis, order and sides."""
+    first = int(group[0])
+    k, settled = int(found.number[first]), bool(found.settled[first])
+    axis = TIME if found.timed[first] else 0
+    wide, m = found.wide[:, first], found.pairs.item.size
+    rows, columns = (lines if wide[other] else 1 for other in range(3) if other != axis)
+    lattice = Lattice(axis, rows, columns)
+    spans = 1 if settled and k < 3 else 2 * (k + int(found.meets.room[first])) + 1
+    step = max(CHUNK // (k * rows * columns * spans), 1)
+    for at in range(0, group.size, step):
+        some = group[at : at + step]
+        index = found.start[some] + np.arange(k)[:, None]
+        flat = index.ravel()
+        part, full = found.forms.take(flat), found.cover.full[flat]
+        met = None if settled else found.meets.among(some, index[0])
+        seen = paint(part, full, lattice, k, met)
+        place = np.concatenate([index, m + some[None]])
+        sums.add(seen, lattice, place)
+        if rows * columns > 1:
+            sums.add_unseen(found.cover, index, wide, axis, lines)
+        # one place in so many is beside the outermost lines
+        along = (found.steep[some] >= STEEPEST) & (goal[some] < JUMP / lines**1.5)
+        along &= sums.error[place].max(axis=0) <= goal[some]
+        along = along.nonzero()[0]
+        if along.size:
+            _look_beside(found, some[along], place[:, along], seen[0][..., along], lattice, sums)
+        none = m + some[found.closed[some]]
+        sums.weight[none] = sums.error[none] = 0.0
+
+
+def _look_beside(
+    found: _Candidates, some: Ints, place: Ints, length: Array, lattice: Lattice, sums: Sums
+) -> None:
+    """Look for outlines that run along the lines, between the outermost and the boxes' sides.
+
+    Between two lines such an outline shows as a jump.
+
+    place : (k + 1, n) candidates in `sums`, and the background.
+    length : (k + 1, rows, columns, n) seen of them.
+    """
+    k, flat = len(place) - 1, place[:-1].ravel()
+    part, full = found.forms.take(flat), found.cover.full[flat]
+    met = None if found.settled[some[0]] else found.meets.among(some, place[0])
+    axis, rows, columns = lattice.axis, lattice.rows, lattice.columns
+    for size, sides, direction in ((rows, (2, columns), 1), (columns, (rows, 2), 2)):
+        if size == 1:
+            continue
+        beside = paint(part, full, Sides(axis, *sides), k, met)[0]
+        last = np.take(length, (0, -1), axis=direction)
+        jump = np.abs(beside - last).mean(axis=3 - direction).max(axis=1)
+        sums.error[place] = np.maximum(sums.error[place], JUMP / size * jump)
+
+
+def _regions(boxes: Boxes, found: _Candidates, sums: Sums, late: Array) -> Regions:
+    """What has a weight, sorted, with weights that sum to one."""
+    count, pairs = boxes.low.shape[1], found.pairs
+    every = np.concatenate([pairs.pixel, np.arange(count)])
+    item = np.concatenate([pairs.item, np.full(count, BACKGROUND)])
+    kept = (sums.weight > DUST).nonzero()[0]
+    kept = kept[np.lexsort((item[kept], every[kept]))]
+    box, item, weight = every[kept], item[kept], sums.weight[kept]
+    moment, second = columns(sums.moment, kept), columns(sums.second, kept)
+    turned = found.turned[box].nonzero()[0]
+    for values, one, other in ((moment, 0, 1), (second, 0, 2), (second, 3, 4)):
+        values[one, turned], values[other, turned] = values[other, turned], values[one, turned]
+    place = np.clip(moment / weight, -0.5, 0.5)
+    spread = _root(second / weight, place)
+    for k, axis in enumerate((0, 1, 1, 2, 2, 2)):
+        spread[k] *= boxes.size[axis, box]
+    place = columns(boxes.middle, box) + columns(boxes.size, box) * place
+    total = np.bincount(box, weight, minlength=count)
+    missed = np.zeros(count)
+    unseen = (sums.weight <= DUST).nonzero()[0]
+    # what comes and goes sooner than it moves across the box is for shorter times to tell
+    own = (unseen < pairs.item.size).nonzero()[0]
+    x, y, t = columns(found.cover.across, unseen[own])
+    soon = np.zeros(unseen.size, dtype=np.bool_)
+    soon[own] = (t > np.maximum(x, y)) & found.wide[TIME, every[unseen[own]]]
+    for error, some in ((missed, unseen[~soon]), (late, unseen[soon])):
+        np.maximum.at(error, every[some], sums.error[some])
+    return Regions(box, item, weight / total[box], place, spread, sums.error[kept], missed, late)
+
+
+def _root(second: Array, place: Array) -> Array:
+    """Lower triangular roots (6, m) of second moments about centroids, given those about 0."""
+    x, y, t = place
+    xx, yx, yy, tx, ty, tt = second - np.array([x * x, x * y, y * y, t * x, t * y, t * t])
+    out = np.zeros_like(second)
+    out[0] = np.sqrt(np.maximum(xx, 0.0))
+    a = np.maximum(out[0], DUST)
+    out[1], out[3] = yx / a, tx / a
+    out[2] = np.sqrt(np.maximum(yy - out[1] ** 2, 0.0))
+    b = np.maximum(out[2], DUST)
+    out[4] = (ty - out[1] * out[3]) / b
+    out[5] = np.sqrt(np.maximum(tt - out[3] ** 2 - out[4] ** 2, 0.0))
+    # rounding of thin regions: no arm longer than the box allows
+    return np.clip(out, -LONGEST, LONGEST)

@@ -1,0 +1,368 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Objects over boxes in pixel x, y and shutter time t, as polynomials.
+
+Within a box, x, y and t run from -1/2 to 1/2. A ray's direction is linear in x and y, an object's
+place is linear in t, so a sphere's discriminant has degree two in (x, y) and in t, and the edge
+functions of a quad have degree one in either. A form of shape (T, k, m) holds the coefficients of
+t^0, t^1, t^2 (T of them) times 1, x, y, xx, xy, yy (k of them) for m candidates. Expanded about
+the box's middle they lose nothing: outlines are off by some 1e-12 of a pixel.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..numerics.arrays import Array, Ints, Mask
+from ..numerics.gather import columns
+from ..numerics.vector import cross, dot
+from ..tracing.compile import Plan
+from ..tracing.intersect import Pairs
+
+__all__ = ["Balls", "Boxes", "Cover", "Flats", "Forms", "form_range", "make_forms"]
+
+
+DEGREES = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
+"""Of the monomials in (x, y), in the order of a form."""
+TURNED = ((1, 2), (3, 5))
+"""What changes places with x and y: x, xx and y, yy, of forms of three and of six coefficients."""
+IN_TIME = np.array([[0.0], [0.0], [1.0]])
+"""Across an event that all rays have at once: the camera enters a sphere or crosses a plane."""
+
+
+@dataclass(frozen=True)
+class Boxes:
+    """Boxes in pixel x, y (picture coordinates) and shutter time t; a side may have no length.
+
+    Attributes
+    ----------
+    low, high : (3, n) least and greatest x, y, t.
+    """
+
+    low: Array
+    high: Array
+
+    @property
+    def middle(self) -> Array:
+        """(3, n)"""
+        middle: Array = 0.5 * (self.low + self.high)
+        return middle
+
+    @property
+    def size(self) -> Array:
+        """(3, n)"""
+        size: Array = self.high - self.low
+        return size
+
+
+@dataclass(frozen=True)
+class Balls:
+    """Sphere candidates; `gap` is the squared distance of the centre less the squared radius."""
+
+    row: Ints
+    discriminant: Array
+    along: Array
+    square: Array
+    gap: Array
+
+    def take(self, index: Ints, row: Ints) -> Balls:
+        """Some of them, with new rows."""
+        parts = (self.discriminant, self.along, self.square, self.gap)
+        return Balls(row, *(columns(part, index, -1) for part in parts))
+
+
+@dataclass(frozen=True)
+class Flats:
+    """Quad candidates: four edge functions, w.normal and q.normal (as `parallelogram.edge_planes`).
+
+    A hit has the sign of `height` for all four, and of `facing`.
+    """
+
+    row: Ints
+    edges: tuple[Array, Array, Array, Array]
+    facing: Array
+    height: Array
+
+    def take(self, index: Ints, row: Ints) -> Flats:
+        """Some of them, with new rows."""
+        a, b, c, d = (columns(edge, index, -1) for edge in self.edges)
+        return Flats(
+            row, (a, b, c, d), columns(self.facing, index, -1), columns(self.height, index, -1)
+        )
+
+
+@dataclass(frozen=True)
+class Cover:
+    """How m candidates lie to their boxes.
+
+    Attributes
+    ----------
+    some, full : (m,) whether some ray of the box may hit the object, whether all do.
+    near, far : (m,) bounds on the ray parameter of those hits.
+    across : (3, m) how much x, y and t go across what may be seen of the outline: components of
+        a unit vector, ones where no outline is seen.
+    reach : (2, m) half the size of the object as seen, in sizes of the box.
+    turn : (m,) radians, about, by which the outline turns within half the box, at most 1.
+    """
+
+    some: Mask
+    full: Mask
+    near: Array
+    far: Array
+    across: Array
+    reach: Array
+    turn: Array
+
+    def take(self, rows: Ints) -> Cover:
+        """The candidates at an index."""
+        return Cover(
+            self.some[rows],
+            self.full[rows],
+            self.near[rows],
+            self.far[rows],
+            columns(self.across, rows),
+            columns(self.reach, rows),
+            self.turn[rows],
+        )
+
+
+@dataclass(frozen=True)
+class Forms:
+    """Candidates as polynomials: `place` (m,) is the position of each among balls or flats."""
+
+    is_ball: Mask
+    place: Ints
+    balls: Balls
+    flats: Flats
+
+    def take(self, rows: Ints) -> Forms:
+        """The candidates at an index, renumbered."""
+        is_ball, place = self.is_ball[rows], self.place[rows]
+        ball, flat = is_ball.nonzero()[0], (~is_ball).nonzero()[0]
+        index = np.empty(rows.size, dtype=np.int64)
+        index[ball], index[flat] = np.arange(ball.size), np.arange(flat.size)
+        return Forms(
+            is_ball,
+            index,
+            self.balls.take(place[ball], ball),
+            self.flats.take(place[flat], flat),
+        )
+
+    def turn(self, some: Mask) -> None:
+        """Let x and y change places for candidates (m,), in place."""
+        balls, flats = self.balls, self.flats
+        for row, forms in (
+            (balls.row, (balls.discriminant, balls.along, balls.square)),
+            (flats.row, (*flats.edges, flats.facing)),
+        ):
+            index = some[row].nonzero()[0]
+            if not index.size:
+                continue
+            for form in forms:
+                for x, y in TURNED[: form.shape[1] // 3]:
+                    form[:, x, index], form[:, y, index] = form[:, y, index], form[:, x, index]
+
+
+def make_forms(plan: Plan, boxes: Boxes, pairs: Pairs) -> tuple[Forms, Cover]:
+    """The candidates `pairs` (box, object) as polynomials over their boxes, and how they lie."""
+    m = pairs.item.size
+    cover = Cover(
+        np.zeros(m, dtype=np.bool_),
+        np.zeros(m, dtype=np.bool_),
+        np.zeros(m),
+        np.full(m, np.inf),
+        np.ones((3, m)),
+        np.full((2, m), np.inf),
+        np.zeros(m),
+    )
+    is_ball = pairs.item < plan.sphere_count
+    ball, flat = is_ball.nonzero()[0], (~is_ball).nonzero()[0]
+    place = np.empty(m, dtype=np.int64)
+    place[ball], place[flat] = np.arange(ball.size), np.arange(flat.size)
+    middle, size = boxes.middle, boxes.size
+    w, x, y = _directions(
+        plan, columns(middle, pairs.pixel[ball]), columns(size, pairs.pixel[ball])
+    )
+    balls = _balls(plan, boxes, pairs.take(ball), ball, (w, x, y))
+    _cover_balls(balls, cover)
+    w, x, y = _directions(
+        plan, columns(middle, pairs.pixel[flat]), columns(size, pairs.pixel[flat])
+    )
+    flats = _flats(plan, boxes, pairs.take(flat), flat, (w, x, y))
+    _cover_flats(flats, cover)
+    _set_reach(plan, pairs, middle, size, cover)
+    wide = np.maximum(columns(cover.reach, ball).min(axis=0), 0.5)
+    cover.turn[ball] = np.where(cover.full[ball], 0.0, 0.5 / wide)
+    return Forms(is_ball, place, balls, flats), cover
+
+
+def _directions(plan: Plan, middle: Array, size: Array) -> tuple[Array, Array, Array]:
+    """Directions through the boxes' middles and their change over the boxes, (3, m) each."""
+    lens = plan.lens
+    w = lens.directions(middle[0], middle[1])
+    return w, size[0] * lens.right[:, None], size[1] * lens.up[:, None]
+
+
+def _placed(
+    place: Array, displacement: Array | None, boxes: Boxes, box: Ints, ids: Ints
+) -> tuple[Array, Array | None]:
+    """Places in the middle of the boxes' times and their change over them, None if none moves."""
+    if displacement is None:
+        return columns(place, ids), None
+    move = columns(displacement, ids)
+    middle = 0.5 * (boxes.low[2] + boxes.high[2])
+    change = (boxes.high[2] - boxes.low[2])[box] * move
+    return columns(place, ids) + middle[box] * move, change if change.any() else None
+
+
+def _square_form(a: tuple[Array, Array, Array], b: tuple[Array, Array, Array]) -> Array:
+    """Coefficients (6, m) of (a0 + a1 x + a2 y).(b0 + b1 x + b2 y)."""
+    if a is b:
+        pairs = ((0, 1), (0, 2), (1, 2))
+        x, y, xy = (2.0 * dot(a[i], a[j]) for i, j in pairs)
+        return np.array([dot(a[0], a[0]), x, y, dot(a[1], a[1]), xy, dot(a[2], a[2])])
+    x, y, xy = (dot(a[i], b[j]) + dot(a[j], b[i]) for i, j in ((0, 1), (0, 2), (1, 2)))
+    return np.array([dot(a[0], b[0]), x, y, dot(a[1], b[1]), xy, dot(a[2], b[2])])
+
+
+def _balls(
+    plan: Plan, boxes: Boxes, pairs: Pairs, row: Ints, ray: tuple[Array, Array, Array]
+) -> Balls:
+    """With w x v = c + t e, D = r^2 |w|^2 - |c|^2 - 2 t c.e - t^2 |e|^2."""
+    spheres = plan.spheres
+    v, change = _placed(spheres.center, spheres.displacement, boxes, pairs.pixel, pairs.item)
+    rr = spheres.radius[pairs.item] ** 2
+    square = _square_form(ray, ray)
+    c = (cross(ray[0], v), cross(ray[1], v), cross(ray[2], v))
+    d = [rr * square - _square_form(c, c)]
+    along = [np.array([dot(part, v) for part in ray])]
+    gap = [(dot(v, v) - rr)[None]]
+    if change is not None:
+        e = (cross(ray[0], change), cross(ray[1], change), cross(ray[2], change))
+        d += [-2.0 * _square_form(c, e), -_square_form(e, e)]
+        along.append(np.array([dot(part, change) for part in ray]))
+        gap += [2.0 * dot(v, change)[None], dot(change, change)[None]]
+    return Balls(row, np.array(d), np.array(along), square[None], np.array(gap))
+
+
+def _flats(
+    plan: Plan, boxes: Boxes, pairs: Pairs, row: Ints, ray: tuple[Array, Array, Array]
+) -> Flats:
+    """Edges w.(b x q) and w.(q x a), and what is left of w.(a x b) beyond them."""
+    quads, ids = plan.quads, pairs.item - plan.sphere_count
+    q, change = _placed(quads.corner, quads.displacement, boxes, pairs.pixel, ids)
+    a, b = columns(quads.edge_u, ids), columns(quads.edge_v, ids)
+    normal = cross(a, b)
+    facing = np.array([dot(part, normal) for part in ray])[None]
+    height = [dot(q, normal)[None]]
+    planes = [(cross(b, q), cross(q, a))]
+    if change is not None:
+        height.append(dot(change, normal)[None])
+        planes.append((cross(b, change), cross(change, a)))
+    first, second = (
+        np.array([np.array([dot(part, plane[k]) for part in ray]) for plane in planes])
+        for k in (0, 1)
+    )
+    third, fourth = -first, -second
+    third[:1] += facing
+    fourth[:1] += facing
+    return Flats(row, (first, second, third, fourth), facing, np.array(height))
+
+
+def form_range(form: Array) -> tuple[Array, Array]:
+    """Bounds (m,) on a form over the box."""
+    low, high = form[0, 0].copy(), form[0, 0].copy()
+    for power in range(form.shape[0]):
+        for k in range(form.shape[1]):
+            i, j = DEGREES[k]
+            if power + i + j == 0:
+                continue
+            change = form[power, k] * 0.5 ** (power + i + j)
+            if power % 2 or i % 2 or j % 2:
+                change = np.abs(change)
+                low -= change
+                high += change
+            else:
+                low += np.minimum(change, 0.0)
+                high += np.maximum(change, 0.0)
+    return low, high
+
+
+def _slopes(form: Array) -> Array:
+    """Change (3, m) of a form across the box along x, y, t at its middle."""
+    time = form[1, 0] if form.shape[0] > 1 else np.zeros(form.shape[2])
+    return np.array([np.abs(form[0, 1]), np.abs(form[0, 2]), np.abs(time)])
+
+
+def _unit(slopes: Array) -> Array:
+    """Components of the unit vectors along slopes (3, m); ones where there is none."""
+    length = np.sqrt(dot(slopes, slopes))
+    unit: Array = np.where(length > 0.0, slopes, 1.0) / np.where(length > 0.0, length, 1.0)
+    return unit
+
+
+def _cover_balls(balls: Balls, cover: Cover) -> None:
+    row = balls.row
+    low, high = form_range(balls.discriminant)
+    along_low, along_high = form_range(balls.along)
+    square_low, square_high = form_range(balls.square)
+    gap_low, gap_high = form_range(balls.gap)
+    some = ((high >= 0.0) & (along_high > 0.0)) | (gap_low < 0.0)
+    full = ((low > 0.0) & (along_low > 0.0)) | (gap_high < 0.0)
+    outside = gap_low > 0.0
+    root_low, root_high = np.sqrt(np.maximum(low, 0.0)), np.sqrt(np.maximum(high, 0.0))
+    last = np.maximum(along_high + np.where(outside, -root_low, root_high), 0.0)
+    cover.some[row], cover.full[row] = some, full
+    near = np.where(outside, np.maximum(along_low - root_high, 0.0), 0.0)
+    cover.near[row] = near / square_high
+    ahead = square_low > 0.0
+    cover.far[row] = np.where(ahead, last, np.inf) / np.where(ahead, square_low, 1.0)
+    across = np.where(full, 1.0, _unit(_slopes(balls.discriminant)))
+    cover.across[:, row] = np.where((gap_low < 0.0) & (gap_high >= 0.0), IN_TIME, across)
+
+
+def _cover_flats(flats: Flats, cover: Cover) -> None:
+    row = flats.row
+    height_low, height_high = form_range(flats.height)
+    sure = (height_low > 0.0) | (height_high < 0.0)
+    side = np.where(height_low > 0.0, 1.0, -1.0)
+    some, full = np.ones(row.size, dtype=np.bool_), sure.copy()
+    across, crossing = np.ones((3, row.size)), np.zeros(row.size, dtype=np.int64)
+    for edge in flats.edges:
+        low, high = form_range(side * edge)
+        some &= ~sure | (high >= 0.0)
+        full &= low >= 0.0
+        crosses = (low < 0.0) & (high >= 0.0)
+        crossing += crosses
+        across = np.where(crosses, np.minimum(across, _unit(_slopes(edge))), across)
+    some &= (height_low != 0.0) | (height_high != 0.0)
+    facing_low, facing_high = form_range(side * flats.facing)
+    first = np.where(sure, np.minimum(np.abs(height_low), np.abs(height_high)), 0.0)
+    last = np.maximum(np.abs(height_low), np.abs(height_high))
+    cover.some[row], cover.full[row] = some, full
+    near = np.where(facing_high > 0.0, first, 0.0) / np.where(facing_high > 0.0, facing_high, 1.0)
+    cover.near[row] = near
+    ahead = sure & (facing_low > 0.0)
+    with np.errstate(over="ignore"):  # seen edge-on: as far as can be
+        cover.far[row] = np.where(ahead, last, np.inf) / np.where(ahead, facing_low, 1.0)
+    cover.across[:, row] = np.where(sure, across, IN_TIME)
+    # edges are straight, corners are not
+    cover.turn[row] = np.where(sure & (crossing < 2), 0.0, 1.0)
+
+
+def _set_reach(plan: Plan, pairs: Pairs, middle: Array, size: Array, cover: Cover) -> None:
+    """Half the size of a ball around the object as seen from the camera, in sizes of the box."""
+    center, radius = plan.quads.bounds
+    centers = np.concatenate([plan.spheres.center, center], axis=1)
+    away = np.maximum(np.sqrt(dot(centers, centers)), np.finfo(np.float64).tiny)
+    with np.errstate(over="ignore"):  # the camera is at its middle: as wide as can be
+        ratio = np.concatenate([plan.spheres.radius, radius]) / away
+    lens = plan.lens
+    w = lens.directions(middle[0], middle[1])
+    length = np.sqrt(dot(w, w))
+    for k, step in ((0, lens.right), (1, lens.up)):
+        across = size[k] * np.sqrt(dot(step, step))
+        wide = np.where(across > 0.0, length, np.inf) / np.where(across > 0.0, across, 1.0)
+        with np.errstate(over="ignore"):
+            cover.reach[k] = ratio[pairs.item] * wide[pairs.pixel]
