@@ -21,8 +21,9 @@ from .edge import half_pixel
 from .emitter import POINT, QUAD, Emitter, view_cone
 from .footprint import Footprint, make_footprint
 from .jet import Jet
+from .news import tell
 from .plan import Plan
-from .primary import Pairs, Surface
+from .primary import Pairs, Surface, in_cache
 from .quad import edge_planes
 from .quadric import cone_touch, discriminant, discriminant_rounding
 from .vector import cross, dot
@@ -127,8 +128,10 @@ def detect_shadow_edges(
     if plan.settings.order == 2 and pairs.item.size:
         patch = make_footprint(plan, surface, reach)
     ball = pairs.item < plan.sphere_count
-    for rows, part in ((ball.nonzero()[0], _by_sphere), ((~ball).nonzero()[0], _by_quad)):
-        if rows.size:
+    for all_rows, part in ((ball.nonzero()[0], _by_sphere), ((~ball).nonzero()[0], _by_quad)):
+        for rows in in_cache(all_rows):
+            plan.go_on()
+            tell(rows[0] / pairs.item.size)
             chosen = pairs.take(rows)
             wide = reach[chosen.pixel]
             sharp = part(plan, surface, light, chosen, wide, patch).nonzero()[0]
