@@ -142,7 +142,11 @@ def compose(points: list[Point], about: str, size: int, rounds: int) -> str:
     for light in LIGHTS:
         said = crossing([p for p in points if p.light == light])
         lines.append(f"- {light.capitalize()} light: {said}.")
-    lines += ["", f"`adaptive_drt/tracing/compile.py` has `EMBREE_CROSSOVER = {EMBREE_CROSSOVER:_}`.", ""]
+    lines += [
+        "",
+        f"`adaptive_drt/tracing/compile.py` has `EMBREE_CROSSOVER = {EMBREE_CROSSOVER:_}`.",
+        "",
+    ]
     if any(p.differ for p in points):
         lines += [
             "The pictures are to be the same to the last bit, and some are not: embree leaves out",

@@ -82,11 +82,20 @@ def test_blocks_are_more_of_the_bar_where_workers_do_the_rest_beside_them():
 def test_the_bar_moves_in_a_heap_of_balls(method, monkeypatch):
     """However few calls a picture is, and from within them. Asked often: a second is soon over."""
     monkeypatch.setattr(threads_module, "HEARTBEAT", 0.002)
-    settings = Settings(method=method, tolerance=0.01, light_rays=16, pixel_rays=4, threads=1)
+    parts, note = [], threads_module._Job.note
+
+    def noted(job, part):
+        parts.append(part)
+        note(job, part)
+
+    monkeypatch.setattr(threads_module._Job, "note", noted)
+    settings = Settings(
+        method=method, tolerance=0.01, light_rays=16, pixel_rays=4, threads=1, batch=2_000
+    )
     times, places, stages = [time.monotonic()], [-1.0], [""]
     for progress in render(heap(500), settings):
         place = progress.done / progress.total
-        assert place >= places[-1]
+        assert places[-1] <= place <= 1.0
         if place > places[-1]:
             times.append(time.monotonic())
             places.append(place)
@@ -96,6 +105,7 @@ def test_the_bar_moves_in_a_heap_of_balls(method, monkeypatch):
     looks = stages.count("Looking at squares" if method == "EXACT" else "Tracing rays")
     print(f"{len(places)} places, {looks} of them at first; longest at one: {longest:.2f}")
     assert longest < STANDS
+    assert 0.0 <= min(parts) and max(parts) <= 1.0 + 1e-9
     assert looks >= LOOKS
 
 

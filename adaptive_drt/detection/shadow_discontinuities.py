@@ -24,8 +24,9 @@ from ..numerics.gather import columns
 from ..numerics.jet import Jet
 from ..numerics.taylor_range import rectangle_range
 from ..numerics.vector import cross, dot
+from ..parallel.call_progress import tell
 from ..tracing.compile import Plan
-from ..tracing.intersect import Pairs, Surface
+from ..tracing.intersect import Pairs, Surface, in_cache
 from .edges import half_pixel
 from .pixel_bounds import Footprint, make_footprint
 
@@ -126,8 +127,10 @@ def detect_shadow_edges(
     if plan.settings.order == 2 and pairs.item.size:
         patch = make_footprint(plan, surface, reach)
     ball = pairs.item < plan.sphere_count
-    for rows, part in ((ball.nonzero()[0], _by_sphere), ((~ball).nonzero()[0], _by_quad)):
-        if rows.size:
+    for all_rows, part in ((ball.nonzero()[0], _by_sphere), ((~ball).nonzero()[0], _by_quad)):
+        for rows in in_cache(all_rows):
+            plan.go_on()
+            tell(rows[0] / pairs.item.size)
             chosen = pairs.take(rows)
             wide = reach[chosen.pixel]
             sharp = part(plan, surface, light, chosen, wide, patch).nonzero()[0]

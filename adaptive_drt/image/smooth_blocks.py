@@ -78,15 +78,14 @@ def survey(
         tell(CLEARED / side)
     squares = squares.within(bounds)
     rest = []
-    done, batch = CLEARED / SIDES[-1], plan.settings.batch
-    step = (1.0 - done) * batch / max(squares.x.size, batch)
-    for first in range(0, squares.x.size, batch):
-        plan.go_on()
-        part = squares.part(first, first + batch)
-        with part_of_call(done, done + step):
-            sheet = first_pass(plan, occluders, *part.middles, part.pairs, clock)
-        rest.append((part.x, part.y, sheet))
-        done += step
+    cleared, batch, count = CLEARED / SIDES[-1], plan.settings.batch, squares.x.size
+    with part_of_call(cleared, 1.0):
+        for first in range(0, count, batch):
+            plan.go_on()
+            part = squares.part(first, first + batch)
+            with part_of_call(first / count, min((first + batch) / count, 1.0)):
+                sheet = first_pass(plan, occluders, *part.middles, part.pairs, clock)
+            rest.append((part.x, part.y, sheet))
     return Survey(lawns, rest, points)
 
 

@@ -148,6 +148,7 @@ class Occluders:
         center, radius, ball = self.center[:, first_item:], self.radius[first_item:], sight.ball
 
         def seen(middle: Array, span: Array, item: Ints) -> Mask:
+            self._plan.go_on()
             cone = view_cone(ball, ball.center, middle)
             v, wide = columns(center, item) - middle, radius[item] + span
             touch, _, _ = cone_touch(cone.axis, cone.cosine, cone.sine, v, wide)
@@ -160,6 +161,7 @@ class Occluders:
 
     def _matters(self, sight: _Sight, at: Ints | slice, item: Ints | int) -> Mask:
         """Whether objects may hide light that counts from points `at`: one object, or one each."""
+        self._plan.go_on()
         surface, cone = sight.surface, sight.cone
         chosen = np.atleast_1d(item)
         center, radius = columns(self.center, chosen), self.radius[chosen] + sight.reach[at]
