@@ -7,11 +7,9 @@ It leaves screenshots of what each shows, and the pixels of both pictures.
 from __future__ import annotations
 
 import importlib
-import json
 import os
 import sys
 import time
-import traceback
 from pathlib import Path
 
 import bpy
@@ -21,7 +19,7 @@ FOLDER = Path(sys.argv[sys.argv.index("--") + 1])
 KIND = os.environ["ADAPTIVE_DRT_RENDER_IN"]
 sys.path.insert(0, str(FOLDER))
 
-from desk import HEIGHT, point, press, shoot  # noqa: E402
+from desk import HEIGHT, act, point, press, shoot  # noqa: E402
 
 PACKAGE = "bl_ext.user_default.adaptive_drt"
 RESULT = "Adaptive Render"
@@ -166,23 +164,4 @@ def press_f12():
     yield 3.0
 
 
-RUN = steps()
-
-
-def tick():
-    try:
-        return next(RUN)
-    except StopIteration:
-        code = 0
-    except Exception:
-        traceback.print_exc()
-        shoot("failed")
-        code = 9
-    (FOLDER / f"{KIND}.json").write_text(json.dumps(FACTS, indent=2))
-    sys.stdout.flush()
-    # not wm.quit_blender(), which saves the preferences
-    os._exit(code)
-
-
-bpy.context.preferences.view.show_splash = False
-bpy.app.timers.register(tick, first_interval=0.5, persistent=True)
+act(steps(), FACTS, KIND)
