@@ -124,11 +124,12 @@ def steps():
     scene.render.dither_intensity = 0.0
     scene.view_settings.exposure = -0.5
     yield 1.0
-    FACTS["before"] = windows()
+    FACTS["before"], FACTS["engine before"] = windows(), scene.render.engine
     yield from open_sidebar()
     click()
     yield from wait(lambda: not idle(), 5.0)
     yield from wait(idle)
+    yield from wait(lambda: KIND == "NONE" or picture_on_screen(RESULT) is not None)
     yield 3.0
     look("button", RESULT)
     image = bpy.data.images[RESULT]
@@ -137,6 +138,7 @@ def steps():
     image.save_render(str(FOLDER / "expected.png"), scene=scene)
     if KIND == "NONE":  # F12 shows nothing then; the panel's own button does
         bpy.ops.adaptive_drt.show_image(image="PICTURE")
+        yield from wait(lambda: picture_on_screen(RESULT) is not None)
         yield 3.0
         look("asked", RESULT)
     yield from close_picture()
