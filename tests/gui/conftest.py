@@ -4,6 +4,8 @@
 from __future__ import annotations
 
 import importlib.util
+import json
+import os
 import shutil
 import subprocess
 import sys
@@ -78,3 +80,29 @@ def copied(program):
         return Path(shutil.copy(HERE / name, program.folder / name))
 
     return copy
+
+
+@pytest.fixture(scope="session")
+def in_window(installed, copied):
+    """Run a script of these tests in the program's window; returns the facts that it wrote.
+
+    scene : a .blend; "-": the factory's own.
+    shots : screenshots to keep where ADAPTIVE_DRT_PICTURES names a folder, by their names there.
+    """
+    if os.environ.get("ADAPTIVE_DRT_BLENDER"):
+        pytest.skip("the window is tested in the Blender that `make blender` makes")
+    folder, kept = installed.folder, os.environ.get("ADAPTIVE_DRT_PICTURES")
+
+    def run(script, name, scene="-", shots=None, **variables):
+        copied("desk.py")
+        installed.variables.update(variables)
+        told = installed.run(copied("window.sh"), scene, copied(script), folder, command="sh")
+        for there, here in (shots or {}).items() if kept else ():
+            if (folder / f"{here}.png").exists():
+                Path(kept).mkdir(parents=True, exist_ok=True)
+                shutil.copy(folder / f"{here}.png", Path(kept) / f"{there}.png")
+        said = told.stdout + told.stderr
+        assert told.returncode == 0 and "Traceback" not in said, said[-6000:]
+        return {**json.loads((folder / f"{name}.json").read_text()), "log": said}
+
+    return run

@@ -3,8 +3,11 @@
 
 from __future__ import annotations
 
+import json
+import os
 import subprocess
 import sys
+import traceback
 from pathlib import Path
 
 import bpy
@@ -66,3 +69,27 @@ def press_long(x, y):
     yield 0.1
     press("mouseup", 1)
     yield 0.5
+
+
+def act(steps, facts, name):
+    """Take the steps of a generator, which yields the seconds until the next; then end Blender.
+
+    What it noted in `facts` goes to the file `name`.json, and the exit code says how it went.
+    """
+
+    def tick():
+        try:
+            return next(steps)
+        except StopIteration:
+            code = 0
+        except Exception:
+            traceback.print_exc()
+            shoot("failed")
+            code = 9
+        (FOLDER / f"{name}.json").write_text(json.dumps(facts, indent=2))
+        sys.stdout.flush()
+        # not wm.quit_blender(), which saves the preferences
+        os._exit(code)
+
+    bpy.context.preferences.view.show_splash = False
+    bpy.app.timers.register(tick, first_interval=0.5, persistent=True)

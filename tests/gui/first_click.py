@@ -7,11 +7,9 @@ It leaves screenshots of what each shows, and the pixels of both pictures.
 from __future__ import annotations
 
 import importlib
-import json
 import os
 import sys
 import time
-import traceback
 from pathlib import Path
 
 import bpy
@@ -21,7 +19,7 @@ FOLDER = Path(sys.argv[sys.argv.index("--") + 1])
 KIND = os.environ["ADAPTIVE_DRT_RENDER_IN"]
 sys.path.insert(0, str(FOLDER))
 
-from desk import HEIGHT, point, press, shoot  # noqa: E402
+from desk import HEIGHT, act, point, press, shoot  # noqa: E402
 
 PACKAGE = "bl_ext.user_default.adaptive_drt"
 RESULT = "Adaptive Render"
@@ -126,11 +124,12 @@ def steps():
     scene.render.dither_intensity = 0.0
     scene.view_settings.exposure = -0.5
     yield 1.0
-    FACTS["before"] = windows()
+    FACTS["before"], FACTS["engine before"] = windows(), scene.render.engine
     yield from open_sidebar()
     click()
     yield from wait(lambda: not idle(), 5.0)
     yield from wait(idle)
+    yield from wait(lambda: KIND == "NONE" or picture_on_screen(RESULT) is not None)
     yield 3.0
     look("button", RESULT)
     image = bpy.data.images[RESULT]
@@ -139,6 +138,7 @@ def steps():
     image.save_render(str(FOLDER / "expected.png"), scene=scene)
     if KIND == "NONE":  # F12 shows nothing then; the panel's own button does
         bpy.ops.adaptive_drt.show_image(image="PICTURE")
+        yield from wait(lambda: picture_on_screen(RESULT) is not None)
         yield 3.0
         look("asked", RESULT)
     yield from close_picture()
@@ -166,23 +166,4 @@ def press_f12():
     yield 3.0
 
 
-RUN = steps()
-
-
-def tick():
-    try:
-        return next(RUN)
-    except StopIteration:
-        code = 0
-    except Exception:
-        traceback.print_exc()
-        shoot("failed")
-        code = 9
-    (FOLDER / f"{KIND}.json").write_text(json.dumps(FACTS, indent=2))
-    sys.stdout.flush()
-    # not wm.quit_blender(), which saves the preferences
-    os._exit(code)
-
-
-bpy.context.preferences.view.show_splash = False
-bpy.app.timers.register(tick, first_interval=0.5, persistent=True)
+act(steps(), FACTS, KIND)

@@ -3,10 +3,8 @@
 
 from __future__ import annotations
 
-import json
 import os
 import sys
-import traceback
 from pathlib import Path
 
 import bpy
@@ -15,7 +13,7 @@ FOLDER = Path(sys.argv[sys.argv.index("--") + 1])
 WORKSPACE = os.environ["ADAPTIVE_DRT_WORKSPACE"]
 sys.path.insert(0, str(FOLDER))
 
-from desk import HEIGHT, shoot  # noqa: E402
+from desk import HEIGHT, act, shoot  # noqa: E402
 
 FACTS = {}
 
@@ -78,23 +76,4 @@ def steps():
     viewer.save_render(str(FOLDER / "viewer.png"), scene=scene)
 
 
-RUN = steps()
-
-
-def tick():
-    try:
-        return next(RUN)
-    except StopIteration:
-        code = 0
-    except Exception:
-        traceback.print_exc()
-        shoot("failed")
-        code = 9
-    (FOLDER / f"mask-{WORKSPACE}.json").write_text(json.dumps(FACTS, indent=2))
-    sys.stdout.flush()
-    # not wm.quit_blender(), which saves the preferences
-    os._exit(code)
-
-
-bpy.context.preferences.view.show_splash = False
-bpy.app.timers.register(tick, first_interval=0.5, persistent=True)
+act(steps(), FACTS, f"mask-{WORKSPACE}")

@@ -5,10 +5,8 @@ from __future__ import annotations
 
 import importlib
 import json
-import os
 import sys
 import time
-import traceback
 from pathlib import Path
 
 import bpy
@@ -17,7 +15,7 @@ import numpy as np
 FOLDER = Path(sys.argv[sys.argv.index("--") + 1])
 sys.path.insert(0, str(FOLDER))
 
-from desk import shoot  # noqa: E402
+from desk import act, shoot  # noqa: E402
 
 PACKAGE = "bl_ext.user_default.adaptive_drt"
 FACTS = {}
@@ -122,23 +120,4 @@ def steps():
     yield from close_window()
 
 
-RUN = steps()
-
-
-def tick():
-    try:
-        return next(RUN)
-    except StopIteration:
-        code = 0
-    except Exception:
-        traceback.print_exc()
-        shoot("failed")
-        code = 9
-    (FOLDER / "left_alone.json").write_text(json.dumps(FACTS, indent=2))
-    sys.stdout.flush()
-    # not wm.quit_blender(), which saves the preferences
-    os._exit(code)
-
-
-bpy.context.preferences.view.show_splash = False
-bpy.app.timers.register(tick, first_interval=0.5, persistent=True)
+act(steps(), FACTS, "left_alone")

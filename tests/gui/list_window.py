@@ -7,11 +7,8 @@ Screenshots and list.json go to the folder given.
 from __future__ import annotations
 
 import importlib
-import json
-import os
 import sys
 import time
-import traceback
 from pathlib import Path
 
 import bpy
@@ -20,7 +17,7 @@ import numpy as np
 FOLDER = Path(sys.argv[sys.argv.index("--") + 1])
 sys.path.insert(0, str(FOLDER))
 
-from desk import HEIGHT, areas, point, press, shoot  # noqa: E402
+from desk import HEIGHT, act, areas, point, press, shoot  # noqa: E402
 
 PACKAGE = "bl_ext.user_default.adaptive_drt"
 TAB = "Adaptive Render"
@@ -179,22 +176,4 @@ def steps():
     FACTS["editor"] = [a.spaces.active.text.name for a in editors]
 
 
-RUN = steps()
-
-
-def tick():
-    try:
-        return next(RUN)
-    except StopIteration:
-        code = 0
-    except Exception:
-        traceback.print_exc()
-        shoot("failed")
-        code = 9
-    (FOLDER / "list.json").write_text(json.dumps(FACTS, indent=2))
-    sys.stdout.flush()
-    os._exit(code)
-
-
-bpy.context.preferences.view.show_splash = False
-bpy.app.timers.register(tick, first_interval=0.5, persistent=True)
+act(steps(), FACTS, "list")

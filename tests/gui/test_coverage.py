@@ -11,10 +11,11 @@ from program import ROOT
 
 @pytest.mark.slow
 def test_tables_of_settings(installed, copied):
-    """As tests/blender/test_blender_coverage_settings.py, in this version."""
-    walk = ROOT / "tests" / "blender" / "coverage_walk.py"
-    shutil.copy(walk, installed.folder / walk.name)
+    """As tests/blender/test_blender_coverage_*.py, in this version."""
+    for name in ("coverage_walk.py", "rna_walk_nodes.py"):
+        shutil.copy(ROOT / "tests" / "blender" / name, installed.folder / name)
     told = installed.run("-b", "-P", copied("cover_settings.py"))
     assert "in no class: []" in told.stdout, told.stdout + told.stderr
     assert "set: True, not listed: []" in told.stdout, told.stdout + told.stderr
     assert "of the startup file: []" in told.stdout, told.stdout + told.stderr
+    assert "of nodes and datablocks: []" in told.stdout, told.stdout + told.stderr

@@ -7,9 +7,6 @@ ADAPTIVE_DRT_PICTURES=folder keeps the screenshots.
 from __future__ import annotations
 
 import json
-import os
-import shutil
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -21,22 +18,13 @@ ALIKE = 2.0
 
 
 @pytest.fixture(scope="module", params=["WINDOW", "SCREEN", "AREA", "NONE"])
-def shown(installed, copied, request):
+def shown(installed, in_window, request):
     """What a click and F12 show under one choice of the preference Render In."""
-    if os.environ.get("ADAPTIVE_DRT_BLENDER"):
-        pytest.skip("the window is tested in the Blender that `make blender` makes")
-    kind, folder = request.param, installed.folder
-    copied("desk.py")
-    script = copied("first_click.py")
-    installed.variables["ADAPTIVE_DRT_RENDER_IN"] = kind
-    told = installed.run(copied("window.sh"), "-", script, folder, command="sh")
-    kept = os.environ.get("ADAPTIVE_DRT_PICTURES")
-    for what in ("button", "F12") if kept and kind == "WINDOW" else ():
-        Path(kept).mkdir(parents=True, exist_ok=True)
-        shutil.copy(folder / f"{kind}-{what}.png", Path(kept) / f"window-first-{what}.png")
-    assert told.returncode == 0, told.stdout[-3000:] + told.stderr[-3000:]
-    assert "Traceback" not in told.stderr, told.stderr
-    return kind, folder, json.loads((folder / f"{kind}.json").read_text())
+    kind = request.param
+    shots = {f"window-first-{what}": f"{kind}-{what}" for what in ("button", "F12")}
+    shots = shots if kind == "WINDOW" else None
+    facts = in_window("first_click.py", kind, shots=shots, ADAPTIVE_DRT_RENDER_IN=kind)
+    return kind, installed.folder, facts
 
 
 def seen(folder, name, place):
@@ -88,4 +76,4 @@ def test_the_pixels_are_f12_s(shown):
     kind, folder, facts = shown
     mine, theirs = (np.load(folder / f"{kind}-{who}.npy") for who in ("button", "F12"))
     np.testing.assert_array_equal(mine, theirs)
-    assert facts["engine"] == "BLENDER_EEVEE"
+    assert facts["engine"] == facts["engine before"] != "ADAPTIVE_DRT"

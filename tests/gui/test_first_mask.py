@@ -6,11 +6,6 @@ ADAPTIVE_DRT_PICTURES=folder keeps the screenshots.
 
 from __future__ import annotations
 
-import json
-import os
-import shutil
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -18,21 +13,12 @@ pytestmark = pytest.mark.slow
 
 
 @pytest.fixture(scope="module", params=["Layout", "Compositing"])
-def shown(installed, copied, request):
-    if os.environ.get("ADAPTIVE_DRT_BLENDER"):
-        pytest.skip("the window is tested in the Blender that `make blender` makes")
-    workspace, folder = request.param, installed.folder
-    copied("desk.py")
-    script = copied("first_mask.py")
-    installed.variables["ADAPTIVE_DRT_WORKSPACE"] = workspace
-    told = installed.run(copied("window.sh"), "-", script, folder, command="sh")
-    kept = os.environ.get("ADAPTIVE_DRT_PICTURES")
-    if kept and workspace == "Layout":
-        Path(kept).mkdir(parents=True, exist_ok=True)
-        shutil.copy(folder / f"mask-{workspace}.png", Path(kept) / "window-mask.png")
-    assert told.returncode == 0, told.stdout[-3000:] + told.stderr[-3000:]
-    assert "Traceback" not in told.stdout + told.stderr, told
-    return workspace, folder, json.loads((folder / f"mask-{workspace}.json").read_text())
+def shown(installed, in_window, request):
+    workspace = request.param
+    shots = {"window-mask": f"mask-{workspace}"} if workspace == "Layout" else None
+    name = f"mask-{workspace}"
+    facts = in_window("first_mask.py", name, shots=shots, ADAPTIVE_DRT_WORKSPACE=workspace)
+    return workspace, installed.folder, facts
 
 
 def test_the_nodes_and_their_picture_are_in_view(shown):

@@ -3,9 +3,6 @@
 
 from __future__ import annotations
 
-import json
-import os
-
 import pytest
 
 pytestmark = pytest.mark.slow
@@ -16,17 +13,8 @@ processes render on two processors, and the window is drawn by them as well."""
 
 
 @pytest.fixture(scope="module")
-def facts(installed, scene, copied):
-    if os.environ.get("ADAPTIVE_DRT_BLENDER"):
-        pytest.skip("the window is tested in the Blender that `make blender` makes")
-    copied("desk.py")
-    script = copied("left_alone.py")
-    told = installed.run(copied("window.sh"), scene, script, installed.folder, command="sh")
-    assert told.returncode == 0, told.stdout[-3000:] + told.stderr[-3000:]
-    found = json.loads((installed.folder / "left_alone.json").read_text())
-    found["log"] = told.stdout + told.stderr
-    assert "Traceback" not in found["log"], found["log"]
-    return found
+def facts(in_window, scene):
+    return in_window("left_alone.py", "left_alone", scene)
 
 
 def test_something_is_said_before_the_scene_is_read(facts):

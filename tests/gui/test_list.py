@@ -6,11 +6,6 @@ ADAPTIVE_DRT_PICTURES=folder keeps the screenshots.
 
 from __future__ import annotations
 
-import json
-import os
-import shutil
-from pathlib import Path
-
 import pytest
 
 pytestmark = pytest.mark.slow
@@ -18,21 +13,8 @@ SHOTS = "notes missing selected material data render report".split()
 
 
 @pytest.fixture(scope="module")
-def facts(installed, scene, copied):
-    if os.environ.get("ADAPTIVE_DRT_BLENDER"):
-        pytest.skip("the window is tested in the Blender that `make blender` makes")
-    folder = installed.folder
-    copied("desk.py")
-    script = copied("list_window.py")
-    told = installed.run(copied("window.sh"), scene, script, folder, command="sh")
-    kept = os.environ.get("ADAPTIVE_DRT_PICTURES")
-    for name in SHOTS if kept else ():
-        if (folder / f"list-{name}.png").exists():
-            Path(kept).mkdir(parents=True, exist_ok=True)
-            shutil.copy(folder / f"list-{name}.png", Path(kept) / f"list-{name}.png")
-    assert told.returncode == 0, told.stdout[-3000:] + told.stderr[-3000:]
-    assert "Traceback" not in told.stderr, told.stderr
-    return json.loads((folder / "list.json").read_text())
+def facts(in_window, scene):
+    return in_window("list_window.py", "list", scene, {f"list-{n}": f"list-{n}" for n in SHOTS})
 
 
 def test_the_figures_of_f12_are_shown_without_a_touch(facts):

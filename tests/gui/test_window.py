@@ -6,12 +6,8 @@ ADAPTIVE_DRT_PICTURES=folder keeps the screenshots.
 
 from __future__ import annotations
 
-import json
-import os
 import re
-import shutil
 import statistics
-from pathlib import Path
 
 import pytest
 
@@ -26,23 +22,8 @@ drawing without a graphics card, slow both alike."""
 
 
 @pytest.fixture(scope="module")
-def facts(installed, scene, copied):
-    if os.environ.get("ADAPTIVE_DRT_BLENDER"):
-        pytest.skip("the window is tested in the Blender that `make blender` makes")
-    folder = installed.folder
-    copied("desk.py")
-    script = copied("window.py")
-    told = installed.run(copied("window.sh"), scene, script, folder, command="sh")
-    kept = os.environ.get("ADAPTIVE_DRT_PICTURES")
-    for name in SHOTS if kept else ():
-        if (folder / f"{name}.png").exists():
-            Path(kept).mkdir(parents=True, exist_ok=True)
-            shutil.copy(folder / f"{name}.png", Path(kept) / f"window-{name}.png")
-    assert told.returncode == 0, told.stdout[-3000:] + told.stderr[-3000:]
-    assert "Traceback" not in told.stderr, told.stderr
-    found = json.loads((folder / "facts.json").read_text())
-    print(json.dumps(found, indent=2))
-    return found
+def facts(in_window, scene):
+    return in_window("window.py", "facts", scene, {f"window-{name}": name for name in SHOTS})
 
 
 def test_a_click_renders_and_the_picture_fills_in(facts):

@@ -12,7 +12,6 @@ import os
 import sys
 import threading
 import time
-import traceback
 from pathlib import Path
 
 import bpy
@@ -21,7 +20,7 @@ import numpy as np
 FOLDER = Path(sys.argv[sys.argv.index("--") + 1])
 sys.path.insert(0, str(FOLDER))
 
-from desk import areas, arrange, point, press, press_long, shoot  # noqa: E402
+from desk import act, areas, arrange, point, press, press_long, shoot  # noqa: E402
 
 PACKAGE = "bl_ext.user_default.adaptive_drt"
 CHUNK = 0.1
@@ -341,23 +340,4 @@ def steps():
     yield from load_while_running(view)
 
 
-RUN = steps()
-
-
-def tick():
-    try:
-        return next(RUN)
-    except StopIteration:
-        code = 0
-    except Exception:
-        traceback.print_exc()
-        shoot("failed")
-        code = 9
-    (FOLDER / "facts.json").write_text(json.dumps(FACTS, indent=2))
-    sys.stdout.flush()
-    # not wm.quit_blender(), which saves the preferences
-    os._exit(code)
-
-
-bpy.context.preferences.view.show_splash = False
-bpy.app.timers.register(tick, first_interval=0.5, persistent=True)
+act(steps(), FACTS, "facts")
