@@ -19,7 +19,7 @@ __all__ = ["Lens", "make_lens"]
 
 @dataclass(frozen=True)
 class Lens:
-    """A perspective camera prepared for tracing; rays leave `origin`, the tracer's coordinate origin.
+    """A perspective camera prepared for tracing; rays leave `origin`, the tracer's origin.
 
     Attributes
     ----------

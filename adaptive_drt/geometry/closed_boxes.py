@@ -26,12 +26,12 @@ NO_SOLID = -1
 FACES, CORNERS, SHARED = 6, 8, 2
 """Numbers of faces and of corners of a box, and of faces that share an edge."""
 ROUNDS = 3
-"""Number of label propagation passes over shared edges: any two faces of a box are at most two edges
-apart."""
+"""Number of label propagation passes over shared edges: any two faces of a box are at most two
+edges apart."""
 MERGED = 2.0**-20
 """Largest distance between corners that are merged into one, as a fraction of the shortest edge.
-Blender's coordinates are rounded to 2^-24. A gap between two faces of at most this size lets through
-no more of what the box hides."""
+Blender's coordinates are rounded to 2^-24. A gap between two faces of at most this size lets
+through no more of what the box hides."""
 THIN = 2.0**-10
 """Smallest distance of a face from its box's centroid, as a fraction of the face's longer edge, at
 which the outward direction is certain."""
@@ -115,9 +115,10 @@ def _kinds(quads: QuadSet, group: Ints) -> Ints:
 
 
 def _vertices(corner: Array, near: float, kind: Ints) -> Ints:
-    """Labels (n, 4) of corners (3, n, 4), equal for corners of one kind whose coordinates are equal.
+    """Labels (n, 4) of corners (3, n, 4), equal for corners of one kind at the same position.
 
-    Sorted values of a coordinate count as equal if consecutive ones differ by at most `near`, metres.
+    Sorted values of a coordinate count as equal if consecutive ones differ by at most `near`,
+    metres.
     """
     place = []
     for values in corner.reshape(3, -1):

@@ -85,8 +85,9 @@ def edge_planes(q: Array, a: Array, b: Array) -> tuple[Planes, Array, Array]:
     height : (...) q.normal >= 0, the distance of the plane times |a x b|; 0 where the origin
         lies in the plane, from where the quad is invisible.
 
-    With u = 2^-53, a product w.plane has an error of at most 8 u |w| |c| |e|, c and e the corner and
-    edge that made the plane; its sign, and the height's, are certain where |q.n| > 8 u |q||a||b|.
+    With u = 2^-53, a product w.plane has an error of at most 8 u |w| |c| |e|, c and e the corner
+    and edge that made the plane; its sign, and the height's, are certain where |q.n| > 8 u
+    |q||a||b|.
     """
     normal = cross(a, b)
     height = dot(q, normal)
@@ -141,7 +142,7 @@ def _inside(w: Array, planes: Planes) -> Mask:
 
 
 def edges_of(q: Array, a: Array, b: Array) -> tuple[Planes, Planes]:
-    """Start points and vectors of the four edges of parallelograms, in the order of `edge_planes`."""
+    """Start points and vectors of the four edges of parallelograms, ordered as `edge_planes`."""
     return (q, q, q + a, q + b), (b, a, b, a)
 
 
@@ -176,7 +177,7 @@ def distance_to(q: Array, a: Array, b: Array) -> Array:
 
 
 def distance_to_edge(start: Array, edge: Array) -> Array:
-    """Distance (m,) from the origin to line segments from `start` to `start + edge`, (3, m) each."""
+    """Distance (m,) from the origin to segments from `start` to `start + edge`, (3, m) each."""
     part = np.clip(-dot(start, edge) / np.maximum(dot(edge, edge), TINY), 0.0, 1.0)
     nearest = start + part * edge
     distance: Array = np.sqrt(dot(nearest, nearest))

@@ -38,11 +38,12 @@ __all__ = [
 
 
 DISCRIMINANT_OPERATIONS = 32
-"""Number of rounded operations in one discriminant, counted generously: its error bound in roundoffs."""
+"""Number of rounded operations in one discriminant, counted generously: its error bound in
+roundoffs."""
 GRAZE = 2.0**-40
-"""Distance from a surface at which a point counts as on it, as a fraction of the point's distance from
-the tracer's origin plus the radius. The error of hits is about 2^-50 of that, and a gap of 2^-40 is
-invisible."""
+"""Distance from a surface at which a point counts as on it, as a fraction of the point's distance
+from the tracer's origin plus the radius. The error of hits is about 2^-50 of that, and a gap of
+2^-40 is invisible."""
 CONE_OPERATIONS = 16
 """Number of rounded operations in one comparison of cones, counted generously."""
 
@@ -141,10 +142,10 @@ def blocks_segment(w: Array, v: Array, radius: Array | float, graze: Array | flo
     """Whether the surface of a sphere cuts the open segment from the origin to w.
 
     A segment from outside is cut if its line meets the sphere (D > 0), the centre lies ahead, and
-    the segment ends inside the sphere or beyond the projection of the centre. One from inside is cut
-    if it ends outside. An origin within `graze` metres of the surface counts as outside: a sphere
-    that coincides with the lit surface does not shadow it. With `graze` 0 the answer is right if the
-    nearest and farthest point are off the surface by more than 16 u (r + |v|) metres.
+    the segment ends inside the sphere or beyond the projection of the centre. One from inside is
+    cut if it ends outside. An origin within `graze` metres of the surface counts as outside: a
+    sphere that coincides with the lit surface does not shadow it. With `graze` 0 the answer is
+    right if the nearest and farthest point are off the surface by more than 16 u (r + |v|) metres.
     """
     ww = dot(w, w)
     along = dot(w, v)

@@ -176,7 +176,7 @@ class Jet:
         return result
 
     def at(self, offsets: Sequence[ArrayLike]) -> Array:
-        """Value of the Taylor polynomial at an offset from the centre, one coordinate for each axis.
+        """Value of the Taylor polynomial at an offset from the centre, a coordinate for each axis.
 
         Offsets broadcast against the value. Exact, to rounding, for polynomials of degree
         `order`. Partials must be finite.

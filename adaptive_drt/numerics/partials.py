@@ -79,7 +79,7 @@ def product(function: Callable[[Array, Array], Array], x: Partial, y: Partial) -
 
 
 def twice(function: Callable[[Array, Array], Array], x: Partial, y: Partial) -> Partial:
-    """2 `function(x, y)` for a bilinear function that returns a new array; None if either is None."""
+    """2 `function(x, y)` for a bilinear function that returns a new array; None with a None."""
     if x is None or y is None:
         return None
     result = function(x, y)
