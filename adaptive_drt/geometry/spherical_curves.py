@@ -125,7 +125,7 @@ class Circles:
 
 @dataclass(frozen=True)
 class Potential:
-    """Coefficients A, B, C of F for curves (k, n); `shift` is added to the curves' phi, if given."""
+    """Coefficients A, B, C of F for curves (k, n); `shift`, if given, is added to their phi."""
 
     a: Array
     b: Array
@@ -184,7 +184,10 @@ def make_potential(normal: Array, center: Array, curve: Circles | Segments) -> P
 
 
 def enclosed(potential: Potential, spans: Spans) -> Array:
-    """Twice what arcs add to the integral: (n,), the sum over spans (j, k, n) of curves (k, n)."""
+    """Integral of n.(w x dw) along arcs: (n,), twice their part of the integral of n.w.
+
+    spans : (j, k, n) the arcs, as intervals of curves (k, n).
+    """
     low, high = spans
     rows = _evaluate(potential, high) - _evaluate(potential, low)
     # curve by curve: another empty span, which shifts the others, adds a zero and changes no bit
@@ -278,8 +281,7 @@ def outside_planes(circles: Circles, planes: Planes) -> Spans:
     q = np.sqrt(np.maximum((sine - mu) * (sine + mu), 0.0))
     center = np.arctan2(-dot(normal, circles.w[:, None]), -dot(normal, circles.u[:, None]))
     if nothing.any():
-        center[np.broadcast_to(nothing[:, None], center.shape)] = -PI  # splits no interval at the
-        wrap
+        center[np.broadcast_to(nothing[:, None], center.shape)] = -PI  # splits no interval
     return center, np.arctan2(q, circles.cosine * mu)
 
 

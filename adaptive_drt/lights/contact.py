@@ -59,7 +59,7 @@ def coplanar_quads(light: Emitter, quads: QuadSet, origin: Array) -> Mask:
 
 
 def _drift(light: Emitter, quads: QuadSet, normal: Array) -> Array:
-    """Largest relative displacement (n,) of quads and light along normals, either way from mid-shutter."""
+    """Largest displacement (n,) along normals of quads relative to the light, from mid-shutter."""
     zero = np.zeros_like(quads.corner)
     moved = zero if quads.displacement is None else quads.displacement
     if light.displacement is not None:

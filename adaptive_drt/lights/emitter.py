@@ -69,12 +69,12 @@ class Emitter:
 
     @property
     def ball(self) -> float:
-        """Radius (metres) of a ball around the centre that encloses the light over the whole shutter."""
+        """Radius (metres) of a ball around the centre that encloses the light and its motion."""
         d = self.displacement
         return self.radius if d is None else self.radius + 0.5 * _length(d)
 
     def pinpoint(self) -> Emitter:
-        """Return the light reduced to a point at its centre, which casts shadows without penumbrae."""
+        """Return the light reduced to a point at its centre, whose shadows have no penumbrae."""
         return replace(self, kind=POINT, radius=0.0)
 
 

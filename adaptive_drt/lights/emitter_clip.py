@@ -20,8 +20,9 @@ BALL_CORNERS = 48
 corrected to that of the smooth shape, so the remaining error is of fourth order: some 1e-6 of the
 light."""
 BEYOND = 2.0
-"""Radius at which an unbounded occluded part of the light's plane is cut off, in units of the
-distance to the far side of the light."""
+"""Distance from the centre of the circle in which sphere and plane intersect at which an unbounded
+occluded part of the plane is cut off: this many times the distance to the far side of the light,
+plus the circle's radius."""
 
 
 @dataclass(frozen=True)
@@ -59,9 +60,12 @@ def backdrop(light: Emitter, to: Array) -> Backdrop:
 
 
 def clip_quads(plane: Backdrop, quads: Array) -> Array:
-    """Clip quads (m, 4, 3, n) to the front of a light's plane: (m, 5, 3, n), or unchanged (m, 4, 3, n).
+    """Clip quads (m, 4, 3, n) to the front of a light's plane.
 
-    Clipped polygons with fewer than 5 corners repeat the last one.
+    Returns
+    -------
+    (m, 5, 3, n), where polygons with fewer than 5 corners repeat the last one; or the quads as
+    they are, (m, 4, 3, n), if none reaches behind the plane.
     """
     if not quads.shape[0]:
         return quads
@@ -73,7 +77,7 @@ def clip_quads(plane: Backdrop, quads: Array) -> Array:
 
 
 def ball_polygons(plane: Backdrop, v: Array, radius: Array) -> Array:
-    """Return the parts of a light's plane that clipped spheres occlude, as polygons (m, j, 3, n), metres.
+    """Return the parts of a light's plane that clipped spheres occlude: (m, j, 3, n) metres.
 
     Parameters
     ----------
@@ -132,10 +136,10 @@ def _symmetry(plane: Backdrop, foot: Array) -> Array:
 
 
 def _touch(foot: Array, u: Array, v: Array, r: Array, limit: Array) -> Array:
-    """Distance (n,) from `foot` along unit u up to which rays from the point are blocked by the sphere.
+    """Distance (n,) from `foot` along unit u up to which a sphere blocks rays from the point.
 
     The discriminant r^2 w.w - |w x v|^2 of w = foot + s u is a quadratic in s, not negative at 0.
-    0 where the tangent ray touches the sphere behind the plane; at most `limit`.
+    The result is 0 where the tangent ray touches the sphere behind the plane, and at most `limit`.
     """
     side, base = cross(u, v), cross(foot, v)
     a = r * r - dot(side, side)
@@ -154,7 +158,7 @@ def _touch(foot: Array, u: Array, v: Array, r: Array, limit: Array) -> Array:
 
 
 def _clip(quads: Array, heights: Array) -> Array:
-    """Clip polygons (m, 4, 3, n) where `heights` (m, 4, n) are negative (Sutherland and Hodgman)."""
+    """Clip quads (m, 4, 3, n) where `heights` (m, 4, n) are negative (Sutherland and Hodgman)."""
     m, _, _, n = quads.shape
     out = np.zeros((m, 5, 3, n))
     used = np.zeros((m, n), dtype=np.int64)
