@@ -259,7 +259,7 @@ def _chain(x: Jet, value: Array, first: Thunk, second: Thunk) -> Jet:
     if x.is_constant:
         return Jet(value, x.gradient, x.hessian)
     bends = x.hessian is not None and any(entry is not None for entry in x.gradient)
-    with np.errstate(divide="ignore"):   # an infinite derivative is documented
+    with np.errstate(divide="ignore"):  # an infinite derivative is documented
         slope = first()
         bend = second() if bends else slope
     steep = not np.isfinite(bend).all()
