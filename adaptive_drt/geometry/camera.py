@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pixels to rays: a ray's direction is linear in the pixel's coordinates.
+"""Perspective camera: the ray through a pixel coordinate, with a direction linear in it.
 
-That is what makes the discriminant of a sphere a quadratic over a pixel: directions are not
-normalised, and the ray parameter is the depth along the camera's axis.
+Directions are not normalised, so the discriminant of a sphere is a quadratic in the pixel's
+coordinates and the ray parameter is the depth along the camera's axis.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ __all__ = ["Lens", "make_lens"]
 
 @dataclass(frozen=True)
 class Lens:
-    """A perspective camera ready for tracing; rays leave `origin` (the tracer's coordinate origin).
+    """A perspective camera prepared for tracing; rays leave `origin`, the tracer's origin.
 
     Attributes
     ----------
     origin : (3,) metres, in world space.
     base : (3,) direction through the picture's lower left corner, of depth 1.
     right, up : (3,) change of direction from one pixel to the next.
-    forward : (3,) unit vector; a direction's depth is its product with it.
+    forward : (3,) unit vector of the camera's axis; a direction's depth is its dot product with it.
     """
 
     origin: Array
@@ -36,13 +36,13 @@ class Lens:
     forward: Array
 
     def directions(self, x: Array, y: Array) -> Array:
-        """Directions through pixel coordinates x, y of any one shape (s): (3, s), not unit."""
+        """Directions (3, s), not normalised, through pixel coordinates x, y of equal shape (s)."""
         shape = (3,) + (1,) * x.ndim
         return self.base.reshape(shape) + x * self.right.reshape(shape) + y * self.up.reshape(shape)
 
 
 def make_lens(camera: Camera) -> Lens:
-    """Return the lens of a validated camera.
+    """Return the tracer's camera for a validated camera description.
 
     Follows Blender: sensor fit AUTO takes the longer side of the picture (in units of its
     pixels' aspect) and always the sensor's width; shift is in units of the fitted side

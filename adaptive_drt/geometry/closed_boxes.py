@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Closed boxes among quads: a point before some of their faces needs none of those it is behind.
+"""Detection of closed boxes among quads, so that faces turned away from a point can be skipped.
 
-What a box hides from a point outside lies beyond a face that the point is before: the segment to
-it enters there.
+For a point outside a closed box, every segment that the box blocks enters it through a face whose
+outer side the point sees. Faces seen from behind therefore add no occlusion and need no test.
 """
 
 from __future__ import annotations
@@ -22,22 +22,32 @@ __all__ = ["NO_SOLID", "find_boxes", "outward"]
 
 
 NO_SOLID = -1
+"""Box number of a quad that belongs to no box."""
 FACES, CORNERS, SHARED = 6, 8, 2
-"""Of a box; and how many of its faces share an edge."""
+"""Numbers of faces and of corners of a box, and of faces that share an edge."""
 ROUNDS = 3
-"""Faces that share edges are told of each other so often: any two of a box are two edges apart."""
+"""Number of label propagation passes over shared edges: any two faces of a box are at most two
+edges apart."""
 MERGED = 2.0**-20
-"""Of the shortest edge: corners nearer to each other are one. Blender's are rounded to 2^-24. What
-shines through between two faces is no more of what the box hides."""
+"""Largest distance between corners that are merged into one, as a fraction of the shortest edge.
+Blender's coordinates are rounded to 2^-24. A gap between two faces of at most this size lets
+through no more of what the box hides."""
 THIN = 2.0**-10
-"""Of a face's longer edge: how far it lies from its box's middle, at least, so that it is clear
-which side is out."""
+"""Smallest distance of a face from its box's centroid, as a fraction of the face's longer edge, at
+which the outward direction is certain."""
 
 
 def find_boxes(quads: QuadSet, names: Sequence[str]) -> Ints:
-    """The box (n,) that each of n quads is a face of: the number of its first face, or `NO_SOLID`.
+    """Find closed boxes among n quads.
 
-    names : quads of one name make boxes first, for boxes may touch; then those that are left.
+    Parameters
+    ----------
+    names : object name of each quad. Quads of one name are joined first, since boxes may touch
+        each other; then the quads that are left, whatever their names.
+
+    Returns
+    -------
+    (n,) int64, the box of each quad: the index of its first face, or `NO_BOX`.
     """
     solid = np.full(len(names), NO_SOLID)
     name = np.unique(np.array(names, dtype=np.str_), return_inverse=True)[1]
@@ -52,7 +62,7 @@ def find_boxes(quads: QuadSet, names: Sequence[str]) -> Ints:
 
 
 def _closed(quads: QuadSet, group: Ints) -> Ints:
-    """As `find_boxes`, of quads of one group (n,) that move alike."""
+    """Find boxes as `find_boxes`, of quads with equal group number (n,) and equal motion."""
     q, u, v = quads.corner, quads.edge_u, quads.edge_v
     count = group.size
     corner = np.stack([q, q + u, q + u + v, q + v], axis=2)
@@ -79,12 +89,12 @@ def _closed(quads: QuadSet, group: Ints) -> Ints:
 
 
 def outward(quads: QuadSet, solid: Ints) -> Array:
-    """1 or -1 (n,): times edge_u x edge_v, what points out of the boxes; 1 for other quads."""
+    """Sign (n,) that turns edge_u x edge_v out of the quad's box; 1 for quads of no box."""
     return np.where(_heights(quads, solid) < 0.0, -1.0, 1.0)
 
 
 def _heights(quads: QuadSet, solid: Ints) -> Array:
-    """How far (n,) faces lie from the middles of their boxes, along edge_u x edge_v."""
+    """Signed distances (n,) of faces from the centroids of their boxes, along edge_u x edge_v."""
     height = np.zeros(solid.size)
     faces = (solid != NO_SOLID).nonzero()[0]
     if not faces.size:
@@ -98,14 +108,18 @@ def _heights(quads: QuadSet, solid: Ints) -> Array:
 
 
 def _kinds(quads: QuadSet, group: Ints) -> Ints:
-    """Numbers (n,), alike for quads of one group that move alike."""
+    """Labels (n,), equal for quads of one group that move alike."""
     moved = np.zeros_like(quads.corner) if quads.displacement is None else quads.displacement
     kinds: Ints = np.unique(np.stack([group, *moved]), axis=1, return_inverse=True)[1].ravel()
     return kinds
 
 
 def _vertices(corner: Array, near: float, kind: Ints) -> Ints:
-    """Numbers (n, 4) of corners (3, n, 4), alike for those nearer than that to each other."""
+    """Labels (n, 4) of corners (3, n, 4), equal for corners of one kind at the same position.
+
+    Sorted values of a coordinate count as equal if consecutive ones differ by at most `near`,
+    metres.
+    """
     place = []
     for values in corner.reshape(3, -1):
         order = np.argsort(values, kind="stable")
@@ -118,7 +132,10 @@ def _vertices(corner: Array, near: float, kind: Ints) -> Ints:
 
 
 def _all_of(label: Ints, count: int, what: Ints) -> NDArray[np.bool_]:
-    """Whether quads (n,) are of a label with so many different things (n,) or (n, k)."""
+    """Whether the label of each quad (n,) occurs with exactly `count` distinct values of `what`.
+
+    what : (n,) or (n, k) numbers of each quad.
+    """
     number = np.broadcast_to(label if what.ndim == 1 else label[:, None], what.shape)
     each = np.unique(np.stack([number.ravel(), what.ravel()]), axis=1)[0]
     found: NDArray[np.bool_] = np.bincount(each, minlength=label.size)[label] == count

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Parallelograms: edge functions that are linear in a ray's direction.
+"""Parallelograms: intersection and occlusion by edge functions linear in a ray's direction.
 
 Seen from a ray's origin, the parallelogram q, q + a, q + a + b, q + b is the cone of directions w
-with w.m >= 0 for the four planes m through the origin and an edge. Oriented by the side the origin
-is on, the four also say that the hit lies ahead, so no division decides visibility.
+with w.m >= 0 for the four planes m through the origin and an edge. The planes are oriented by the
+side of the quad that the origin is on, so the four signs also imply that the hit lies ahead, and
+visibility is decided without a division.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ class QuadSet:
     Attributes
     ----------
     corner, edge_u, edge_v : (3, n) metres.
-    displacement : (3, n) metres over the shutter, or None where nothing moves.
+    displacement : (3, n) metres over the shutter, or None if no quad moves.
     """
 
     corner: Array
@@ -57,21 +58,21 @@ class QuadSet:
         return place + time * columns(self.displacement, index)
 
     def take(self, index: NDArray[np.int64]) -> QuadSet:
-        """Some of the quads."""
+        """Return the quads selected by `index`."""
         q, u, v = (columns(each, index) for each in (self.corner, self.edge_u, self.edge_v))
         d = self.displacement
         return QuadSet(q, u, v, None if d is None else columns(d, index))
 
     @property
     def bounds(self) -> tuple[Array, Array]:
-        """Centres (3, n) and radii (n,) of spheres around the quads."""
+        """Centres (3, n) and radii (n,) of spheres that enclose the quads."""
         center = self.corner + 0.5 * (self.edge_u + self.edge_v)
         plus, minus = self.edge_u + self.edge_v, self.edge_u - self.edge_v
         return center, 0.5 * np.sqrt(np.maximum(dot(plus, plus), dot(minus, minus)))
 
 
 def edge_planes(q: Array, a: Array, b: Array) -> tuple[Planes, Array, Array]:
-    """The planes that bound the directions from the origin to a parallelogram.
+    """Return the planes through the origin that bound the directions to a parallelogram.
 
     Parameters
     ----------
@@ -82,10 +83,11 @@ def edge_planes(q: Array, a: Array, b: Array) -> tuple[Planes, Array, Array]:
     planes : four (3, ...) inward normals, through the edges u = 0, v = 0, u = 1, v = 1.
     normal : (3, ...) a x b, turned away from the origin (w.normal > 0 for hits ahead).
     height : (...) q.normal >= 0, the distance of the plane times |a x b|; 0 where the origin
-        lies in the plane, from where the quad is not seen.
+        lies in the plane, from where the quad is invisible.
 
-    With u = 2^-53, a product w.plane is off by at most 8 u |w| |c| |e|, c and e the corner and the
-    edge it was made of; its sign, and the height's, are sure where |q.n| > 8 u |q||a||b|.
+    With u = 2^-53, a product w.plane has an error of at most 8 u |w| |c| |e|, c and e the corner
+    and edge that made the plane; its sign, and the height's, are certain where |q.n| > 8 u
+    |q||a||b|.
     """
     normal = cross(a, b)
     height = dot(q, normal)
@@ -100,10 +102,10 @@ def edge_planes(q: Array, a: Array, b: Array) -> tuple[Planes, Array, Array]:
 
 
 def off_plane(height: Array, normal: Array, graze: Array | float) -> Array:
-    """The height, but 0 where the origin is within `graze` metres of the plane: it lies in it.
+    """Return the height, set to 0 where the origin is within `graze` metres of the quad's plane.
 
     A hit on a quad lies off its plane by at most 4 u (|p| + |c - p|) |a||b| / |a x b| metres, p the
-    hit and c the quad's corner, seen from the eye: `graze` has to be of that size, not of |p|'s.
+    hit and c the quad's corner, relative to the camera: `graze` must be of that size, not of |p|'s.
     """
     size = np.sqrt(dot(normal, normal))
     return np.where(height > graze * size, height, 0.0)
@@ -112,7 +114,7 @@ def off_plane(height: Array, normal: Array, graze: Array | float) -> Array:
 def hit_quad(w: Array, planes: Planes, normal: Array, height: Array) -> Array:
     """Ray parameter of the hit, inf for a miss; arguments as `edge_planes` returns them.
 
-    Off by at most 4 u |a||b| (|q| + t |w|) / |w.n|, where all signs are sure.
+    The error is at most 4 u |a||b| (|q| + t |w|) / |w.n|, where all signs are certain.
     """
     inside = _inside(w, planes)
     facing = dot(w, normal)
@@ -125,13 +127,14 @@ def hit_quad(w: Array, planes: Planes, normal: Array, height: Array) -> Array:
 def quad_blocks_segment(w: Array, planes: Planes, normal: Array, height: Array) -> Mask:
     """Whether a quad cuts the open segment from the origin to w.
 
-    Sure where each of the signs is, by 8 u of the lengths behind it: |w||c||e| for the edges,
-    |a||b| (|w| + |q|) for the plane.
+    The answer is certain where each compared quantity exceeds 8 u times the product of its factors'
+    lengths: |w||c||e| for the edges, |a||b| (|w| + |q|) for the plane.
     """
     return _inside(w, planes) & (dot(w, normal) > height) & (height > 0.0)
 
 
 def _inside(w: Array, planes: Planes) -> Mask:
+    """Whether directions w lie in the cone of four inward planes, boundary included."""
     inside = dot(w, planes[0]) >= 0.0
     for plane in planes[1:]:
         inside = inside & (dot(w, plane) >= 0.0)
@@ -139,14 +142,17 @@ def _inside(w: Array, planes: Planes) -> Mask:
 
 
 def edges_of(q: Array, a: Array, b: Array) -> tuple[Planes, Planes]:
-    """Where the edges of parallelograms start, and where they go; in `edge_planes`' order."""
+    """Start points and vectors of the four edges of parallelograms, ordered as `edge_planes`."""
     return (q, q, q + a, q + b), (b, a, b, a)
 
 
 def distance_along(start: Array, edge: Array, axis: Array) -> Array:
-    """Distance (m,) from the origin of the place on an edge that is nearest to a ray.
+    """Distance (m,) from the origin to the point of an edge that is nearest to a ray's line.
 
-    start, edge : (3, m).  axis : (3, m) unit vectors along the rays.
+    Parameters
+    ----------
+    start, edge : (3, m) metres, start point and vector of the edge.
+    axis : (3, m) unit vectors along the rays from the origin.
     """
     across = edge - dot(edge, axis) * axis
     square = np.maximum(dot(across, across), TINY)
@@ -156,10 +162,10 @@ def distance_along(start: Array, edge: Array, axis: Array) -> Array:
 
 
 def distance_to(q: Array, a: Array, b: Array) -> Array:
-    """Distance (m,) of the origin from parallelograms of corners q and edges a, b (3, m)."""
+    """Distance (m,) from the origin to parallelograms with corners q and edges a, b (3, m)."""
     aa, ab, bb, qa, qb = dot(a, a), dot(a, b), dot(b, b), dot(q, a), dot(q, b)
     gram = np.maximum(aa * bb - ab * ab, TINY)
-    # the foot on its plane, in units of its edges
+    # the origin's projection onto the plane, in units of the edges
     x, y = (ab * qb - bb * qa) / gram, (ab * qa - aa * qb) / gram
     nearest = q + x * a + y * b
     distance = np.where((np.abs(x - 0.5) <= 0.5) & (np.abs(y - 0.5) <= 0.5), 1.0, np.inf)
@@ -171,7 +177,7 @@ def distance_to(q: Array, a: Array, b: Array) -> Array:
 
 
 def distance_to_edge(start: Array, edge: Array) -> Array:
-    """Distance (m,) of the origin from edges (3, m) that start at (3, m)."""
+    """Distance (m,) from the origin to segments from `start` to `start + edge`, (3, m) each."""
     part = np.clip(-dot(start, edge) / np.maximum(dot(edge, edge), TINY), 0.0, 1.0)
     nearest = start + part * edge
     distance: Array = np.sqrt(dot(nearest, nearest))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Outlines as points see them: of lights, cut by the horizon, and of polygons that occlude."""
+"""Silhouettes seen from points: of lights above the horizon, and of occluding polygons."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ __all__ = ["Outline", "Polygons", "RoundOutline", "make_polygons", "quad_outline
 
 
 PLANE_ROUNDING = 8.0
-"""Rounded operations behind the plane of an edge; coincident ones differ by no more."""
+"""Number of rounded operations in the plane of an edge: coincident edges differ by no more."""
 
 
 @dataclass(frozen=True)
 class RoundOutline:
-    """A sphere, or a disk that faces the point, as n points see it.
+    """The silhouette of a sphere, or of a disk that faces the point, seen from n points.
 
     Attributes
     ----------
@@ -35,14 +35,15 @@ class RoundOutline:
 
 @dataclass(frozen=True)
 class Outline:
-    """A light's convex outline above the horizon.
+    """A light's convex silhouette above the horizon, seen from n points.
 
     Attributes
     ----------
     center : (3, n) unit vectors to its middle.
-    reach : (n,) the longest chord from there, no less than the sine of its angle.
-    edges : (j, n) its straight edges, the last on the horizon where that cuts the light; it
-        lies in the half-spaces to their left.
+    reach : (n,) bound on the length of chords from `center` to points of the silhouette, at least
+        the sine of its angular radius.
+    edges : (j, n) its straight edges, the last on the horizon where that cuts the light; the
+        light lies in the half-spaces to their left.
     cone : the (1, n) cone that it lies in, or None.
     """
 
@@ -54,24 +55,29 @@ class Outline:
 
 @dataclass(frozen=True)
 class Polygons:
-    """Convex occluders: planes and edges (m * j, n), which are edge-on (m, n)."""
+    """The silhouettes of m convex occluders of j edges each.
+
+    Attributes
+    ----------
+    segments : (m * j, n) their edges.  flat : (m, n) which of them are seen edge-on.
+    """
 
     segments: Segments
     flat: Mask
 
     def rows_of(self, i: int) -> slice:
-        """Where in `segments` the edges of polygon i are."""
+        """Rows in `segments` of the edges of polygon i."""
         j = self.segments.half.shape[0] // self.flat.shape[0]
         return slice(i * j, (i + 1) * j)
 
 
 def quad_outline(corners: Array, normal: Array, cut: bool) -> Outline:
-    """The outline of a quad.
+    """Return the silhouette of a quad light above the horizon.
 
     Parameters
     ----------
     corners : (4, 3, n) metres from the points, in order.  normal : (3, n) unit vectors.
-    cut : whether the horizon cuts all of the batch, or none.
+    cut : True if the horizon cuts the light for all n points, False if for none.
     """
     corners, _ = _anticlockwise(np.ascontiguousarray(corners.swapaxes(0, 1)))
     length = np.sqrt(dot(corners, corners))
@@ -88,7 +94,7 @@ def quad_outline(corners: Array, normal: Array, cut: bool) -> Outline:
 
 
 def round_outline(light: RoundOutline, normal: Array, cut: bool) -> Outline:
-    """The outline of a round light; arguments as `quad_outline`."""
+    """Return the silhouette of a round light; parameters as for `quad_outline`."""
     center = light.axis
     cone = make_circles(center[:, None], light.sine[None], light.cosine[None], center)
     edges = _horizon_chord(cone, normal) if cut else _no_edges(normal)
@@ -96,7 +102,7 @@ def round_outline(light: RoundOutline, normal: Array, cut: bool) -> Outline:
 
 
 def make_polygons(quads: Array, center: Array) -> Polygons:
-    """Convex occluders, turned anticlockwise.
+    """Return the silhouettes of convex occluders, in anticlockwise order.
 
     Parameters
     ----------
@@ -109,7 +115,7 @@ def make_polygons(quads: Array, center: Array) -> Polygons:
     length = np.sqrt(dot(corners, corners))
     units = corners / np.maximum(length, TINY)
     planes = _planes(corners, length)
-    # (3, j, m, n) to (3, m * j, n): polygon by polygon
+    # (3, j, m, n) to (3, m * j, n), the edges of each polygon adjacent
     normal, start, end = (
         x.swapaxes(1, 2).reshape(3, m * j, n) for x in (planes.normal, units, _following(units))
     )
@@ -124,9 +130,10 @@ def _following(corners: Array) -> Array:
 
 
 def _anticlockwise(corners: Array) -> tuple[Array, Array]:
-    """Corners (3, j, ..., n) in the order that has the inside on the left, seen from the point.
+    """Return corners (3, j, ..., n) in anticlockwise order as seen from the point, and elevations.
 
-    Also the sine (..., n) of the polygons' elevation from the point: 0 if seen edge-on.
+    The second result is the sine (..., n) of the point's elevation over the polygon's plane, seen
+    from its first corner: 0 if the polygon is edge-on.
     """
     area = _area(corners)
     facing = dot(area, corners[:, 0])
@@ -139,10 +146,10 @@ def _anticlockwise(corners: Array) -> tuple[Array, Array]:
 
 
 def _area(corners: Array) -> Array:
-    """Twice the vector area (3, ..., n) of polygons, to roundoff also of long and thin ones."""
+    """Twice the vector area (3, ..., n) of polygons, accurate to roundoff for thin ones too."""
     edges = _following(corners) - corners
     if corners.shape[1] == 4:
-        # two triangles; not by diagonals, which are nearly parallel in thin ones
+        # sum of two triangles: the diagonals of thin quads are nearly parallel
         both: Array = cross(edges[:, 0], edges[:, 1]) + cross(edges[:, 2], edges[:, 3])
         return both
     parts = cross(corners[:, 1:-1] - corners[:, :1], edges[:, 1:-1])
@@ -162,7 +169,7 @@ def _planes(corners: Array, length: Array) -> Planes:
 
 
 def _cut_edges(corners: Array, normal: Array, planes: Planes) -> Segments:
-    """The edges of what is above the horizon of a quad light, and the horizon's: (5, n)."""
+    """Edges of the part of a quad light above the horizon, the last along the horizon: (5, n)."""
     n, end = normal[:, None], _following(corners)
     h0, h1 = dot(n, corners), dot(n, end)
     down, rise = (h0 > 0.0) & (h1 <= 0.0), (h0 <= 0.0) & (h1 > 0.0)
@@ -181,6 +188,7 @@ def _cut_edges(corners: Array, normal: Array, planes: Planes) -> Segments:
 
 
 def _with_horizon(planes: Planes, normal: Array) -> Planes:
+    """Append the half-space above the horizon to planes (j, n): (j + 1, n)."""
     fuzz = np.full((1, normal.shape[1]), PLANE_ROUNDING * UNIT_ROUNDOFF)
     return Planes(
         np.concatenate([planes.normal, normal[:, None]], axis=1),
@@ -189,13 +197,14 @@ def _with_horizon(planes: Planes, normal: Array) -> Planes:
 
 
 def _no_edges(normal: Array) -> Segments:
+    """Arcs of shape (0, n), for a light without straight edges."""
     vectors, numbers = np.zeros((3, 0, normal.shape[1])), np.zeros((0, normal.shape[1]))
     planes = Planes(vectors, numbers)
     return Segments(planes, vectors, vectors, numbers, vectors, vectors, None)
 
 
 def _horizon_chord(cone: Circles, normal: Array) -> Segments:
-    """The arc of the horizon inside a round light that it cuts."""
+    """The arc of the horizon inside a round light that the horizon cuts."""
     planes = _with_horizon(_no_edges(normal).planes, normal)
     n = planes.normal
     mu = dot(n, cone.axis)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Spheres: discriminants, hits, blocked segments and cones.
+"""Spheres: discriminants, ray hits, occluded segments and overlap with cones of directions.
 
 For a ray of direction w (any length) and the vector v from its origin to the centre of a sphere
 of radius r,
@@ -7,8 +7,8 @@ of radius r,
     D(w, v) = r^2 (w.w) - |w x v|^2          > 0 where the line meets the sphere.
 
 It equals (w.v)^2 - (w.w)(v.v - r^2) by Lagrange's identity, but compares r with the distance of
-the closest approach, so a small sphere far away keeps its digits. All functions take components
-first, of any shape that broadcasts: w, v (3, ...), r (...).
+the closest approach, so it stays accurate for a small sphere far away. All functions take
+components first, of any shape that broadcasts: w, v (3, ...), r (...).
 """
 
 from __future__ import annotations
@@ -38,12 +38,14 @@ __all__ = [
 
 
 DISCRIMINANT_OPERATIONS = 32
-"""Rounded operations, counted generously, behind one discriminant (relative unit: roundoff)."""
+"""Number of rounded operations in one discriminant, counted generously: its error bound in
+roundoffs."""
 GRAZE = 2.0**-40
-"""Of the distance from the tracer's origin and of the radius: how near to a surface counts as on
-it. Hits are off by some 2^-50 of that, and nobody sees a gap of 2^-40."""
+"""Distance from a surface at which a point counts as on it, as a fraction of the point's distance
+from the tracer's origin plus the radius. The error of hits is about 2^-50 of that, and a gap of
+2^-40 is invisible."""
 CONE_OPERATIONS = 16
-"""The same behind one comparison of cones."""
+"""Number of rounded operations in one comparison of cones, counted generously."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +55,7 @@ class SphereSet:
     Attributes
     ----------
     center : (3, n) metres.  radius : (n,) metres.
-    displacement : (3, n) metres over the shutter, or None where nothing moves.
+    displacement : (3, n) metres over the shutter, or None if no sphere moves.
     """
 
     center: Array
@@ -75,14 +77,14 @@ def discriminant(w: Array, v: Jet, radius: Array | float) -> Jet: ...
 @overload
 def discriminant(w: Array, v: Array, radius: Array | float) -> Array: ...
 def discriminant(w: Array | Jet, v: Array | Jet, radius: Array | float) -> Array | Jet:
-    """D(w, v), for numbers or jets: (...), in the unit of w squared times metres squared."""
+    """D(w, v) (...), for arrays or jets, in the unit of w squared times metres squared."""
     return (radius * radius) * squared_norm(w) - squared_norm(cross(w, v))
 
 
 def graze_of(point: Array, size: Array | float) -> Array:
-    """How near (metres) to a surface of a size the points (3, ...) count as lying on it.
+    """Distance (metres) from a surface within which points (3, ...) count as lying on it.
 
-    The size is a sphere's radius, or the distance of a quad's corner from the point.
+    size : metres, a sphere's radius, or the distance of a quad's corner from the point.
     """
     graze: Array = GRAZE * (np.sqrt(dot(point, point)) + size)
     return graze
@@ -93,7 +95,7 @@ def discriminant_rounding(
 ) -> Array:
     """Bound on the rounding error of D, in D's unit: 32 u (r^2 w.w + max(r |w|, |w x v|) |w||v|).
 
-    Each component of the cross product is off by at most a few roundoffs of |w||v|, and D by
+    Each component of the cross product has an error of a few roundoffs of |w||v|, and D has
     twice that times the product's length.
 
     Parameters
@@ -113,8 +115,8 @@ def hit_sphere(w: Array, v: Array, radius: Array | float) -> Array:
     """Ray parameter of the first hit in front of the origin, inf for a miss.
 
     From inside, it is where the ray leaves the sphere. NaN anywhere gives a miss. With u = 2^-53
-    and h half the chord, the place t |w| is off by at most 8 u (|v| + r) + 16 u r (r + |v|) / h
-    metres; whether it is a hit is sure where D is beyond `discriminant_rounding`.
+    and h half the chord, the error of t |w| is at most 8 u (|v| + r) + 16 u r (r + |v|) / h
+    metres; whether it is a hit is certain where |D| exceeds `discriminant_rounding`.
     """
     ww = dot(w, w)
     along = dot(w, v)
@@ -127,7 +129,10 @@ def hit_sphere(w: Array, v: Array, radius: Array | float) -> Array:
 
 
 def starts_within(vv: Array, radius: Array | float, graze: Array | float) -> Mask:
-    """Whether the origin lies inside a sphere; within `graze` metres of its surface it does not."""
+    """Whether the origin lies inside a sphere, by more than `graze` metres from its surface.
+
+    vv : (...) squared distance from the origin to the centre.
+    """
     least = np.maximum(radius - graze, 0.0)
     inside: Mask = vv < least * least
     return inside
@@ -136,11 +141,11 @@ def starts_within(vv: Array, radius: Array | float, graze: Array | float) -> Mas
 def blocks_segment(w: Array, v: Array, radius: Array | float, graze: Array | float = 0.0) -> Mask:
     """Whether the surface of a sphere cuts the open segment from the origin to w.
 
-    A segment from outside is cut where its line is (D > 0), the centre lies ahead, and the
-    segment ends inside the sphere or beyond the centre's foot. One from inside is cut if it
-    ends outside. An origin within `graze` metres of the surface counts as outside: a sphere
-    that coincides with the lit surface does not shadow it. With no `graze`, the answer is right
-    where nearest and farthest point are off the surface by more than 16 u (r + |v|) metres.
+    A segment from outside is cut if its line meets the sphere (D > 0), the centre lies ahead, and
+    the segment ends inside the sphere or beyond the projection of the centre. One from inside is
+    cut if it ends outside. An origin within `graze` metres of the surface counts as outside: a
+    sphere that coincides with the lit surface does not shadow it. With `graze` 0 the answer is
+    right if the nearest and farthest point are off the surface by more than 16 u (r + |v|) metres.
     """
     ww = dot(w, w)
     along = dot(w, v)
@@ -161,19 +166,19 @@ def cone_touch(
     Parameters
     ----------
     axis : (3, ...) unit axis of the cone.
-    cosine, sine : of the cone's half angle; (-1, 1) stands for "every direction": touched
-        by all, covered by none.
+    cosine, sine : of the cone's half angle; (-1, 1) stands for all directions, a cone that every
+        sphere touches and none covers.
     v, radius : the sphere; the origin must lie outside it.
 
     Returns
     -------
-    touch, cover : masks (...): may some direction of the cone meet the sphere, do all for sure.
-        Either answer is on the safe side by the rounding bound, 16 u |v|^2 / max(tangent,
-        u^1/2 |v|) metres of |v| cos(...), and the other is given no later than twice that.
+    touch, cover : masks (...): whether some direction of the cone may meet the sphere, and whether
+        all certainly do. Both are conservative by the rounding bound, 16 u |v|^2 / max(tangent,
+        u^1/2 |v|) metres of |v| cos(...), and change no later than twice that.
     tangent : (...) length of the tangents from the origin to the sphere.
 
-    With alpha the sphere's half angle, |v| cos(alpha -+ lambda) = tangent cos -+ r sin, so no
-    trigonometric function is needed.
+    With alpha the sphere's half angle, |v| cos(alpha -+ lambda) = tangent cos -+ r sin, lambda the
+    cone's half angle, so no trigonometric function is needed.
     """
     vv = dot(v, v)
     tangent = np.sqrt(np.maximum(vv - radius * radius, 0.0))

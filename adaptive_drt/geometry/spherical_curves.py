@@ -1,21 +1,21 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Arcs of circles on the unit sphere of directions: what others cut from them, what they enclose.
+"""Circular arcs on the unit sphere of directions: intersection, clipping and boundary integrals.
 
 The integral of n.w over a region of directions is n . (1/2) of the integral of w x dw along its
 boundary: the vector area of that closed curve. A boundary of arcs of circles is a polygon of
-chords plus a planar segment under each arc, so with all vectors taken from a centre c near the
-region every term is as small as the region itself: tiny regions do not cancel, and what rounding
-moves along the boundary counts only times its distance from c.
+chords plus a planar segment under each arc. With all vectors taken from a centre c near the
+region, every term is as small as the region itself: tiny regions do not cancel, and a rounding
+error along the boundary is multiplied by its distance from c.
 
 On a circle of axis a, half angle alpha, and u, w that complete a right-handed frame (a, u, w),
     w(phi) = cos(alpha) a + sin(alpha) (cos(phi) u + sin(phi) w),   g = w(0) - c,
 that sum is separable. An arc from phi0 to phi1 adds (F(phi1) - F(phi0)) / 2, with
     F(phi) = -A (1 - cos phi) + B sin phi + C (phi - sin phi),
     A = sin(alpha) n.(g x u),  B = sin(alpha) n.(g x w),  C = sin(alpha)^2 n.a.
-With u towards c, phi is small where the region is. A great circle has alpha = 90 degrees.
-Where two circles cross, both find the crossing from the same rounded numbers (mu and the root q
-below), so the boundary closes to rounding even where they are tangent. Ends of intervals lie
-within 8 u / |n x a| rad of a great circle (24 u / cos(g / 2) of a cone's, g between the axes).
+With u towards c, phi is small near the region. A great circle has alpha = 90 degrees.
+Where two circles cross, both compute the crossing from the same rounded numbers (mu and the root
+q below), so the boundary closes to rounding even where they are tangent. The error of interval ends
+is at most 8 u / |n x a| rad on a great circle (24 u / cos(g / 2) on a cone's, g between the axes).
 
 Source: Lambert 1760; Arvo 1995, Analytic methods for simulated light transport, chapter 3;
 Snyder 1996, MSR-TR-96-11. The chord form is our own.
@@ -51,21 +51,22 @@ __all__ = [
 ]
 
 Spans: TypeAlias = tuple[Array, Array]
-"""Starts and ends of intervals, (j, ..., n) each."""
+"""Starts and ends of intervals of phi, radians, (j, ..., n) each."""
 
 PI = float(np.pi)
 TURN = 2.0 * PI
 FAR = 1.0 / TINY
 PARTING = 32.0 * 2.0**-53
-"""Radians by which rounding may part a direction from a plane that it lies in."""
+"""Largest angle, radians, between a direction and a plane through it that rounding may cause."""
 FUZZ = 2.0**-64
-"""Radians below which circles are the same: differences of float64 vectors are 0 or larger."""
+"""Angle, radians, below which circles coincide: nonzero differences of float64 vectors are
+larger."""
 SLIGHT = 2.0**-8
-"""Versine below which a cone is tiny: about 5 degrees."""
+"""Versine below which a cone counts as tiny: about 5 degrees."""
 NETWORK = 16
-"""Rows up to which comparing neighbours beats a sort (measured: even at 16)."""
+"""Largest number of rows for which a sorting network is used; measured: np.sort is equal at 16."""
 ALWAYS = 4.0
-"""Above every cosine: an edge of no length bounds nothing."""
+"""Exceeds every cosine, so that a plane without a normal (an edge of no length) clips nothing."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +76,7 @@ class Planes:
     Attributes
     ----------
     normal : (3, j, n) inward unit vectors, or 0 for an edge of no length, which bounds nothing.
-    fuzz : (j, n) rad, how far rounding may have turned each.
+    fuzz : (j, n) rad, bound on the rounding error of each normal's direction.
     """
 
     normal: Array
@@ -84,7 +85,7 @@ class Planes:
 
 @dataclass(frozen=True)
 class Segments:
-    """Arcs of great circles shorter than half a turn, w(phi) = cos(phi) middle + sin(phi) along.
+    """Arcs of great circles below 180 degrees, w(phi) = cos(phi) middle + sin(phi) along.
 
     Attributes
     ----------
@@ -124,7 +125,7 @@ class Circles:
 
 @dataclass(frozen=True)
 class Potential:
-    """The factors of F for curves (k, n), and the angle by which its phi is ahead of theirs."""
+    """Coefficients A, B, C of F for curves (k, n); `shift`, if given, is added to their phi."""
 
     a: Array
     b: Array
@@ -133,7 +134,7 @@ class Potential:
 
 
 def make_circles(axis: Array, sine: Array, cosine: Array, center: Array) -> Circles:
-    """Cones with the frames in which angles are counted from the side towards `center`.
+    """Return cones with frames in which angles are measured from the side towards `center`.
 
     Parameters
     ----------
@@ -146,11 +147,12 @@ def make_circles(axis: Array, sine: Array, cosine: Array, center: Array) -> Circ
 def make_segments(
     start: Array, end: Array, planes: Planes, center: Array | None = None
 ) -> Segments:
-    """Arcs between unit vectors (3, j, n) that lie in the planes given, anticlockwise.
+    """Return the arcs between unit vectors (3, j, n) that lie in `planes`, anticlockwise.
 
     Parameters
     ----------
-    center : (3, n) unit vectors; None for edges of the region, whose middles are near enough.
+    center : (3, n) unit vectors to the region's centre; None for edges of the region itself,
+        whose own middles are close enough to it.
     """
     both, apart = start + end, end - start
     length = np.sqrt(dot(both, both))
@@ -165,7 +167,7 @@ def make_segments(
 
 
 def make_potential(normal: Array, center: Array, curve: Circles | Segments) -> Potential:
-    """F of circles, or of the great circles of segments, about a centre.
+    """Return the antiderivative F along circles, or the great circles of arcs, about a centre.
 
     Parameters
     ----------
@@ -182,10 +184,13 @@ def make_potential(normal: Array, center: Array, curve: Circles | Segments) -> P
 
 
 def enclosed(potential: Potential, spans: Spans) -> Array:
-    """Twice what arcs add to the integral: (n,), the sum over spans (j, k, n) of curves (k, n)."""
+    """Integral of n.(w x dw) along arcs: (n,), twice their part of the integral of n.w.
+
+    spans : (j, k, n) the arcs, as intervals of curves (k, n).
+    """
     low, high = spans
     rows = _evaluate(potential, high) - _evaluate(potential, low)
-    # curve by curve: an empty span more, which shifts the others', adds a zero and changes no bit
+    # curve by curve: another empty span, which shifts the others, adds a zero and changes no bit
     return total(total(rows))
 
 
@@ -199,7 +204,7 @@ def _evaluate(potential: Potential, phi: Array) -> Array:
 
 
 def gaps(low: Array, high: Array, spans: Spans) -> Spans:
-    """What spans leave of the intervals from low to high, where they lie within them.
+    """Return the parts of the intervals from low to high that no span covers.
 
     Parameters
     ----------
@@ -207,9 +212,9 @@ def gaps(low: Array, high: Array, spans: Spans) -> Spans:
 
     Returns
     -------
-    (j + 1, ...) starts and ends; an empty gap ends where it starts. Where i starts and i ends
-    lie before, nothing covers: so the gaps run from the i-th end to the next start, each sorted
-    by itself.
+    (j + 1, ...) starts and ends; an empty gap ends where it starts. A point is uncovered if as many
+    spans have ended as have started before it: so, with starts and ends sorted separately, the
+    gaps run from the i-th end to the next start.
     """
     begin = np.concatenate([low[None], _sorted(spans[1])])
     finish = np.concatenate([_sorted(spans[0]), high[None]])
@@ -218,7 +223,7 @@ def gaps(low: Array, high: Array, spans: Spans) -> Spans:
 
 
 def _sorted(rows: Array) -> Array:
-    """Numbers (j, ...) in order along the first axis."""
+    """Sort numbers (j, ...) along the first axis."""
     if (count := rows.shape[0]) < 2:
         return rows
     if count > NETWORK:
@@ -232,18 +237,18 @@ def _sorted(rows: Array) -> Array:
 
 
 def circle_gaps(center: Array, half: Array, spans: Spans | None = None) -> Spans:
-    """What intervals leave of whole circles, from -pi to pi.
+    """Return the parts of whole circles, from -pi to pi, that no interval covers.
 
     Parameters
     ----------
     center, half : (j, k, n) rad, centres in [-pi, 2 pi], half widths in [0, pi].
-    spans : (i, k, n) more of them, that lie within [-pi, pi].  Error: 8 u rad for each.
+    spans : (i, k, n) further intervals within [-pi, pi].  Error: 8 u rad for each.
     """
     starts = center - half
     starts += TURN * (starts < -PI)
     starts -= TURN * (starts >= PI)
     ends = starts + 2.0 * half
-    # what runs over pi goes on from -pi
+    # an interval that passes pi continues from -pi
     low = np.maximum(ends.max(axis=0) - TURN, -PI)
     if spans is not None:
         starts, ends = np.concatenate([starts, spans[0]]), np.concatenate([ends, spans[1]])
@@ -251,10 +256,10 @@ def circle_gaps(center: Array, half: Array, spans: Spans | None = None) -> Spans
 
 
 def spans_in_circles(segments: Segments, circles: Circles) -> Spans:
-    """Where segments run inside cones: one interval for each, (k, j, n), empty for none.
+    """Return where great-circle arcs run inside cones: one interval (k, j, n) each, maybe empty.
 
-    The ends are not cut to the segments; half a segment and half a chord of a cone below 90
-    degrees are less than a quarter turn each, so no interval comes around from behind.
+    The ends are not clipped to the arcs. Half an arc and half a chord of a cone below 90
+    degrees are less than 90 degrees each, so no interval wraps around.
     """
     axis, normal = circles.axis[:, :, None], segments.planes.normal[:, None]
     mu = dot(normal, axis)
@@ -266,7 +271,7 @@ def spans_in_circles(segments: Segments, circles: Circles) -> Spans:
 
 
 def outside_planes(circles: Circles, planes: Planes) -> Spans:
-    """Where circles run outside half-spaces: centres and half widths (j, k, n)."""
+    """Where circles run outside half-spaces: centres and half widths (j, k, n) of the intervals."""
     axis, normal = circles.axis[:, None], planes.normal[:, :, None]
     mu = dot(normal, axis)
     sine = circles.sine
@@ -276,12 +281,12 @@ def outside_planes(circles: Circles, planes: Planes) -> Spans:
     q = np.sqrt(np.maximum((sine - mu) * (sine + mu), 0.0))
     center = np.arctan2(-dot(normal, circles.w[:, None]), -dot(normal, circles.u[:, None]))
     if nothing.any():
-        center[np.broadcast_to(nothing[:, None], center.shape)] = -PI  # cuts nothing in two
+        center[np.broadcast_to(nothing[:, None], center.shape)] = -PI  # splits no interval
     return center, np.arctan2(q, circles.cosine * mu)
 
 
 def within_circles(circles: Circles, others: Circles, wins: Array) -> tuple[Array, Array, Array]:
-    """Where circles run inside other cones, one each.
+    """Return where circles run inside other cones, one cone for each circle.
 
     Parameters
     ----------
@@ -293,7 +298,7 @@ def within_circles(circles: Circles, others: Circles, wins: Array) -> tuple[Arra
     centre, half width inside, half width outside (about the centre + pi): (..., n).
     """
     apart, both = others.axis - circles.axis, others.axis + circles.axis
-    # unit vectors are so to rounding: what that leaves along them is no angle
+    # the vectors have unit length to rounding only: remove the difference of their lengths
     apart = apart - (dot(apart, both) / np.maximum(dot(both, both), TINY)) * both
     v, va, vb = 0.5 * dot(apart, apart), circles.versine, others.versine
     d = vb - va
@@ -319,9 +324,9 @@ def within_circles(circles: Circles, others: Circles, wins: Array) -> tuple[Arra
 
 
 def _crossing(v: Array, versine: Array, sine: Array, cosine: Array, least: Array) -> Array:
-    """The square of q in `within_circles` where one cone is tiny: (cos(a - g) - cos b)
-    (cos b - cos(a + g)), of a the wide one, b the tiny one and g between the axes, each factor from
-    terms as small as itself.
+    """The square of q in `circles_inside_cones` where one cone is tiny, without cancellation:
+    (cos(a - g) - cos b) (cos b - cos(a + g)), a the half angle of the wide cone, b of the tiny one
+    and g between the axes; both factors are sums of terms of their own size.
 
     Parameters
     ----------
@@ -338,15 +343,15 @@ def _crossing(v: Array, versine: Array, sine: Array, cosine: Array, least: Array
 
 
 def bounds_by_planes(segments: Segments, edges: Segments, alike: Mask, reach: Array) -> Spans:
-    """Where segments run inside all of some half-spaces: one interval, (j, n), empty if reversed.
+    """Where great-circle arcs run inside a convex outline: an interval (j, n), empty if reversed.
 
     Parameters
     ----------
-    edges : (i, n) of one convex outline, the half-spaces to the left of which are meant.
-    alike : (j, 1) bool. A segment in the plane itself counts as inside where it runs against
-        that edge, and by `alike` where it runs along it.
-    reach : (n,) about the sine of the angle of the region around its centre; only there must
-        planes part no more than rounding to be the same. Each of two decides that alike.
+    edges : (i, n) edges of one convex outline, whose inside is to their left.
+    alike : (j, 1) bool. An arc in the plane of an edge counts as inside if it runs against that
+        edge; if it runs along the edge, `alike` decides.
+    reach : (n,) approximate sine of the angular radius of the region around its centre. Planes
+        that agree to rounding within that radius are the same; both arcs decide so equally.
     """
     low = np.full_like(segments.half, -PI)
     high = np.full_like(segments.half, PI)
@@ -366,14 +371,14 @@ def bounds_by_planes(segments: Segments, edges: Segments, alike: Mask, reach: Ar
             y = np.where(same, -1.0, y)
         with np.errstate(over="ignore"):  # a crossing a quarter turn away
             phi = np.arctan(x / y)
-        aside = TURN * (y >= 0.0)  # arithmetic: a choice by np.where costs ten times as much
+        aside = TURN * (y >= 0.0)  # arithmetic: np.where costs ten times as much
         np.maximum(low, phi - aside, out=low)
         np.minimum(high, phi + (TURN - aside), out=high)
     return low, high
 
 
 def _frames(axis: Array, center: Array) -> tuple[Array, Array]:
-    """u, w (3, k, n) that complete frames (axis, u, w), u on the side of the centre (3, n)."""
+    """Unit vectors u, w (3, k, n) completing frames (axis, u, w), u towards the centre (3, n)."""
     w = cross(axis, center[:, None] - axis)
     square = dot(w, w)
     lost = square < TINY
@@ -386,7 +391,7 @@ def _frames(axis: Array, center: Array) -> tuple[Array, Array]:
 
 
 def _across(axis: Array) -> Array:
-    """Any vectors across vectors (3, n), not short."""
+    """Vectors perpendicular to unit vectors (3, n), with lengths well above 0."""
     x, y, z = axis
     flat = np.abs(z) < np.maximum(np.abs(x), np.abs(y))
     zero = np.zeros_like(x)

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Contact of lights and quads: which quads lie in the plane of a light, up to rounding.
+"""Coplanarity of lights and quads: which quads lie in the plane of a light, up to rounding.
 
-A light that is set into a ceiling touches it, and its own surface ends every shadow ray: the
-ceiling hides nothing of it. Coordinates come from float32, so such a light lies a few units in the
-last place above or below the plane; which of the two says nothing about the scene.
+A light set into a ceiling is coplanar with it. Shadow rays end on the light's own surface, so the
+ceiling cannot occlude it. Coordinates come from float32, so such a light lies a few units in the
+last place above or below the plane, and on which side is accidental.
 """
 
 from __future__ import annotations
@@ -19,25 +19,27 @@ __all__ = ["coplanar_quads"]
 
 
 ROUNDINGS = 32.0 * 2.0**-24
-"""Of the largest coordinate: how far float32 coordinates of what touches may lie apart. 2^-24 is
-float32's unit roundoff. Seen over 400 random positions in Blender, in units of that: 2 where light
-and ceiling share their parents' rotations, 24 where each has its own angles and one of those is
-applied to the mesh."""
+"""Largest distance between float32 coordinates of coplanar surfaces, as a fraction of the largest
+coordinate; 2^-24 is float32's unit roundoff. Seen over 400 random positions in Blender, in units of
+2^-24 of the largest coordinate: 2 where light and ceiling share their parents' rotations, 24 where
+each has its own angles and one of those is applied to the mesh."""
 COARSEST = 2.0**-10
-"""Of the size of the light (of a point, of the quad): the largest gap that counts as contact. In
-scenes so far from the world's origin that rounding is larger, coordinates are taken as they are."""
+"""Largest gap that counts as coplanar, as a fraction of the size of the quad light (for other
+lights, of the quad). In scenes so far from the world's origin that rounding is larger, coordinates
+are taken as exact."""
 
 
 def coplanar_quads(light: Emitter, quads: QuadSet, origin: Array) -> Mask:
-    """Which quads lie in the plane of a light, during the whole shutter: (n,).
+    """Return which quads lie in the plane of a light, during the whole shutter: (n,).
 
-    All corners of a quad lie near the plane of a quad light; all of a light of another kind lies
-    near the plane of a quad, which only a point does, or a ball no larger than rounding.
+    For a quad light, all corners of a quad must lie near the light's plane. For another light, all
+    of the light must lie near the quad's plane, as only a point or a ball no larger than rounding
+    can.
 
     Parameters
     ----------
     light, quads : relative to the tracer's origin.
-    origin : (3, 1) that origin in the world, whose coordinates are rounded: metres.
+    origin : (3, 1) metres, that origin in world space, in which coordinates were rounded.
     """
     q, u, v = quads.corner, quads.edge_u, quads.edge_v
     corners = (q, q + u, q + v, q + u + v)
@@ -57,7 +59,7 @@ def coplanar_quads(light: Emitter, quads: QuadSet, origin: Array) -> Mask:
 
 
 def _drift(light: Emitter, quads: QuadSet, normal: Array) -> Array:
-    """How far (n,) quads and a light move against each other along normals, to either side."""
+    """Largest displacement (n,) along normals of quads relative to the light, from mid-shutter."""
     zero = np.zeros_like(quads.corner)
     moved = zero if quads.displacement is None else quads.displacement
     if light.displacement is not None:

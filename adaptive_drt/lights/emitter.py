@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Lights ready for tracing: one record for all kinds, and their shape as a point sees it."""
+"""Lights prepared for tracing: one record for all kinds, bounding cones, and sampling."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from ..scene.description import DiskLight, Light, PointLight, QuadLight
 __all__ = ["Emitter", "make_emitter", "off_back", "points_on", "view_cone"]
 
 QUAD, SPHERE, DISK, POINT = "QUAD", "SPHERE", "DISK", "POINT"
+"""Kinds of lights, values of `Emitter.kind`."""
 
 
 @dataclass(frozen=True)
@@ -27,11 +28,11 @@ class Emitter:
     center : (3, 1) metres.
     half_u, half_v : (3, 1) metres, from a quad's centre to the middles of its sides; 0 otherwise.
     normal : (3, 1) unit vector of the side that a quad emits to; 0 otherwise.
-    radius : metres, of the ball around the centre that holds the light.
-    power : (3,) radiance (W / m^2 / sr); a point's intensity (W / sr).
-    displacement : (3, 1) metres over the shutter, or None for a light that stands still.
-    touching : (objects,) the quads that lie in its plane, which hide nothing of it; None: there is
-        no such quad.
+    radius : metres, of a ball around the centre that encloses the light.
+    power : (3,) radiance (W / m^2 / sr); a point light's intensity (W / sr).
+    displacement : (3, 1) metres over the shutter, or None for a static light.
+    touching : (objects,) which objects are quads in the light's plane, which cannot occlude it;
+        None if there are none.
     """
 
     name: str
@@ -47,14 +48,14 @@ class Emitter:
     touching: Mask | None = None
 
     def touches(self, item: Ints) -> Mask:
-        """Which of objects (...) lie in the light's plane; -1 for none."""
+        """Which of objects (...), given by index, lie in the light's plane; never for index -1."""
         if self.touching is None:
             return np.zeros(item.shape, dtype=np.bool_)
         found: Mask = self.touching[item] & (item >= 0)
         return found
 
     def moved(self, time: Array | float) -> Array:
-        """Centre at shutter times (...): (3, ...), or (3, 1, ...) where the light stands still."""
+        """Centre at shutter times (...): (3, ...), or (3, 1, ...) for a static light."""
         shape = (3,) + (1,) * max(np.ndim(time), 1)
         center = self.center.reshape(shape)
         if self.displacement is None:
@@ -63,17 +64,17 @@ class Emitter:
 
     @property
     def extended(self) -> bool:
-        """Whether the light has a size, so that penumbrae exist."""
+        """Whether the light has a size, so that it casts penumbrae."""
         return self.kind != POINT
 
     @property
     def ball(self) -> float:
-        """Radius (metres) of the ball around the centre that holds the light and its path."""
+        """Radius (metres) of a ball around the centre that encloses the light and its motion."""
         d = self.displacement
         return self.radius if d is None else self.radius + 0.5 * _length(d)
 
     def pinpoint(self) -> Emitter:
-        """The light as its centre alone: where its shadows fall without penumbrae."""
+        """Return the light reduced to a point at its centre, whose shadows have no penumbrae."""
         return replace(self, kind=POINT, radius=0.0)
 
 
@@ -82,9 +83,9 @@ def make_emitter(light: Light, origin: Array, drift: Array, moving: bool = True)
 
     Parameters
     ----------
-    origin, drift : (3,) metres, the camera's place and its displacement over the shutter, both
-        taken off, so that the camera stands still at the origin.
-    moving : False holds the light still at the middle of the shutter.
+    origin, drift : (3,) metres, the camera's position and its displacement over the shutter. Both
+        are subtracted, so that the camera is static at the origin.
+    moving : False ignores the light's own motion, leaving it at its position at mid-shutter.
     """
     move = -drift
     if moving and light.motion is not None:
@@ -118,15 +119,15 @@ def make_emitter(light: Light, origin: Array, drift: Array, moving: bool = True)
 
 @dataclass(frozen=True)
 class Cone:
-    """A light from a batch of points: a circular cone of directions that holds all of it.
+    """Circular cones of directions that enclose a light as seen from a batch of points.
 
     Attributes
     ----------
     axis : (3, ...) unit vectors to the light's centre.  distance : (...) metres to it.
-    cosine, sine : of the half angle; (-1, 1) where the point lies inside the ball around it.
-    near, far : (...) metres, bounds on the distance of the points of the light that are seen.
+    cosine, sine : of the half angle; (-1, 1) where the point lies inside the enclosing ball.
+    near, far : (...) metres, bounds on the distance to the visible points of the light.
 
-    For round lights the cone is the light; a quad lies inside it.
+    For round lights the cone is the light's exact silhouette; a quad lies inside it.
     """
 
     axis: Array
@@ -138,7 +139,7 @@ class Cone:
 
 
 def view_cone(emitter: Emitter, center: Array, point: Array) -> Cone:
-    """The cone in which a light is seen.
+    """Return the cones of directions that enclose a light, seen from points.
 
     Parameters
     ----------
@@ -166,10 +167,10 @@ def view_cone(emitter: Emitter, center: Array, point: Array) -> Cone:
 
 
 def off_back(emitter: Emitter, to: Array, point: Array) -> Array:
-    """How far (metres) points stand in front of a quad light's plane, negative behind it.
+    """Signed distance (metres) of points in front of a quad light's plane, negative behind it.
 
-    Points as near to the plane as rounding leaves open count as lying in it, 0: a surface in the
-    plane of a light, on or beside it, gets nothing of it.
+    It is 0 for points within the surface tolerance of the plane: a surface in the plane of a light,
+    on or beside it, receives nothing from it.
 
     Parameters
     ----------
@@ -184,7 +185,7 @@ def off_back(emitter: Emitter, to: Array, point: Array) -> Array:
 def points_on(
     emitter: Emitter, center: Array, point: Array, normal: Array, a: Array, b: Array
 ) -> tuple[Array, Array]:
-    """Points of an extended light as seen from surface points, and the light each brings.
+    """Sample points of an extended light as seen from surface points, with weights.
 
     Parameters
     ----------
@@ -194,9 +195,9 @@ def points_on(
     Returns
     -------
     to : (3, n, k) vectors from the points to points of the light.
-    weight : (n, k) >= 0, the irradiance factor that a visible point brings; its mean over all
-        points is the light's. Points are uniform over a quad's area and over the solid angle of
-        a round light, off the light by at most 32 u (distance + size) metres, u = 2^-53.
+    weight : (n, k) >= 0, the sample's contribution to the irradiance factor if it is visible; the
+        factor is the mean of the weights. Samples are uniform over a quad's area and over the solid
+        angle of a round light, at most 32 u (distance + size) metres off the light, u = 2^-53.
     """
     if emitter.kind == QUAD:
         half_u, half_v = emitter.half_u[:, :, None], emitter.half_v[:, :, None]
@@ -212,8 +213,8 @@ def points_on(
     if emitter.kind == DISK:
         length = d / cosine
     else:
-        # the chord: near side of the ball from outside, far side from within it; by 1 - cosine as
-        # it was chosen, which a small ball's cosine has lost
+        # the hit on the ball: its near side from outside, its far side from inside; from 1 - cosine
+        # as sampled, since the cosine of a small ball has lost those digits
         drop = a * opening
         half = np.sqrt(np.maximum(r * r - d * d * (drop * (2.0 - drop)), 0.0))
         length = d * cosine + np.where(d > r, -half, half)
@@ -240,17 +241,18 @@ def _cone_directions(
 
 
 ASLANT = 2.0**-26
-"""Sine of the angle between an axis and a normal: below it, rounding says where the normal leans,
-and a frame has the world's axes; so much of the distance from the camera, from there on, the plane
-of both passes the camera by on a side that rounding does not say."""
+"""Smallest sine of the angle between an axis and a normal at which a frame is aligned with the
+normal: below it rounding decides the direction, and the frame uses the world's axes instead. Also
+the smallest distance from the camera, as a fraction of the point's, of the plane of axis and normal
+at which the camera's side of that plane is certain."""
 
 
 def _frame(axis: Array, normal: Array, point: Array) -> tuple[Array, Array]:
-    """Unit vectors that make a frame with axes (3, ...): it turns, and is mirrored, with the scene.
+    """Unit vectors that complete frames with axes (3, ...), covariant with rotation and reflection.
 
-    The first leans as the surface's normal does, the second away from the camera, the origin.
-    Where there is no such lean, world axes: Duff and others 2017, "Building an orthonormal basis,
-    revisited".
+    The first is the normal's part perpendicular to the axis, the second points away from the
+    camera, which is the origin. Where the axis is along the normal, the frame is built from world
+    axes: Duff and others 2017, "Building an orthonormal basis, revisited".
     """
     x, y, z = axis
     sign = np.where(z < 0.0, -1.0, 1.0)
@@ -262,7 +264,7 @@ def _frame(axis: Array, normal: Array, point: Array) -> tuple[Array, Array]:
     size = np.sqrt(dot(lean, lean))
     leans = size > ASLANT
     lean = lean / np.where(leans, size, 1.0)
-    # once more: where it was small, rounding has left some of the axis in it
+    # again: where the vector was short, rounding left a component along the axis
     lean = lean - dot(lean, axis) * axis
     lean = lean / np.where(leans, np.sqrt(dot(lean, lean)), 1.0)
     aside = cross(axis, lean)

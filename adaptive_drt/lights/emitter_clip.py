@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Occluders cut by the plane that a light lies in: only what is before it hides anything."""
+"""Clipping of occluders at the plane of a light: only their parts in front of it block light."""
 
 from __future__ import annotations
 
@@ -16,19 +16,27 @@ __all__ = ["Backdrop", "backdrop", "ball_polygons", "clip_quads"]
 
 
 BALL_CORNERS = 48
-"""Corners of the polygon that stands for a ball cut by a light's plane. Its area is made right, so
-that what is left is of fourth order: some 1e-6 of the light."""
+"""Number of corners of the polygon that replaces a sphere clipped by a light's plane. Its area is
+corrected to that of the smooth shape, so the remaining error is of fourth order: some 1e-6 of the
+light."""
 BEYOND = 2.0
-"""Where the hidden part of a plane has no end it is cut off this many times as far as the light."""
+"""Distance from the centre of the circle in which sphere and plane intersect at which an unbounded
+occluded part of the plane is cut off: this many times the distance to the far side of the light,
+plus the circle's radius."""
 
 
 @dataclass(frozen=True)
 class Backdrop:
-    """The plane behind which nothing hides a light, as n points see it.
+    """The plane of a light, seen from n points; occluders behind it block none of its light.
 
-    `normal` (3, n) are unit vectors to its front; `at` (3, n) metres from the points; `reach` (n,)
-    metres, how far the light goes from there. It is a quad light's own plane; that of a disk; of a
-    spherical light the plane of the circle in which it is seen.
+    It is a quad light's own plane; for a disk, the disk's plane; for a sphere, the plane of the
+    circle that is its silhouette.
+
+    Attributes
+    ----------
+    normal : (3, n) unit vectors towards the front.
+    at : (3, n) metres, a point of the plane relative to the points.
+    reach : (n,) metres, radius around `at` that contains the light.
     """
 
     normal: Array
@@ -36,13 +44,13 @@ class Backdrop:
     reach: Array
 
     def height(self, place: Array) -> Array:
-        """How far (metres) places (3, n) lie before it."""
+        """Signed distance (metres) of positions (3, n) in front of the plane."""
         height: Array = dot(self.normal, place - self.at)
         return height
 
 
 def backdrop(light: Emitter, to: Array) -> Backdrop:
-    """The backdrop of a light whose centre is at `to` (3, n) from the points."""
+    """Return the plane of a light whose centre is at `to` (3, n) metres from the points."""
     if light.kind == QUAD:
         return Backdrop(light.normal + np.zeros_like(to), to, np.full(to.shape[1], light.radius))
     square = np.maximum(dot(to, to), TINY)
@@ -52,9 +60,12 @@ def backdrop(light: Emitter, to: Array) -> Backdrop:
 
 
 def clip_quads(plane: Backdrop, quads: Array) -> Array:
-    """Quads (m, 4, 3, n) cut to the front of a backdrop: (m, 5, 3, n), or as they come.
+    """Clip quads (m, 4, 3, n) to the front of a light's plane.
 
-    A corner may come twice.
+    Returns
+    -------
+    (m, 5, 3, n), where polygons with fewer than 5 corners repeat the last one; or the quads as
+    they are, (m, 4, 3, n), if none reaches behind the plane.
     """
     if not quads.shape[0]:
         return quads
@@ -66,15 +77,17 @@ def clip_quads(plane: Backdrop, quads: Array) -> Array:
 
 
 def ball_polygons(plane: Backdrop, v: Array, radius: Array) -> Array:
-    """What balls that a backdrop cuts hide of it, seen from the points: (m, j, 3, n) metres.
+    """Return the parts of a light's plane that clipped spheres occlude: (m, j, 3, n) metres.
 
     Parameters
     ----------
-    v : (m, 3, n) centres from the points.  radius : (m, n), more than their distance from it.
+    v : (m, 3, n) centres from the points.
+    radius : (m, n), larger than the centres' distances from the plane.
 
-    A ball before a plane is convex, and so is its image on it. From the middle of the circle
-    that the plane cuts out, each direction leaves that image on the circle or, farther out, where
-    the ray to it touches the ball on its way.
+    The part of a ball in front of the plane is convex, and so is its projection onto the plane from
+    the point. In each direction from the centre of the circle in which ball and plane intersect,
+    the projection ends on the circle or, farther out, where the ray from the point is tangent to
+    the ball.
     """
     m, _, n = v.shape
     out = np.empty((m, BALL_CORNERS, 3, n))
@@ -97,14 +110,17 @@ def ball_polygons(plane: Backdrop, v: Array, radius: Array) -> Array:
 
 
 CENTRED = 2.0**-20
-"""Of a plane's distance: a ball whose foot is no farther from the point's own is round about it."""
+"""Distance between the projections of a sphere's centre and of the point onto the light's plane, as
+a fraction of the point's distance from the plane, up to which the image counts as rotationally
+symmetric."""
 
 
 def _symmetry(plane: Backdrop, foot: Array) -> Array:
-    """Unit vectors (3, n) in a backdrop along which the images of balls are symmetric.
+    """Unit vectors (3, n) in a light's plane along which the projections of spheres are symmetric.
 
-    They lead from the points' own feet to those of the balls, so that a polygon does not hang on
-    how the scene is turned. About a ball straight ahead any direction will do.
+    They point from the projection of the points to that of the spheres' centres, so that the
+    polygon does not depend on the scene's orientation. For a sphere straight ahead any direction
+    will do.
     """
     normal = plane.normal
     own = normal * dot(normal, plane.at)
@@ -120,16 +136,17 @@ def _symmetry(plane: Backdrop, foot: Array) -> Array:
 
 
 def _touch(foot: Array, u: Array, v: Array, r: Array, limit: Array) -> Array:
-    """How far (n,) from `foot` along unit u a ray still touches the ball before it gets there.
+    """Distance (n,) from `foot` along unit u up to which a sphere blocks rays from the point.
 
     The discriminant r^2 w.w - |w x v|^2 of w = foot + s u is a quadratic in s, not negative at 0.
+    The result is 0 where the tangent ray touches the sphere behind the plane, and at most `limit`.
     """
     side, base = cross(u, v), cross(foot, v)
     a = r * r - dot(side, side)
     b = r * r * dot(foot, u) - dot(base, side)
     c = np.maximum(r * r * dot(foot, foot) - dot(base, base), 0.0)
     root = np.sqrt(np.maximum(b * b - a * c, 0.0))
-    # the greater root, without cancellation; none where the image has no end
+    # the greater root, without cancellation; there is none where the image is unbounded
     with np.errstate(over="ignore"):  # an image that ends far away is cut off in any case
         far, near = -(b + root) / np.where(a < 0.0, a, -1.0), c / np.maximum(root - b, TINY)
     s = np.where(b > 0.0, far, near)
@@ -141,7 +158,7 @@ def _touch(foot: Array, u: Array, v: Array, r: Array, limit: Array) -> Array:
 
 
 def _clip(quads: Array, heights: Array) -> Array:
-    """Polygons (m, 4, 3, n) cut where `heights` (m, 4, n) fall below 0 (Sutherland and Hodgman)."""
+    """Clip quads (m, 4, 3, n) where `heights` (m, 4, n) are negative (Sutherland and Hodgman)."""
     m, _, _, n = quads.shape
     out = np.zeros((m, 5, 3, n))
     used = np.zeros((m, n), dtype=np.int64)
@@ -157,7 +174,7 @@ def _clip(quads: Array, heights: Array) -> Array:
             i, c = rows[keep], columns[keep]
             out[i, np.minimum(used[i, c], 4), :, c] = corner.swapaxes(1, 2)[i, c]
             used[i, c] += 1
-    # fill up with the last corner
+    # pad with the last corner
     last = np.maximum(used - 1, 0)
     for k in range(5):
         over = k > last

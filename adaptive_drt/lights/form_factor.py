@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Light that nothing blocks, in closed form: the integral of max(0, n.w) over a light's outline.
+"""Irradiance from unoccluded lights in closed form: the integral of max(0, n.w) over the light.
 
 Every function returns a geometric factor: irradiance (W / m^2) divided by the light's radiance
-(by the intensity for a point). Errors are stated for the float64 numbers given, in units of
-u = 2^-53, and hold for sizes and distances of 1e-6 to 1e6 and aspect ratios to 1e6.
+(by the intensity for a point). Error bounds are relative to exact arithmetic on the float64 inputs,
+in units of u = 2^-53, and hold for sizes and distances of 1e-6 to 1e6 and aspect ratios to 1e6.
 """
 
 from __future__ import annotations
@@ -20,18 +20,19 @@ __all__ = ["cap_factor", "irradiance_factor", "polygon_factor"]
 
 
 SMALL = 2.0**-8
-"""Of the distance: quads with half edges whose sum is below it are integrated by quadrature. The
-rule's own error is then below roundoff, and the edges' terms would have begun to cancel."""
+"""Sum of the lengths of a quad's half edges, as a fraction of its distance, below which the factor
+is computed by quadrature. The rule's own error is then below roundoff, and the edges' terms would
+have begun to cancel."""
 NODES = ((-(0.6**0.5), 5.0 / 9.0), (0.0, 8.0 / 9.0), (0.6**0.5, 5.0 / 9.0))
-"""Gauss-Legendre, exact to degree 5: places and weights."""
+"""Three-point Gauss-Legendre rule, exact to degree 5: nodes and weights on [-1, 1]."""
 SERIES = 0.25
-"""Tangent below which x - atan x is summed as a series: 1/3, 1/5, ... of ever smaller powers."""
+"""Tangent below which x - atan x is summed as a series, whose coefficients are 1/3, -1/5, ..."""
 SERIES_TERMS = 13
-"""So many reach roundoff: SERIES^26 is 2^-52."""
+"""Number of terms that reach roundoff: the limit 0.25 to the power 26 is 2^-52."""
 
 
 def irradiance_factor(emitter: Emitter, center: Array, point: Array, normal: Array) -> Array:
-    """Irradiance by an unblocked light over its radiance (over its intensity, for a point).
+    """Irradiance from an unoccluded light over its radiance (over its intensity, for a point).
 
     Parameters
     ----------
@@ -43,7 +44,7 @@ def irradiance_factor(emitter: Emitter, center: Array, point: Array, normal: Arr
     to = center - point as rounded, its length d, and half edges a, b, the error is at most
 
     - quad: 16 u (|a| + |b|) / h sr, h the distance of the nearest point of its outline or of the
-      horizon's line on it; 48 u |a||b| / d^2 where (|a| + |b|) / d is below `SMALL`;
+      horizon's line on it; 48 u |a||b| / d^2 where (|a| + |b|) / d is below `SMALL_QUAD_RATIO`;
     - sphere seen at half angle t: 32 u sin^2 t / cos t sr;  disk: 32 u sin^2 t sr;
     - point: 8 u / d^2.
     """
@@ -55,7 +56,7 @@ def irradiance_factor(emitter: Emitter, center: Array, point: Array, normal: Arr
     distance = np.sqrt(dd)
     cosine = dot(normal, to) / np.maximum(distance, TINY)
     if emitter.kind == POINT:
-        with np.errstate(over="ignore"):  # a point on the light itself: clipped by the film
+        with np.errstate(over="ignore"):  # infinite on the light itself; `Film.pixels` clips
             bright: Array = np.maximum(cosine, 0.0) / np.maximum(dd, TINY)
         return bright
     r = emitter.radius
@@ -65,16 +66,21 @@ def irradiance_factor(emitter: Emitter, center: Array, point: Array, normal: Arr
     tangent = np.sqrt(np.maximum((distance - r) * (distance + r), 0.0))
     safe = np.maximum(distance, TINY)
     outside = cap_factor(cosine, np.minimum(r / safe, 1.0), tangent / safe)
-    # inside the ball its whole upper hemisphere shines
+    # from inside the ball the light fills the whole hemisphere
     return np.where(distance <= r, np.pi, outside)
 
 
 CORNERS = ((1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0))
-"""A quad light's corners in units of its half edges, anticlockwise seen from its lit side."""
+"""Corners of a quad light in units of its half edges, anticlockwise seen from its lit side."""
 
 
 def _quad_factor(to: Array, a: Array, b: Array, normal: Array) -> Array:
-    """Factor (n,) of a parallelogram, 0 from behind; its centre and half edges from the point."""
+    """Factor (n,) of a parallelogram, 0 from behind.
+
+    Parameters
+    ----------
+    to : (3, n) metres from the points to its centre.  a, b : (3, 1) half edges.
+    """
     height, rise_a, rise_b = dot(normal, to), dot(normal, a), dot(normal, b)
     reach = np.abs(rise_a) + np.abs(rise_b)
     facing = -dot(to, cross(a, b))
@@ -100,7 +106,7 @@ def _edge_sum(to: Array, a: Array, b: Array, normal: Array) -> Array:
     """Lambert's sum over the edges of a parallelogram, twice the factor where seen from its front.
 
     An edge from m + e to m - e lies in the plane of m x e, and spans the angle with tangent
-    2 |m x e| / (m.m - e.e): products of edges, so tiny and thin quads keep their digits.
+    2 |m x e| / (m.m - e.e): products of edges, so tiny and thin quads do not lose digits.
     """
     total = _full_edge(to + b, a, normal)
     total += _full_edge(to - a, b, normal)
@@ -110,6 +116,7 @@ def _edge_sum(to: Array, a: Array, b: Array, normal: Array) -> Array:
 
 
 def _full_edge(middle: Array, half: Array, normal: Array) -> Array:
+    """Lambert's term of an edge, given its middle and half edge: as `_edge_term` otherwise."""
     plane = cross(middle, half)
     length = np.sqrt(dot(plane, plane))
     term: Array = np.arctan2(2.0 * length, dot(middle, middle) - dot(half, half))
@@ -139,7 +146,10 @@ def _quadrature(
 
 
 def _cut_factor(to: Array, a: Array, b: Array, normal: Array, small: Mask) -> Array:
-    """Factors (n,) of quads that the horizon cuts, seen from their front."""
+    """Factors (n,) of quads that the horizon cuts, seen from their front.
+
+    small : (n,) which of them are integrated by quadrature, not by their edges.
+    """
     total = np.zeros(to.shape[1])
     for chosen, small_ones in ((small, True), (~small, False)):
         rows = chosen.nonzero()[0]
@@ -183,7 +193,7 @@ def polygon_factor(corners: list[Array], normal: Array) -> Array:
 
 
 def _edge_term(start: Array, end: Array, normal: Array) -> Array:
-    """Angle of an edge times the cosine between its plane's normal and n."""
+    """Lambert's term of an edge: its angle times the dot product of its plane's normal and n."""
     plane = cross(start, end - start)  # not start x end, whose terms cancel for a short edge
     length = np.sqrt(dot(plane, plane))
     angle = np.arctan2(length, dot(start, end))
@@ -192,7 +202,7 @@ def _edge_term(start: Array, end: Array, normal: Array) -> Array:
 
 
 def _clipped(corners: list[Array], heights: list[Array], normal: Array) -> Array:
-    """The sum over edges of a polygon that the horizon cuts (heights of both signs)."""
+    """Lambert's sum over the edges of a polygon that the horizon cuts (heights of both signs)."""
     edges, leave, enter = _clip(corners, heights)
     total = _edge_term(leave, enter, normal)
     for start, end, seen in edges:
@@ -203,16 +213,18 @@ def _clipped(corners: list[Array], heights: list[Array], normal: Array) -> Array
 def _clip(
     corners: list[Array], heights: list[Array]
 ) -> tuple[list[tuple[Array, Array, Mask]], Array, Array]:
-    """The edges of a convex polygon above the horizon, and where its outline goes down and up.
+    """Clip a convex polygon at the horizon.
 
     Parameters
     ----------
-    corners : (..., n) places, of any number of components.  heights : (n,) above the horizon.
+    corners : (..., n) positions, with any number of components.
+    heights : (n,) of each corner above the horizon.
 
     Returns
     -------
-    edges : start, end (..., n) of what is above, and whether there is any (n,).
-    leave, enter : (..., n).
+    edges : for each edge the start and end (..., n) of its part above the horizon, and whether
+        there is such a part (n,).
+    leave, enter : (..., n) where the outline goes below the horizon and where it comes up again.
     """
     edges = []
     leave, enter = np.zeros_like(corners[0]), np.zeros_like(corners[0])
@@ -229,9 +241,10 @@ def _clip(
 
 
 def _small_clipped(to: Array, a: Array, b: Array, normal: Array) -> Array:
-    """Factors (n,) of small quads that the horizon cuts, in front: by triangles, in (x, y).
+    """Factors (n,) of small quads that the horizon cuts, seen from their front, by quadrature.
 
-    What is above the horizon is the fan of triangles from the place where the outline goes down.
+    The part above the horizon is split into triangles that fan out from the point where the
+    outline goes below the horizon; coordinates are (x, y) in half edges.
     """
     height, rise_a, rise_b = dot(normal, to), dot(normal, a), dot(normal, b)
     count = to.shape[1]
@@ -252,7 +265,7 @@ def _small_clipped(to: Array, a: Array, b: Array, normal: Array) -> Array:
 
 
 def _triangle_rule() -> tuple[tuple[float, float, float], ...]:
-    """Radon's seven points (1948), exact to degree 5: two barycentric coordinates, weight."""
+    """Radon's seven-point rule (1948), exact to degree 5: two barycentric coordinates, weight."""
     root = 15.0**0.5
     rows = [(1.0 / 3.0, 1.0 / 3.0, 9.0 / 40.0)]
     for sign in (-1.0, 1.0):
@@ -263,6 +276,7 @@ def _triangle_rule() -> tuple[tuple[float, float, float], ...]:
 
 
 TRIANGLE = _triangle_rule()
+"""Quadrature rule on a triangle: barycentric coordinates s, t and weight of each node."""
 
 
 def cap_factor(cosine: Array, sine_half: Array, cosine_half: Array) -> Array:
@@ -301,7 +315,7 @@ def cap_factor(cosine: Array, sine_half: Array, cosine_half: Array) -> Array:
 
 
 def _less_atan(q: Array) -> Array:
-    """q - atan q for 0 <= q < `SERIES`, to roundoff: its series, by Horner's rule."""
+    """q - atan q for 0 <= q < `SERIES_LIMIT`, to roundoff: its series, by Horner's rule."""
     square = q * q
     total = np.zeros_like(q)
     for k in range(SERIES_TERMS, 0, -1):

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Light of uniform radiance that occluders hide in part, in closed form.
+"""Irradiance from partly occluded lights of uniform radiance, in closed form.
 
-What is seen is bounded by arcs: of the light's outline and the horizon where no occluder hides
-them, and of the occluders' outlines where they lie on the light and behind no other occluder.
-Where outlines coincide, occluders count as larger by a hair, the first by the most: so a shared
-edge of two faces is within both, and of two equal occluders only the first has an outline.
+The visible part of a light is bounded by arcs: those of the light's outline and of the horizon that
+no occluder covers, and those of the occluders' outlines that lie on the light and behind no other
+occluder. Where outlines coincide, ties are broken as if each occluder were enlarged by an
+infinitesimal amount, the first by the most: so an edge that two faces share lies inside both, and
+of two equal occluders only the first contributes an outline.
 """
 
 from __future__ import annotations
@@ -44,12 +45,13 @@ __all__ = ["RoundOutline", "visible_factor"]
 
 
 BLOCK = 32_768
-"""Points at a time: bounds memory. Blocks that fit the cache make threads wait for each other."""
+"""Number of points evaluated at a time, which bounds memory. Measured: blocks that fit the cache
+make threads wait for each other."""
 
 
 @dataclass(frozen=True)
 class _View:
-    """What n points with these normals see: a light's outline, spheres and polygons before it."""
+    """A light's outline, occluding spheres and polygons, and normals, at n points."""
 
     normal: Array
     light: Outline
@@ -63,11 +65,11 @@ def visible_factor(
     spheres: tuple[Array, Array],
     quads: Array,
 ) -> Array:
-    """Integral of max(0, n.w) over the directions in which a light is seen.
+    """Integral of max(0, n.w) over the directions in which a light is visible.
 
     Parameters
     ----------
-    light : (4, 3, n) metres, a quad's corners in order, from the points; or a round outline.
+    light : (4, 3, n) metres, a quad's corners in order, from the points; or a circular outline.
     normal : (3, n) unit vectors.
     spheres : (k, 3, n) and (k, n) metres, centres from the points, and radii; the points lie
         outside, the spheres between points and light.
@@ -76,17 +78,16 @@ def visible_factor(
 
     Returns
     -------
-    (n,) in sr, at least 0; the same to the last bit whatever else is in the batch. Source: see
-    `spherical_curves`. Error of an open light: 32 u (|a| + |b|) / h sr, half edges a, b and h
-    as for `form_factor.irradiance_factor`, and 32 u sin t for a round one of half angle t, u =
-    2^-53. Hidden in part, its halves sum to it to 64 u (|a| + |b|) / d sr. Thin quads that
-    coincide may count apart: their length over their width, as seen, times 64 u sr. Measured,
-    relative to the unhidden factor (or 1e-5 sr where that is less): at most 1.3e-12 over 11,800
-    random cases of quads with half edges of 0.2 to 1 at distances of about 2.5, and round
-    lights with half angles of 0.05 to 1.3 rad; 3e-10 for squares about 1e-6 rad wide.
+    (n,) in sr, at least 0, bitwise independent of the rest of the batch. Source: see
+    `spherical_curves`. Error of an open light: 32 u (|a| + |b|) / h sr, half edges a, b and h as
+    for `form_factor.irradiance_factor`, and 32 u sin t for a round one of half angle t, u = 2^-53.
+    If it is partly occluded, the visible and the occluded part sum to it to 64 u (|a| + |b|) / d
+    sr. Coincident thin quads may count as distinct: their length over their width, as seen, times
+    64 u sr. Measured, relative to the unoccluded factor (or 1e-5 sr where that is less): at most
+    1.3e-12 over 11,800 random cases of quads with half edges of 0.2 to 1 at distances of about 2.5,
+    and round lights with half angles of 0.05 to 1.3 rad; 3e-10 for squares about 1e-6 rad wide.
 
-    Occluders that reach through the light's surface are not for here, but for polygons that the
-    caller has clipped.
+    Occluders that intersect the light's surface must be passed as polygons clipped by the caller.
     """
     count = normal.shape[1]
     total = np.zeros(count)
@@ -99,6 +100,7 @@ def visible_factor(
 
 
 def _take(light: Array | RoundOutline, rows: slice | Ints) -> Array | RoundOutline:
+    """Return the light of some of the points."""
     if isinstance(light, RoundOutline):
         return RoundOutline(columns(light.axis, rows), light.cosine[rows], light.sine[rows])
     return columns(light, rows, -1)
@@ -107,7 +109,7 @@ def _take(light: Array | RoundOutline, rows: slice | Ints) -> Array | RoundOutli
 def _block(
     light: Array | RoundOutline, normal: Array, v: Array, radius: Array, quads: Array
 ) -> Array:
-    """The factor, by kinds of points: light below the horizon, cut by it, wholly above."""
+    """The factor, separately for points with the light cut by the horizon and wholly above it."""
     total = np.zeros(normal.shape[1])
     if isinstance(light, RoundOutline):
         height = dot(normal, light.axis)
@@ -135,6 +137,10 @@ def _block(
 def _view(
     light: Array | RoundOutline, normal: Array, v: Array, radius: Array, quads: Array, cut: bool
 ) -> _View:
+    """Return the outlines of the light and its occluders; arguments as for `visible_factor`.
+
+    cut : whether the horizon cuts the light for all points, or for none.
+    """
     if isinstance(light, RoundOutline):
         outline = round_outline(light, normal, cut)
     else:
@@ -149,6 +155,7 @@ def _view(
 
 
 def _integrate(view: _View) -> Array:
+    """Sum the boundary integrals of all visible arcs of the light and of its occluders: (n,)."""
     edges, cone = view.light.edges, view.light.cone
     double = np.zeros(view.normal.shape[1])
     if edges.half.shape[0]:
@@ -163,11 +170,16 @@ def _integrate(view: _View) -> Array:
 
 
 def _along(view: _View, curve: Circles | Segments, spans: Spans) -> Array:
+    """Integral of n.(w x dw) along intervals of a curve: (n,), twice its part of the factor."""
     return enclosed(make_potential(view.normal, view.light.center, curve), spans)
 
 
 def _unhidden(view: _View, segments: Segments, base: Spans | None) -> Spans:
-    """Where no occluder hides segments: of the light, or (with a base interval) of polygons."""
+    """Intervals of arcs that no occluder covers.
+
+    base : intervals within which arcs of the occluding polygons themselves are to lie; None for
+        the whole arcs of the light.
+    """
     low, high = (-segments.half, segments.half) if base is None else base
     starts, ends = [], []
     if view.balls.sine.shape[0]:
@@ -185,14 +197,17 @@ def _unhidden(view: _View, segments: Segments, base: Spans | None) -> Spans:
 
 
 def _behind_polygon(view: _View, quads: Polygons, i: int, segments: Segments, own: bool) -> Spans:
-    """Where segments run behind one polygon: (j, n). With `own`, they are the polygons' edges."""
+    """Intervals (j, n) of arcs that run behind polygon i.
+
+    own : whether the arcs are the edges of `quads` themselves, so that i's own are left out.
+    """
     start, end = np.zeros_like(segments.half), np.zeros_like(segments.half)
     rows, count = quads.rows_of(i), segments.half.shape[0]
     parts = (slice(0, rows.start), slice(rows.stop, count)) if own else (slice(0, count),)
     for part in parts:
         if part.start == part.stop:
             continue
-        # of edges that coincide and run alike, the first polygon's is the outer one
+        # of coincident edges with equal directions, the first polygon's is the outer one
         alike = np.full((part.stop - part.start, 1), not own or part.start > 0)
         outline = _some(quads.segments, rows)
         low, high = bounds_by_planes(_some(segments, part), outline, alike, view.light.reach)
@@ -202,7 +217,7 @@ def _behind_polygon(view: _View, quads: Polygons, i: int, segments: Segments, ow
 
 
 def _ball_circles(view: _View) -> Spans:
-    """Where the outlines of spheres lie on the light, and behind no other occluder."""
+    """Intervals of the outlines of spheres that lie on the light and behind no other occluder."""
     balls = view.balls
     k = balls.sine.shape[0]
     center, half = outside_planes(balls, view.light.edges.planes)
@@ -223,7 +238,7 @@ def _ball_circles(view: _View) -> Spans:
 
 
 def _light_circle(view: _View, cone: Circles) -> Spans:
-    """Where a round light's own outline is above the horizon and not hidden."""
+    """Intervals of a round light's own outline that are above the horizon and not occluded."""
     balls = view.balls
     center, half = outside_planes(cone, view.light.edges.planes)
     if balls.sine.shape[0]:
@@ -238,7 +253,7 @@ def _light_circle(view: _View, cone: Circles) -> Spans:
 
 
 def _quads_on_circles(view: _View, circles: Circles) -> Spans | None:
-    """Where circles run behind polygons: (i, k, n), at most one interval more than edges each."""
+    """Intervals (i, k, n) of circles behind polygons, for each polygon one more than its edges."""
     if view.quads is None:
         return None
     starts, ends = [], []
@@ -252,7 +267,7 @@ def _quads_on_circles(view: _View, circles: Circles) -> Spans | None:
 
 
 def _quad_edges(view: _View, quads: Polygons) -> Spans:
-    """Where the outlines of polygons lie on the light, and behind no other occluder."""
+    """Intervals of the outlines of polygons that lie on the light and behind no other occluder."""
     segments = quads.segments
     half = segments.half
     along = np.zeros((half.shape[0], 1), dtype=np.bool_)
@@ -267,12 +282,14 @@ def _quad_edges(view: _View, quads: Polygons) -> Spans:
 
 
 def _columns(circles: Circles, index: Ints) -> Circles:
+    """Return the circles selected by `index`."""
     rows = (circles.axis, circles.u, circles.w)
     axis, u, w = (row[:, index] for row in rows)
     return Circles(axis, u, w, circles.sine[index], circles.cosine[index], circles.versine[index])
 
 
 def _some(segments: Segments, rows: slice) -> Segments:
+    """Return the arcs selected by `rows`."""
     planes = Planes(segments.planes.normal[:, rows], segments.planes.fuzz[rows])
     middle, along, u, w = (
         x[:, rows] for x in (segments.middle, segments.along, segments.u, segments.w)

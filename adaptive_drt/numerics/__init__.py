@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Numbers, arrays, jets and vectors: mathematics that knows nothing of rendering."""
+"""Array types, automatic differentiation, vectors and quadrature points; nothing of rendering."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Names of the types of arrays that the core works with."""
+"""Type aliases for the NumPy arrays that the core computes with."""
 
 from __future__ import annotations
 

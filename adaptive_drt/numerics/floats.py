@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Constants of float64, the type of all numbers in the core."""
+"""Constants of float64, the floating-point type of the core."""
 
 from __future__ import annotations
 
@@ -8,6 +8,6 @@ import numpy as np
 __all__ = ["TINY", "UNIT_ROUNDOFF"]
 
 TINY = float(np.finfo(np.float64).tiny)
-"""The smallest normal float64. Added to a divisor, it keeps the quotient of two zeros finite."""
+"""Smallest normal float64. As a lower bound of a divisor, or added to it, it makes 0 / 0 finite."""
 UNIT_ROUNDOFF = 2.0**-53
-"""The largest relative error of one rounded operation in float64."""
+"""Largest relative error of one correctly rounded float64 operation, written u elsewhere."""

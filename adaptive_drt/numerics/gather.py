@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Chosen columns of arrays that are components first.
+"""Gather and scatter of columns, for arrays that store components first.
 
-NumPy's own `values[:, index]` lays the components of each column side by side in memory, and so
-does whatever is computed of them: the gathering takes three times as long as `take`, products with
-a row of numbers up to eight times as long (20,000 columns). What is taken here is in one piece for
-each component.
+NumPy's own `values[:, index]` returns an array in which the components of each column are adjacent
+in memory, and results computed from it inherit that layout: the indexing takes three times as long
+as `take`, and a product with a row of numbers up to eight times as long (20,000 columns). The
+functions here return arrays in which each component is contiguous.
 """
 
 from __future__ import annotations
@@ -20,8 +20,12 @@ Number = TypeVar("Number", bound=np.generic)
 
 
 def columns(values: NDArray[Number], index: NDArray[Any] | slice, axis: int = 1) -> NDArray[Number]:
-    """`values[:, index]`, for an index of any shape, a mask (n,) or a slice.
+    """Return `values[:, index]`, with each component contiguous.
 
+    Parameters
+    ----------
+    values : (k, n), or (..., n) with `axis` -1.
+    index : integers of any shape, a mask (n,) or a slice.
     axis : 1, or -1 for `values[..., index]`.
     """
     if isinstance(index, slice):
@@ -32,9 +36,13 @@ def columns(values: NDArray[Number], index: NDArray[Any] | slice, axis: int = 1)
 
 
 def place(values: NDArray[Any], index: NDArray[Any], parts: Any) -> None:
-    """`values[..., index] = parts`, row by row: in half the time.
+    """Assign `values[..., index] = parts` one row at a time, which takes half the time.
 
-    values : (..., n) in one piece.  parts : (..., *index.shape), or anything that spreads to that.
+    Parameters
+    ----------
+    values : (..., n), contiguous; changed in place.
+    index : integers of any shape, or a mask if `values` is one-dimensional.
+    parts : (..., *index.shape), or anything that broadcasts to that shape.
     """
     if values.ndim == 1:
         values[index] = parts

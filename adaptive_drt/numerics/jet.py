@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Forward-mode automatic differentiation: a value, its gradient and its Hessian, in batches.
 
-A jet is a number that knows its neighbourhood. Let e stand for a step too small for e^3 to
+A jet is a truncated Taylor expansion. Let e stand for a step too small for e^3 to
 matter. Then f(x) = x^2 at x = 10 + e is 100 + 20 e + e^2: the value, the derivative and half
 the second derivative come out of plain algebra, to rounding, with no step size to choose. With
 several axes (light x, y, z; time t; pixel x, y) a jet holds
@@ -9,7 +9,7 @@ several axes (light x, y, z; time t; pixel x, y) a jet holds
     f(c + o) = value + sum_i gradient[i] o_i + 1/2 sum_ij hessian[ij] o_i o_j + ...
 
 for an offset o from the centre c. Order 1 leaves the last sum out. Where f is a polynomial of
-degree two, as the discriminants of spheres are, an order 2 jet is the whole of f.
+degree two, as the discriminants of spheres are, an order 2 jet represents f exactly.
 
 Every rule below is one of four:
 
@@ -20,24 +20,25 @@ Every rule below is one of four:
     quotient     q = a / b:  q_i = (a_i - q b_i) / b,
                  q_ij = (a_ij - q_i b_j - q_j b_i - q b_ij) / b
 
-(`jet_functions.py` has the functions: sqrt, sin, ...; `vector.py` dot, cross, norm, ....)
+(`jet_functions.py` has sqrt, sin and other functions; `vector.py` has dot, cross and norm.)
 
 Storage. A batch is an array whose last axis counts the points, `(..., n)`. Each partial is an
-array that broadcasts against the value, or None: a structural zero. What is None is never
-computed, stored or multiplied, so a static light pays nothing for time. That is why partials
-are tuples with an entry for each axis, not one stacked array `(k, ..., n)`: a stack has to
-write its zeros down. A linear variable keeps its direction as `(3, 1)`, which costs nothing.
+array that broadcasts against the value, or None, a structural zero, which is
+never computed, stored or multiplied: a static light has no cost for time. That is why partials
+are tuples with an entry for each axis and not one stacked array `(k, ..., n)`, which would have
+to store its zeros. A linear variable stores its direction as `(3, 1)`.
 
 Singularities. A zero partial stays zero whatever the function does there. Where a derivative
-grows without bound (sqrt at 0), partials are infinite, never NaN and never 0: a bound made of
-them is unbounded, so whoever asks "could this change?" is told yes. Each function says what it
-returns. Going on with an infinite partial can still make NaN (0 * inf, inf - inf): keep such
-points out with a mask beforehand, or ask `Jet.finite` before a bound is believed.
+is unbounded (sqrt at 0), partials are infinite, never NaN and never 0, so a bound made of
+them is unbounded and no test takes the value for constant. Each function documents what it
+returns. Further arithmetic on an infinite partial can still make NaN (0 * inf, inf - inf): mask
+such points out beforehand, or check `Jet.finite` before using a bound.
 
-Every operation is elementwise and no sum has an order left open (no einsum, no reductions over
-points), so results are the same to the last bit for every batch size.
+Every operation is elementwise and the order of each sum is fixed (no einsum, no reductions over
+points), so results are bitwise equal for every batch size.
 
-Source: Griewank and Walther 2008, chapters 3 and 13; the layout of the essay: Ceres' jet.h.
+Source: Griewank and Walther 2008, chapters 3 and 13; the structure of this text follows Ceres'
+jet.h.
 """
 
 from __future__ import annotations
@@ -87,11 +88,11 @@ class Jet:
     ----------
     value : (..., n) float64.
     gradient : one entry for each axis; an array that broadcasts to the value's shape, or None.
-    hessian : packed upper triangle in the order of `pairs`, entries as in the gradient;
+    hessian : packed upper triangle in the order of `hessian_axes`, entries as in the gradient;
         None as a whole when the jet is of order 1.
 
-    Jets in one formula must share axes and order (ValueError otherwise). Comparisons are made
-    on `.value`, by the caller.
+    Jets in one formula must have the same axes and order (ValueError otherwise). The caller
+    compares their `.value`.
     """
 
     value: Array
@@ -102,21 +103,21 @@ class Jet:
 
     @staticmethod
     def constant(value: ArrayLike, axes: int, order: int) -> Jet:
-        """A jet that depends on nothing: every partial is a structural zero."""
+        """Return a jet that depends on no axis: every partial is a structural zero."""
         return Jet.linear(value, (None,) * axes, order)
 
     @staticmethod
     def variable(
         value: ArrayLike, axis: int, axes: int, order: int, direction: ArrayLike = 1.0
     ) -> Jet:
-        """A jet that moves along `direction` (broadcasts to `value`) as axis `axis` grows."""
+        """Return a jet that changes by `direction` (broadcasts to `value`) per unit of one axis."""
         directions: list[ArrayLike | None] = [None] * axes
         directions[axis] = direction
         return Jet.linear(value, directions, order)
 
     @staticmethod
     def linear(value: ArrayLike, directions: Sequence[ArrayLike | None], order: int) -> Jet:
-        """A jet linear in every axis: one direction, or None, for each.
+        """Return a jet linear in every axis: one direction, or None, for each.
 
         Raises
         ------
@@ -137,12 +138,12 @@ class Jet:
 
     @property
     def order(self) -> int:
-        """1: gradient only; 2: gradient and Hessian."""
+        """Order of the jet: 1 with the gradient only, 2 with gradient and Hessian."""
         return 1 if self.hessian is None else 2
 
     @property
     def axes(self) -> int:
-        """How many axes the partials are taken along."""
+        """Number of axes along which partials are taken."""
         return len(self.gradient)
 
     @property
@@ -157,17 +158,17 @@ class Jet:
 
     @property
     def is_constant(self) -> bool:
-        """Every partial is a structural zero."""
+        """Whether every partial is a structural zero."""
         return all(entry is None for entry in self.gradient + (self.hessian or ()))
 
     def second(self, i: int, j: int) -> Partial:
-        """Second partial by axes i and j, or None where it is structurally zero or not carried."""
+        """Second partial by axes i and j; None for a structural zero or a jet of order 1."""
         if self.hessian is None:
             return None
         return self.hessian[pairs(self.axes).index((min(i, j), max(i, j)))]
 
     def finite(self) -> NDArray[np.bool_]:
-        """Where value and partials all are finite numbers; shape of the value."""
+        """Where value and partials are all finite; shape of the value."""
         result = np.isfinite(self.value)
         for entry in self.gradient + (self.hessian or ()):
             if entry is not None:
@@ -175,7 +176,7 @@ class Jet:
         return result
 
     def at(self, offsets: Sequence[ArrayLike]) -> Array:
-        """Taylor polynomial at an offset from the centre: one coordinate for each axis.
+        """Value of the Taylor polynomial at an offset from the centre, a coordinate for each axis.
 
         Offsets broadcast against the value. Exact, to rounding, for polynomials of degree
         `order`. Partials must be finite.
@@ -193,7 +194,7 @@ class Jet:
         return result
 
     def map(self, function: Callable[[Array], Array]) -> Jet:
-        """Apply a linear function of arrays to the value and to each partial that is there."""
+        """Apply a linear function of arrays to the value and to each partial that is not None."""
         return Jet(
             function(self.value),
             each(function, self.gradient),
@@ -201,7 +202,7 @@ class Jet:
         )
 
     def __getitem__(self, component: int) -> Jet:
-        """Leading component: `jet[0]` is the x of a batch of vectors `(3, n)`."""
+        """Leading component: `jet[0]` is the x component of a batch of vectors `(3, n)`."""
 
         def pick(entry: Array) -> Array:
             return entry if entry is self.value else leading(entry, self.value.ndim, component)
@@ -236,7 +237,7 @@ class Jet:
     __rmul__ = __mul__
 
     def __truediv__(self, other: Operand) -> Jet:
-        """Quotient. As with arrays, a divisor of 0 is for the caller to mask beforehand."""
+        """Quotient. As with arrays, the caller has to mask divisors of 0 beforehand."""
         if isinstance(other, Jet):
             return _quotient(self, other)
         return self.map(lambda entry: entry / other)
@@ -263,9 +264,9 @@ Batch = TypeVar("Batch", Jet, Array, Jet | Array)
 
 
 def bilinear(function: Callable[[Array, Array], Array], a: Operand, b: Operand) -> Jet:
-    """Product rule for any product of arrays that is linear in both: multiply, dot, cross.
+    """Product rule for any bilinear function of two arrays: multiply, dot, cross.
 
-    At least one operand is a jet; the other may be an array. `function` must return a fresh
+    At least one operand is a jet; the other may be an array. `function` must return a new
     array: terms are summed in place.
     """
     a, b = matched(a, b)
@@ -289,7 +290,7 @@ def bilinear(function: Callable[[Array, Array], Array], a: Operand, b: Operand) 
 
 
 def quadratic(function: Callable[[Array, Array], Array], a: Jet) -> Jet:
-    """f(a, a) for a symmetric product, at half the work of `bilinear`.
+    """Product rule for f(a, a), f bilinear and symmetric, at half the cost of `bilinear`.
 
     f_i = 2 f(a_i, a),  f_ij = 2 f(a_ij, a) + 2 f(a_i, a_j).
     """
@@ -305,7 +306,7 @@ def quadratic(function: Callable[[Array, Array], Array], a: Jet) -> Jet:
 
 
 def take(a: Batch, index: NDArray[np.intp] | NDArray[np.bool_]) -> Batch:
-    """Points of a batch, over the last axis, by position or by mask."""
+    """Return selected points of a batch, along the last axis, by index or by mask."""
     positions = index.nonzero()[0] if index.dtype == np.bool_ else index
     if isinstance(a, Jet):
         # An entry that is the same for all points stays as it is.
@@ -326,7 +327,7 @@ def where(mask: NDArray[np.bool_], a: Operand, b: Jet) -> Jet: ...
 @overload
 def where(mask: NDArray[np.bool_], a: Array | float, b: Array | float) -> Array: ...
 def where(mask: NDArray[np.bool_], a: Operand, b: Operand) -> Operand:
-    """`a` where the mask is set, `b` elsewhere, partials alike. The mask broadcasts."""
+    """Return `a` where the mask is set and `b` elsewhere, partials alike. The mask broadcasts."""
     if not isinstance(a, Jet) and not isinstance(b, Jet):
         return np.where(mask, a, b)
 
@@ -340,7 +341,13 @@ def where(mask: NDArray[np.bool_], a: Operand, b: Operand) -> Operand:
 
 
 def matched(a: Operand, b: Operand) -> tuple[Jet, Jet]:
-    """Both operands as jets of the same axes and order; at least one is a jet already."""
+    """Return both operands as jets of the same axes and order; at least one must be a jet.
+
+    Raises
+    ------
+    ValueError
+        Two jets differ in their axes or order.
+    """
     if not isinstance(b, Jet):
         assert isinstance(a, Jet)
         return a, Jet.constant(b, a.axes, a.order)
@@ -352,7 +359,7 @@ def matched(a: Operand, b: Operand) -> tuple[Jet, Jet]:
 
 
 def _combine(value: Array, function: Callable[[Partial, Partial], Partial], a: Jet, b: Jet) -> Jet:
-    """A jet whose partials are made of those of two jets, one by one."""
+    """A jet whose partials are `function` of the corresponding partials of two jets."""
     a, b = matched(a, b)
     return Jet(
         value,
@@ -362,7 +369,7 @@ def _combine(value: Array, function: Callable[[Partial, Partial], Partial], a: J
 
 
 def _quotient(a: Jet, b: Jet) -> Jet:
-    """a / b by the quotient rule of the essay."""
+    """a / b by the quotient rule of the module's docstring."""
     a, b = matched(a, b)
     value = a.value / b.value
     multiply = np.multiply

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Elementary functions of arrays and of jets: a formula is written once and serves both.
+"""Elementary functions of arrays and of jets: one function serves both.
 
-A jet's value is computed exactly as the array's would be, bit for bit. Derivatives are formed
-only when some partial needs them.
+A jet's value is bitwise equal to the result for the array. Derivatives are computed only when
+some partial needs them.
 
-Domains. Arguments past the end of a domain by rounding are pulled back to its end (sqrt and log
-below 0, arcsin and arccos beyond 1), so no NaN is made here of finite numbers.
+Domains. Arguments outside a function's domain are clamped to its boundary (sqrt and log
+below 0, arcsin and arccos beyond 1), so finite arguments that rounding has moved out give no NaN.
 At a singular point a partial is infinite where the inner partial is not 0, and 0 where it is.
 """
 
@@ -40,10 +40,10 @@ Thunk: TypeAlias = Callable[[], Array]
 
 
 def sqrt(x: Batch) -> Batch:
-    """Square root; below 0 it is that of 0.
+    """Square root; arguments below 0 count as 0.
 
-    At 0 it is steep: first partials are +-inf with the sign of the inner one, second partials
-    -inf * sign(x_i x_j), or +-inf with the sign of x_ij where x_i x_j is 0.
+    At 0 the slope is infinite: first partials are +-inf with the sign of the inner one, second
+    partials -inf * sign(x_i x_j), or +-inf with the sign of x_ij where x_i x_j is 0.
     """
     if isinstance(x, Jet):
         root = sqrt(x.value)
@@ -74,7 +74,7 @@ def cos(x: Batch) -> Batch:
 
 
 def exp(x: Batch) -> Batch:
-    """Exponential; infinite, with NumPy's warning, beyond 709."""
+    """Exponential; overflows to infinity, with NumPy's warning, beyond 709."""
     if isinstance(x, Jet):
         value = np.exp(x.value)
         return _chain(x, value, lambda: value, lambda: value)
@@ -86,13 +86,13 @@ def log(x: Batch) -> Batch:
     if isinstance(x, Jet):
         inner = np.maximum(x.value, 0.0)
         return _chain(x, log(x.value), lambda: 1.0 / inner, lambda: -1.0 / (inner * inner))
-    with np.errstate(divide="ignore"):  # log(0) = -inf is what is promised
+    with np.errstate(divide="ignore"):  # log(0) = -inf is documented
         value: Array = np.log(np.maximum(x, 0.0))
     return value
 
 
 def arcsin(x: Batch) -> Batch:
-    """Angle in -pi/2..pi/2; beyond +-1 it is that of +-1, where partials are infinite."""
+    """Angle in -pi/2..pi/2; arguments are clamped to +-1, where partials are infinite."""
     if isinstance(x, Jet):
         inner = np.clip(x.value, -1.0, 1.0)
         width = (1.0 - inner) * (1.0 + inner)
@@ -102,7 +102,7 @@ def arcsin(x: Batch) -> Batch:
 
 
 def arccos(x: Batch) -> Batch:
-    """Angle in 0..pi; beyond +-1 it is that of +-1, where partials are infinite."""
+    """Angle in 0..pi; arguments are clamped to +-1, where partials are infinite."""
     if isinstance(x, Jet):
         inner = np.clip(x.value, -1.0, 1.0)
         width = (1.0 - inner) * (1.0 + inner)
@@ -112,8 +112,10 @@ def arccos(x: Batch) -> Batch:
 
 
 def absolute(x: Batch) -> Batch:
-    """|x|. At 0 partials are those of +x or -x by the sign of the zero: |x_i| is the slope to
-    either side, so |x_i| * r bounds the change, but the polynomial is that of one side only.
+    """Absolute value.
+
+    At 0 the partials are those of +x or -x, by the sign of the zero: |x_i| is the slope to
+    either side, so |x_i| * r bounds the change within r, but the polynomial holds on one side only.
     """
     if isinstance(x, Jet):
         sign = np.copysign(1.0, x.value)
@@ -129,7 +131,7 @@ def hypot(a: Operand, b: Jet) -> Jet: ...
 @overload
 def hypot(a: Array | float, b: Array | float) -> Array: ...
 def hypot(a: Operand, b: Operand) -> Operand:
-    """Length of (a, b).
+    """Euclidean length of (a, b).
 
     At (0, 0) there is a kink: the first partial is the slope to either side, hypot(a_i, b_i),
     which bounds the change; second partials are +inf where both slopes are not 0, else
@@ -175,10 +177,15 @@ def arctan2(y: Operand, x: Operand) -> Operand:
 
 
 def patch_kink(smooth: Jet, zero: NDArray[np.bool_], slopes: Partials, curves: Partials) -> Jet:
-    """A length whose inner vector is 0 where `zero` is set.
+    """Replace the partials of a vector's length where the vector is 0, a kink.
 
-    The value there is 0, first partials are the inner ones' lengths (`slopes`), second partials
-    +inf where both slopes are not 0, else the length of the inner second partial (`curves`).
+    Parameters
+    ----------
+    smooth : the length by the formula for vectors other than 0; its value is kept.
+    zero : (..., n) where the vector is 0.
+    slopes : lengths of the vector's first partials, which become the first partials there.
+    curves : lengths of its second partials, which become the second partials there; these are
+        +inf where both slopes are not 0.
     """
 
     def kink(i: int, j: int, curve: Partial) -> Array:
@@ -192,10 +199,14 @@ def patch_kink(smooth: Jet, zero: NDArray[np.bool_], slopes: Partials, curves: P
 
 
 def patch_jump(smooth: Jet, zero: NDArray[np.bool_], slopes: Partials, curves: Partials) -> Jet:
-    """A direction whose inner vector is 0 where `zero` is set: it jumps there.
+    """Replace the partials of a direction where its vector is 0, a jump.
 
-    The value there stands as given. Partials are +inf where the inner ones' lengths (`slopes`,
-    `curves`) are not 0, and 0 where they are.
+    Parameters
+    ----------
+    smooth : the direction by the formula for vectors other than 0; its value is kept.
+    zero : (..., n) where the vector is 0.
+    slopes, curves : lengths of the vector's first and second partials. Partials there become
+        +inf where those they depend on are not 0, and 0 where they are.
     """
 
     def jump(i: int, j: int, curve: Partial) -> Array:
@@ -216,7 +227,7 @@ def _patched(
     curves: Partials,
     second: Callable[[int, int, Partial], Array],
 ) -> Jet:
-    """Put other partials in place of a jet's where `zero` is set; None stays None."""
+    """Replace a jet's partials where `zero` is set; None stays None."""
     gradient = tuple(
         entry if entry is None or step is None else np.where(zero, step, entry)
         for entry, step in zip(smooth.gradient, steps, strict=True)
@@ -231,7 +242,7 @@ def _patched(
 
 
 def _lengths(a: Jet, b: Jet) -> tuple[Partials, Partials]:
-    """Lengths of the inner partials of a pair: of the gradients, and of the Hessians."""
+    """Lengths of the inner partials of a pair: those of the gradients and those of the Hessians."""
 
     def length(x: Partial, y: Partial) -> Partial:
         if x is None or y is None:
@@ -244,11 +255,11 @@ def _lengths(a: Jet, b: Jet) -> tuple[Partials, Partials]:
 
 
 def _chain(x: Jet, value: Array, first: Thunk, second: Thunk) -> Jet:
-    """Chain rule for f(x), with f' and f'' formed only if they are needed."""
+    """Chain rule for f(x); f' and f'' are computed only if they are needed."""
     if x.is_constant:
         return Jet(value, x.gradient, x.hessian)
     bends = x.hessian is not None and any(entry is not None for entry in x.gradient)
-    with np.errstate(divide="ignore"):  # an infinite derivative is what is promised
+    with np.errstate(divide="ignore"):  # an infinite derivative is documented
         slope = first()
         bend = second() if bends else slope
     steep = not np.isfinite(bend).all()
@@ -268,14 +279,14 @@ def _chain(x: Jet, value: Array, first: Thunk, second: Thunk) -> Jet:
 
 
 def _steep_product(factor: Array, inner: Array) -> Array:
-    """factor * inner, where 0 stays 0 however large the factor."""
+    """factor * inner, with 0 * inf = 0 where the inner partial is 0."""
     with np.errstate(invalid="ignore"):  # 0 * inf is replaced in the next line
         product = factor * inner
     return np.where(inner == 0.0, 0.0, product)
 
 
 def _steep_sum(curve: Array, slope: Partial) -> Array:
-    """f'' x_i x_j + f' x_ij; where the former is infinite, it outgrows the latter."""
+    """f'' x_i x_j + f' x_ij, where an infinite first term hides the second."""
     if slope is None:
         return curve
     with np.errstate(invalid="ignore"):  # inf - inf is not used

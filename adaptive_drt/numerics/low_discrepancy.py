@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Low-discrepancy points: each is a function of (seed, pixel, stream, index), nothing stateful.
+"""Low-discrepancy points as a stateless function of (seed, pixel, stream, index).
 
-The first dimension is i / n, the others follow Kronecker's sequence with Roberts' generators
-(the roots of x^(d+1) = x + 1; Roberts 2018, "The unreasonable effectiveness of quasirandom
-sequences"); d = 1 is the golden ratio and gives Fibonacci's lattice. Each pixel and stream
-shifts all points by its own hash (Cranley and Patterson 1976), so errors of neighbouring
-pixels do not line up. Ohbuchi and Aono 1996 is the paper's own source for such points.
+The first dimension is i / n; the others are Kronecker sequences with Roberts' generators
+(powers of the root of x^(d+1) = x + 1; Roberts 2018, "The unreasonable effectiveness of
+quasirandom sequences"); d = 1 is the golden ratio and gives Fibonacci's lattice. Each pixel and
+stream shifts all points by its own hash (Cranley and Patterson 1976), so that errors of
+neighbouring pixels are not correlated. Ohbuchi and Aono 1996 is the paper's own source for such
+points.
 """
 
 from __future__ import annotations
@@ -20,15 +21,15 @@ __all__ = ["generator", "mix", "points", "shifts"]
 
 TWO_TO_MINUS_53 = 2.0**-53
 NEWTON_STEPS = 64
-"""Fixed-point steps that find the generator; each gains at least a bit."""
+"""Number of fixed-point iterations for the root; each gains at least one bit."""
 
 
 def shifts(seed: int, pixel: Ints, stream: int, dimension: int) -> Array:
-    """Uniform numbers in [0, 1), one a pixel.
+    """Return hashed uniform numbers in [0, 1), one for each pixel.
 
     Parameters
     ----------
-    seed, stream, dimension : any integers; each combination is its own sequence.
+    seed, stream, dimension : any integers; each combination gives an independent sequence.
     pixel : (n,) index of the pixel in the whole picture.
 
     Returns
@@ -41,7 +42,7 @@ def shifts(seed: int, pixel: Ints, stream: int, dimension: int) -> Array:
 
 
 def points(seed: int, pixel: Ints, stream: int, count: int, dimensions: int) -> list[Array]:
-    """`count` points of the unit cube for each pixel.
+    """Return `count` points of the unit cube for each pixel.
 
     Returns
     -------
@@ -61,7 +62,7 @@ def points(seed: int, pixel: Ints, stream: int, count: int, dimensions: int) -> 
 
 
 def generator(dimensions: int) -> float:
-    """The root above 1 of x^(d + 1) = x + 1."""
+    """Return the root above 1 of x^(d + 1) = x + 1, d = `dimensions`."""
     x = 1.5
     for _ in range(NEWTON_STEPS):
         x = (1.0 + x) ** (1.0 / (dimensions + 1.0))
@@ -69,8 +70,8 @@ def generator(dimensions: int) -> float:
 
 
 def mix(z: NDArray[np.uint64] | np.uint64) -> NDArray[np.uint64]:
-    """Numbers spread over 64 bits (...): SplitMix64 (Steele, Lea and Flood 2014)."""
-    with np.errstate(over="ignore"):  # arithmetic modulo 2^64 is the point
+    """Return the SplitMix64 hash of 64-bit numbers (...) (Steele, Lea and Flood 2014)."""
+    with np.errstate(over="ignore"):  # arithmetic modulo 2^64 is intended
         z = np.asarray(z, dtype=np.uint64) + np.uint64(0x9E3779B97F4A7C15)
         z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
         z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The mean over a pixel, from the values at its own middle and those of pixels around it.
+"""Midpoint rule with a second-difference correction: pixel means from values at pixel centres.
 
-The mean over a square is its middle's value and 1/24 of the second differences there. How far that
-may be off is told by how those change from pixel to pixel.
+The mean over a square is the value at its centre plus 1/24 of the second differences there. The
+error is estimated from how these differences change from pixel to pixel.
 """
 
 from __future__ import annotations
@@ -17,21 +17,28 @@ __all__ = ["MEAN", "NEAR", "bends", "left"]
 
 
 MEAN = 1.0 / 24.0
-"""Of second differences: what they add to a middle for its square's mean."""
+"""Weight of a second difference in the mean over a pixel, by Taylor expansion about its centre."""
 NEAR = 1.0 / 16.0
-"""Of a second difference: how far it may be off where no more is known. A kink at a random place
-within the pixel's breadth of it is off by 0.04 of it, RMS, and by 0.083 at most."""
+"""Error estimate of the mean as a fraction of a second difference, where neighbouring differences
+are missing. For a kink at a random position within one pixel width of the centre, the error is
+0.04 of the second difference, RMS, and at most 0.083."""
 FOURTH, THIRD = 1.0 / 32.0, 1.0 / 96.0
-"""Of fourth differences, and of the third beside them: how far a mean may be off. Of fourths a kink
-is off by 1/24 at most but where it lies beyond the pixel and leaves none; of the thirds by that."""
+"""Weights, in the error estimate of a mean, of the fourth difference and of the larger of the two
+third differences beside it. A kink causes an error of at most 1/24 of the fourth difference, except
+where it lies outside the pixel and the fourth difference is 0; there the error is at most 1/24 of
+the third difference."""
 
 
 def bends(values: Array, index: Ints, step: int) -> tuple[Array, Array, Array]:
-    """Second differences (k, m) of values (k, n) along an axis: at the pixels before some (m,), at
-    those, and after them.
+    """Return second differences (k, m) along one axis at the previous, given and next pixels.
 
-    step : from one pixel to the next along it. The first and the last say nothing where the pixels
-        two steps away are not there.
+    Parameters
+    ----------
+    values : (k, n) k channels of n pixels.
+    index : (m,) the given pixels.
+    step : offset in `values` from one pixel to the next along the axis.
+
+    The first and last result are meaningless where the pixels two steps away do not exist.
     """
     row = [values.take(index + k * step, axis=1, mode="clip") for k in (-2, -1, 0, 1, 2)]
     before, bend, after = (a + b - 2.0 * c for a, c, b in zip(row, row[1:], row[2:], strict=False))
@@ -39,12 +46,12 @@ def bends(values: Array, index: Ints, step: int) -> tuple[Array, Array, Array]:
 
 
 def left(size: Callable[[Array], Array], before: Array, bend: Array, after: Array) -> Array:
-    """How far means may be off by what is along one axis: (m,).
+    """Return the error estimate (m,) of means from the differences along one axis.
 
     Parameters
     ----------
-    size : of changes (k, m), one number each.
-    before, bend, after : (k, m) second differences along it at pixels, and at those beside them.
+    size : norm of changes (k, m), returns (m,).
+    before, bend, after : (k, m) second differences along the axis, from `second_differences`.
     """
     third = np.maximum(size(bend - before), size(after - bend))
     off: Array = np.maximum(FOURTH * size(before - 2.0 * bend + after), THIRD * third)

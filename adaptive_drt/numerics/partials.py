@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Partial derivatives as jets hold them: an array, or None for a structural zero.
+"""Arithmetic on partial derivatives as jets store them: arrays, or None for a structural zero.
 
-Every function here computes nothing for None.
+No function here does any arithmetic with None.
 """
 
 from __future__ import annotations
@@ -32,12 +32,12 @@ Partials: TypeAlias = tuple[Partial, ...]
 
 @cache
 def pairs(axes: int) -> tuple[tuple[int, int], ...]:
-    """Axes (i, j), i <= j, of each entry of a packed Hessian: row by row, xx xy yy for two."""
+    """Axes (i, j), i <= j, of each entry of a packed Hessian: row by row, xx xy yy for two axes."""
     return tuple((i, j) for i in range(axes) for j in range(i, axes))
 
 
 def accumulate(total: Partial, term: Partial) -> Partial:
-    """Sum of two fresh arrays, in place where shapes allow; None counts as nothing."""
+    """Sum of two arrays that the caller owns, in place where shapes allow; None counts as zero."""
     if total is None or term is None:
         return term if total is None else total
     if total.shape != term.shape:
@@ -47,7 +47,7 @@ def accumulate(total: Partial, term: Partial) -> Partial:
 
 
 def leading(entry: Array, ndim: int, component: int) -> Array:
-    """One leading component of an entry that broadcasts to an array of `ndim` axes."""
+    """One leading component of a partial that broadcasts to an array of `ndim` axes."""
     if entry.ndim < ndim:
         return entry
     part: Array = entry[0] if entry.shape[0] == 1 else entry[component]
@@ -55,26 +55,31 @@ def leading(entry: Array, ndim: int, component: int) -> Array:
 
 
 def each(function: Callable[[Array], Array], partials: Partials) -> Partials:
+    """Apply a function to each partial that is not None."""
     return tuple(None if entry is None else function(entry) for entry in partials)
 
 
 def add(x: Partial, y: Partial) -> Partial:
+    """x + y."""
     if x is None or y is None:
         return y if x is None else x
     return x + y
 
 
 def subtract(x: Partial, y: Partial) -> Partial:
+    """x - y."""
     if y is None:
         return x
     return -y if x is None else x - y
 
 
 def product(function: Callable[[Array, Array], Array], x: Partial, y: Partial) -> Partial:
+    """`function(x, y)` for a bilinear function: None if either factor is None."""
     return None if x is None or y is None else function(x, y)
 
 
 def twice(function: Callable[[Array, Array], Array], x: Partial, y: Partial) -> Partial:
+    """2 `function(x, y)` for a bilinear function that returns a new array; None with a None."""
     if x is None or y is None:
         return None
     result = function(x, y)

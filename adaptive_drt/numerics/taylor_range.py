@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Ranges of a jet's Taylor polynomial over the domains that rays are distributed in.
+"""Ranges of a jet's Taylor polynomial over an interval or a rectangle.
 
 A second-order jet of a quadratic is the whole polynomial, so its range over a rectangle or an
 interval is exact: the extremes lie at corners, on edges or at the critical point. A first-order
-jet is a linear function plus a bound on what it leaves out, which the caller states.
+jet is a linear function, to which the caller adds a bound on the remainder.
 
-The ranges are those of real arithmetic; the caller widens them by the rounding of the jet.
+The ranges hold in exact arithmetic; the caller widens them by the rounding error of the jet.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ Bound: TypeAlias = Array | float
 
 
 def interval_range(jet: Jet, half: float, remainder: Bound = 0.0, axis: int = 0) -> Range:
-    """Least and greatest value of a jet along one axis, over [-half, half].
+    """Return the least and greatest value of a jet along one axis, over [-half, half].
 
     Parameters
     ----------
     jet : value (n,). Order 2: taken as the exact quadratic. Order 1: a linear function.
     half : half the length of the interval, in the axis' unit.
-    remainder : (n,) bound on the absolute value of what an order 1 jet leaves out; unused at
-        order 2.
+    remainder : (n,) bound on the absolute value of the Taylor remainder of an order 1 jet; unused
+        at order 2.
 
     Returns
     -------
@@ -46,9 +46,10 @@ def interval_range(jet: Jet, half: float, remainder: Bound = 0.0, axis: int = 0)
 
 
 def rectangle_range(jet: Jet, half_x: float, half_y: float, remainder: Bound = 0.0) -> Range:
-    """Least and greatest value of a two-axis jet over [-half_x, half_x] x [-half_y, half_y].
+    """Return the least and greatest value of a two-axis jet over a rectangle about 0.
 
-    Parameters and returns as `interval_range`. At order 2 the four edges are quadratics of one
+    The rectangle is [-half_x, half_x] x [-half_y, half_y]. Other parameters and returns as
+    `interval_range`. At order 2 the four edges are quadratics of one
     variable (their ends are the corners), and the critical point counts where it lies inside.
     Rounding moves low and high by at most 8 u (|f| + |f_x| + |f_y| + |f_xx| + |f_xy| + |f_yy|),
     derivatives for half sides of 1, u = 2^-53.
@@ -89,10 +90,11 @@ def _quadratic_range(value: Array, slope: Bound, bend: Bound, half: float) -> Ra
 def _interior(
     value: Array, gx: Bound, gy: Bound, xx: Bound, xy: Bound, yy: Bound, hx: float, hy: float
 ) -> Range:
-    """Value at the least or greatest point where it lies inside the rectangle, else at the centre.
+    """Value at the extremal critical point where it lies inside the rectangle, else at the centre.
 
-    By completing the square, first along the axis of the greater bend. Cramer's rule would lose
-    all digits of g.H^-1 g where the quadratic is nearly a parabolic cylinder. A saddle counts not.
+    Completes the square, first along the axis of the greater second derivative: Cramer's rule would
+    lose all digits of g.H^-1 g where the quadratic is nearly a parabolic cylinder. Saddle points
+    are no extremes and are left out.
     """
     first = np.abs(xx) >= np.abs(yy)
     p, q = _either(first, xx, yy), _either(first, yy, xx)

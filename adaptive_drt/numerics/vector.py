@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Vectors, components first: `(3, n)` float64 arrays, or jets of such, by the same functions.
+"""Vector algebra, components first: `(3, n)` float64 arrays, or jets of such.
 
-Sums of three products are written out, never einsum: the order of operations, and so the last
-bit, is the same whatever the size of the batch.
+Sums of three products are written out, without einsum: the order of operations, and so the last
+bit, does not depend on the size of the batch.
 """
 
 from __future__ import annotations
@@ -19,12 +19,13 @@ __all__ = ["cross", "dot", "norm", "normalize", "rms", "scale", "squared_norm", 
 
 
 FEW = 12_288
-"""Numbers of so few vectors are multiplied at once: half the calls. More leave the cache."""
+"""Number of elements below which a dot product multiplies all components in one call, which halves
+the number of calls. Larger arrays would not fit the cache."""
 FEW_CROSSED = 6_144
-"""The same of cross products, whose factors are gathered first: half the time for 1,000 vectors,
-as much for 2,000."""
+"""Number of elements below which a cross product gathers its factors and multiplies them in one
+call: half the time for 1,000 vectors, the same time for 2,000."""
 AFTER, BEFORE = np.array([1, 2, 0]), np.array([2, 0, 1])
-"""The components that follow each one, and go before it."""
+"""Cyclically next and previous component of each."""
 
 
 @overload
@@ -36,7 +37,7 @@ def dot(a: Array, b: Array) -> Array: ...
 @overload
 def dot(a: Jet | Array, b: Jet | Array) -> Jet | Array: ...
 def dot(a: Jet | Array, b: Jet | Array) -> Jet | Array:
-    """Dot product of vectors, (3, ..., n) to (..., n). `dot(a, a)` does half the work."""
+    """Dot product of vectors, (3, ..., n) to (..., n). `dot(a, a)` of a jet costs half as much."""
     if isinstance(a, Jet) or isinstance(b, Jet):
         if a is b:
             return squared_norm(a)
@@ -62,7 +63,7 @@ def cross(a: Jet | Array, b: Jet | Array) -> Jet | Array:
 
 
 def squared_norm(a: Batch) -> Batch:
-    """Square of the length, (3, ..., n) to (..., n)."""
+    """Squared length, (3, ..., n) to (..., n)."""
     if isinstance(a, Jet):
         ndim = a.ndim
         return quadratic(lambda x, y: _dot(x, y, ndim), a)
@@ -76,8 +77,8 @@ def norm(a: Batch) -> Batch:
     of the inner partial, which bounds the change; second partials are +inf where both slopes
     are not 0, else the length of the inner second partial.
 
-    Valid for lengths of 1e-150 to 1e150; below about 1e-162 a vector counts as zero. Error: 4 u
-    relative, u = 2^-53; so have the components of `normalize`.
+    Valid for lengths of 1e-150 to 1e150; below about 1e-162 a vector counts as zero. The relative
+    error is at most 4 u, u = 2^-53, also in the components of `normalize`.
     """
     if not isinstance(a, Jet):
         return np.sqrt(squared_norm(a))
@@ -90,13 +91,13 @@ def norm(a: Batch) -> Batch:
 
 
 def rms(a: Array) -> Array:
-    """Root mean square over the components, (3, ..., n) to (..., n): the size of a radiance."""
+    """Root mean square over the components, (3, ..., n) to (..., n): the norm used for radiance."""
     size: Array = np.sqrt(_dot(a, a, 0) / 3.0)
     return size
 
 
 def total(rows: Array) -> Array:
-    """The sum (...) of rows (k, ...), from the first on: `sum` may group them by their shape."""
+    """Sum (...) of rows (k, ...) in ascending order; the order in `np.sum` depends on the shape."""
     result: Array = np.zeros(rows.shape[1:])
     for row in rows:
         result += row
@@ -107,7 +108,7 @@ def normalize(a: Batch) -> Batch:
     """Unit vector along `a`; the zero vector stays zero.
 
     A jet's partials at the zero vector are +inf in every component, along each axis whose inner
-    partial is not 0: the direction jumps there. Range as `norm`.
+    partial is not 0: the direction jumps there. Valid range as for `norm`.
     """
     if not isinstance(a, Jet):
         length = norm(a)
@@ -139,14 +140,14 @@ def _rows(entry: Array, ndim: int) -> tuple[Array, Array, Array]:
 
 
 def _plain(a: Array, b: Array, ndim: int) -> bool:
-    """Whether these are vectors as they are; `ndim` is 0 where no partials are about."""
+    """Whether both have three components and need no broadcasting; `ndim` is 0 without partials."""
     alike = a.ndim > 1 if ndim == 0 else a.ndim == b.ndim == ndim
     return alike and len(a) == len(b) == 3
 
 
 def _dot(a: Array, b: Array, ndim: int) -> Array:
     if _plain(a, b, ndim):
-        # a call costs 3 us less, and a render makes tens of thousands
+        # saves 3 us a call; a render makes tens of thousands of calls
         if a.ndim == b.ndim and a.size < FEW and b.size < FEW:
             each = a * b
             few: Array = each[0] + each[1]
@@ -189,7 +190,7 @@ def _cross(a: Array, b: Array, ndim: int) -> Array:
 
 
 def _lengths(a: Jet) -> tuple[Partials, Partials]:
-    """Lengths of the inner partials of vectors: of the gradient, and of the Hessian."""
+    """Lengths of the inner partials of vectors: those of the gradient and those of the Hessian."""
 
     def length(entry: Partial) -> Partial:
         return None if entry is None else np.sqrt(_dot(entry, entry, a.ndim))

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is rendered, how, and what comes of it: plain records, and what they are made from."""
+"""Input and output records of a render: scene, settings and film; units; recognition of meshes."""

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is rendered: objects, lights and a camera, in metres, as frozen records.
+"""Scene description: objects, lights and a camera, in metres, as frozen records.
 
-Positions are stated at the middle of the shutter. `Motion` adds a straight line: at shutter
-time t, from -1/2 (opens) to +1/2 (closes), a thing stands at its position + t * displacement.
+Positions hold at the middle of the shutter. `Motion` adds linear motion: at shutter
+time t, from -1/2 (opens) to +1/2 (closes), an item is at its position + t * displacement.
 """
 
 from __future__ import annotations
@@ -37,36 +37,40 @@ Vector: TypeAlias = tuple[float, float, float]
 ZERO: Vector = (0.0, 0.0, 0.0)
 
 LARGEST_COORDINATE = 1e30
-"""Metres. Beyond it the fourth powers inside discriminants leave float64's range."""
+"""Largest magnitude of a coordinate, in metres, and of a component of a colour. Beyond it the
+fourth powers inside discriminants overflow float64."""
 SMALLEST_SIZE = 1e-60
-"""Metres. Below it they do so at the other end."""
+"""Smallest radius or edge length, in metres. Below it the fourth powers inside discriminants
+underflow."""
 FLAT = 2.0**-50
-"""Of the product of two edges: an area of which nothing but rounding is left."""
+"""Smallest sine of the angle between two edges. Below it their cross product is mostly rounding
+error."""
 LARGEST_RATIO = 1e9
-"""Of sensor to focal length, of a pixel's sides and of a shift, and the inverse: beyond it the
-directions of a picture's pixels cannot be told apart in float64."""
+"""Largest ratio of sensor size to focal length and of a pixel's sides, the inverse ratios included,
+and largest shift of the camera. Beyond it the directions of neighbouring pixels cannot be
+distinguished in float64."""
 
 
 def vector_of(values: Iterable[float]) -> Vector:
-    """Return three numbers, of an array (3,) say, as a record holds them."""
+    """Return three numbers, such as an array (3,), as a tuple of floats."""
     x, y, z = values
     return (float(x), float(y), float(z))
 
 
 class SceneError(ValueError):
-    """The scene cannot be rendered at all; the message says what to do."""
+    """The scene cannot be rendered at all; the message says what the user should do."""
 
 
 @dataclass(frozen=True)
 class Issue:
-    """Something of the scene that the picture lacks or shows otherwise than it is set.
+    """A part of the scene that the picture omits, or renders differently from its settings.
 
     Attributes
     ----------
-    name : the thing, as a person knows it: an object's name, or 'Material "Red"'.
-    reason : what is lacking or different, and what to do.
-    missing : True: the thing itself is not in the picture, which counts as an error. False: the
-        thing is there, simplified; a note.
+    name : what is concerned, as the user knows it: an object's name, or 'Material "Red"'.
+    reason : what is missing or different, and what to do.
+    missing : True: the item is not in the picture, which counts as an error. False: the
+        item is there, simplified, which counts as a note.
     kind : Blender's kind of datablock, such as 'OBJECT', 'MATERIAL', 'WORLD', 'SCENE'.
     target : name of that datablock; "" where `name` is it.
     """
@@ -80,21 +84,21 @@ class Issue:
 
 @dataclass(frozen=True)
 class Material:
-    """Lambert material: `color` is the diffuse albedo, scene-linear RGB."""
+    """Lambertian material: `color` is the diffuse albedo, scene-linear RGB."""
 
     color: Vector = (0.8, 0.8, 0.8)
 
 
 @dataclass(frozen=True)
 class Motion:
-    """Straight motion at constant speed: metres covered from shutter open to shutter close."""
+    """Linear motion: displacement in metres from shutter open to shutter close."""
 
     displacement: Vector
 
 
 @dataclass(frozen=True)
 class Sphere:
-    """Sphere: centre and radius in metres. Both its sides shade alike."""
+    """Sphere: centre and radius in metres. Shaded alike on both sides."""
 
     center: Vector
     radius: float
@@ -133,7 +137,7 @@ class QuadLight:
 
 @dataclass(frozen=True)
 class SphereLight:
-    """Spherical light of uniform `radiance` (W / m^2 / sr, RGB). It blocks no light itself."""
+    """Spherical light of uniform `radiance` (W / m^2 / sr, RGB). It blocks no light."""
 
     center: Vector
     radius: float
@@ -172,11 +176,11 @@ Light: TypeAlias = QuadLight | SphereLight | DiskLight | PointLight
 
 @dataclass(frozen=True)
 class Camera:
-    """Perspective camera in Blender's terms.
+    """Perspective camera with Blender's parameters.
 
     Attributes
     ----------
-    matrix : world from camera, four rows of four, row-major; it looks along its -Z, +Y is up.
+    matrix : camera-to-world transform, four rows of four; the camera looks along its -Z, +Y is up.
         Its scale is ignored, as Blender does.
     focal_length, sensor_width, sensor_height : millimetres.
     sensor_fit : 'AUTO', 'HORIZONTAL' or 'VERTICAL'.
@@ -184,7 +188,7 @@ class Camera:
     pixel_aspect : width and height of a pixel, in any unit.
     resolution : pixels (width, height) of the whole picture.
     border : pixels (left, bottom, right, top) to render, right and top exclusive; None = all.
-    motion : the camera's own straight motion.
+    motion : the camera's own linear motion.
     """
 
     matrix: tuple[tuple[float, float, float, float], ...] = (
@@ -212,7 +216,7 @@ class Camera:
 
 @dataclass(frozen=True)
 class Scene:
-    """All that a render sees. `background` is the radiance (RGB) seen where nothing is hit."""
+    """The input of a render. `background` is the radiance (RGB) of rays that hit nothing."""
 
     camera: Camera | None = None
     shapes: tuple[Shape, ...] = ()
@@ -223,7 +227,7 @@ class Scene:
 
 
 def validate(scene: Scene) -> Scene:
-    """Return the scene without what cannot be rendered, each thing left out as an `Issue`.
+    """Return the scene without the items that cannot be rendered, each reported as an `Issue`.
 
     Raises
     ------
@@ -247,7 +251,7 @@ def validate(scene: Scene) -> Scene:
 
 
 def camera_of(scene: Scene) -> Camera:
-    """The scene's camera; raises as `validate`."""
+    """Return the scene's camera if it is valid; raises as `validate`."""
     if scene.camera is None:
         raise SceneError("The scene has no camera: add one, or make one active")
     _check_camera(scene.camera)
@@ -258,6 +262,7 @@ Thing = TypeVar("Thing", Sphere | Quad, QuadLight | SphereLight | DiskLight | Po
 
 
 def _kept(things: Iterable[Thing], issues: list[Issue]) -> tuple[Thing, ...]:
+    """Return the items that can be rendered, and append an issue for each other one."""
     kept: list[Thing] = []
     for thing in things:
         reason = _fault(thing)
@@ -269,7 +274,7 @@ def _kept(things: Iterable[Thing], issues: list[Issue]) -> tuple[Thing, ...]:
 
 
 def _fault(thing: Shape | Light) -> str | None:
-    """Why a shape or light cannot be rendered, or None."""
+    """Return the reason why a shape or light cannot be rendered, or None."""
     vectors = {
         Sphere: ("center",),
         Quad: ("corner", "edge_u", "edge_v"),
@@ -298,11 +303,12 @@ def _fault(thing: Shape | Light) -> str | None:
 
 
 def _finite(vector: Vector) -> bool:
+    """Whether a vector has three components of magnitude up to `LARGEST_COORDINATE`."""
     return len(vector) == 3 and all(abs(x) <= LARGEST_COORDINATE for x in vector)
 
 
 def _has_area(u: Vector, v: Vector) -> bool:
-    """Whether two edges span a parallelogram that is wide enough to have a normal."""
+    """Whether two edges span a parallelogram large enough and wide enough to have a normal."""
     size = math.hypot(*u), math.hypot(*v)
     if min(size) < SMALLEST_SIZE:
         return False
@@ -315,10 +321,12 @@ def _has_area(u: Vector, v: Vector) -> bool:
 
 
 def _over(vector: Vector, length: float) -> Vector:
+    """Return a vector divided by a length."""
     return vector[0] / length, vector[1] / length, vector[2] / length
 
 
 def _check_camera(camera: Camera) -> None:
+    """Raise `SceneError` if the camera cannot form a picture."""
     rows = camera.matrix
     if len(rows) not in (3, 4) or any(len(row) != 4 for row in rows):
         raise SceneError("The camera's matrix must have 3 or 4 rows of 4 numbers")
@@ -355,6 +363,6 @@ def _check_camera(camera: Camera) -> None:
 
 
 def _check_ratio(what: str, a: float, b: float) -> None:
-    """Raise where two positive lengths differ by more than any picture can bear."""
+    """Raise `SceneError` if two positive lengths differ by more than `LARGEST_RATIO`."""
     if not a / LARGEST_RATIO <= b <= a * LARGEST_RATIO:
         raise SceneError(f"The camera's {what} are {a:g} and {b:g}: too far apart for a picture")

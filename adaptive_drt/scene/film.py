@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a render leaves behind: the picture, the masks, the counts and the statistics."""
+"""Result of a render: the picture, its passes, masks, sample counts and statistics."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 __all__ = ["NO_DEPTH", "PASSES", "Film", "Pass"]
 
 PENUMBRA, MOTION, EDGE = 0, 1, 2
-"""Rows of `Film.mask`: red, green and blue."""
+"""Channels of `Film.mask`, shown as red, green and blue."""
 
 
 @dataclass(frozen=True)
 class Pass:
-    """One output of the renderer, as Blender's render passes name such things."""
+    """One output of the renderer, a render pass in Blender's terms."""
 
     name: str
     channels: str
@@ -32,15 +32,15 @@ PASSES = (
     Pass("Adaptive Mask", "RGBA", "COLOR"),
     Pass("Sample Count", "X", "VALUE"),
 )
-"""The one table of passes: every host reads it."""
+"""All passes of the renderer; every host application reads them from this table."""
 
 NO_DEPTH = 1e10
-"""Depth in metres where nothing is hit, as Blender writes it."""
+"""Depth in metres of pixels where nothing is hit, Blender's own value."""
 
 
 @dataclass
 class Film:
-    """Pixels of one render, row 0 at the bottom; arrays may be parts of larger ones.
+    """Pixels of one render, row 0 at the bottom; arrays may be views of larger ones.
 
     Attributes
     ----------
@@ -49,10 +49,10 @@ class Film:
     alpha : (height, width) float64, coverage.
     mask : (3, height, width) bool: penumbra, motion, edge.
     samples : (height, width) int32, rays distributed in the pixel (camera rays, and light rays
-        beyond the first); 1 where the one ray stands.
+        beyond the first); 1 for a pixel of a single ray.
     depth : (height, width) float64, metres along the camera's axis at the pixel's centre.
     normal : (3, height, width) float64, unit vectors in world space, 0 where nothing is hit.
-    stats : figures of the render, ready for JSON.
+    stats : statistics of the render, JSON-serialisable.
     """
 
     width: int
@@ -77,14 +77,14 @@ class Film:
     def pixels(
         self, name: str, rows: slice = slice(None), out: NDArray[np.float32] | None = None
     ) -> NDArray[np.float32]:
-        """Return a pass as Blender's images take it: flat float32, row 0 at the bottom.
+        """Return a pass in the format of Blender's images: flat float32, row 0 at the bottom.
 
         Parameters
         ----------
         name : one of the names in `PASSES`.
-        rows : which rows; all unless given.
-        out : flat float32 whose beginning is filled and returned; it is to be large enough.
-            None: new memory.
+        rows : which rows; all by default.
+        out : flat float32 array, large enough, whose beginning is filled and returned. None
+            allocates a new array.
 
         Returns
         -------
@@ -104,7 +104,7 @@ class Film:
         with np.errstate(over="ignore"):
             for k, plane in enumerate(planes):
                 image[..., k] = plane[rows]
-        # a sum beyond float32's range is clipped, so no image ever holds an infinity
+        # values beyond float32's range are clipped, so that no image holds an infinity
         limit = np.finfo(np.float32).max
         np.clip(flat, -limit, limit, out=flat)
         return flat

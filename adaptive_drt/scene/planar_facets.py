@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Meshes as parallelograms: their flat parts, where each is one, or else each face of those.
+"""Decomposition of meshes into parallelograms: coplanar groups of faces, or else single faces.
 
-A flat part is what faces of one material, joined by edges that no other face shares, tile in a
-plane: a side of a cube however it is cut up.
+A coplanar group consists of faces of one material that are connected through edges shared by no
+third face: a side of a cube, however it is subdivided. Where a group is not a parallelogram,
+each of its faces has to be one.
 """
 
 from __future__ import annotations
@@ -18,12 +19,14 @@ __all__ = ["Mesh", "Parallelogram", "edges_of", "parallelograms"]
 
 
 STRAIGHT = 1e-4
-"""Radians: a smaller turn of an outline, or from face to face, is rounding."""
+"""Angle, radians, below which a turn of an outline, or between two faces, counts as rounding."""
 
 MOST = 10_000
-"""Flat parts of one mesh. Seen: 18,000 sides of cubes take a minute and a gigabyte at 1 %."""
+"""Largest number of parallelograms made of one mesh. Seen: 18,000 sides of cubes take a minute and
+a gigabyte at 1 %."""
 
 NEITHER = "its mesh is neither a UV sphere, an icosphere nor made of flat parallelograms"
+"""Reasons, shown to the user, why a mesh is not made of parallelograms."""
 NO_OUTLINE = "its outline is not a parallelogram"
 OVERLAP = "its faces overlap"
 
@@ -32,7 +35,7 @@ OVERLAP = "its faces overlap"
 class Parallelogram:
     """`corner` + u * `edge_u` + v * `edge_v`, u and v in 0..1, in the mesh's own space.
 
-    slot : the number of the material that it wears.
+    slot : its material slot.
     """
 
     corner: Vector
@@ -49,9 +52,9 @@ class Mesh:
     ----------
     points : (3, n) vertex positions.
     corners : (c,) vertex of each face corner, face after face.
-    starts, sizes, slots : (f,) first corner of each face, its corners, the number of its material.
-    slack : how far a vertex may stand off by float32's rounding alone.
-    fit : of a part's size, how far besides.
+    starts, sizes, slots : (f,) first corner, number of corners and material slot of each face.
+    slack : largest position error from float32 rounding, absolute.
+    fit : largest further position error, as a fraction of a group's size.
     """
 
     points: Array
@@ -63,7 +66,7 @@ class Mesh:
     fit: float
 
     def take(self, faces: Ints) -> Mesh:
-        """Some of the faces, with all the points."""
+        """Return the selected faces, with all the points."""
         sizes = self.sizes[faces]
         starts = np.cumsum(sizes) - sizes
         within = np.arange(int(sizes.sum())) - np.repeat(starts, sizes)
@@ -72,7 +75,7 @@ class Mesh:
 
 
 def parallelograms(mesh: Mesh) -> tuple[Parallelogram, ...] | str:
-    """Return the parallelograms that a mesh is made of, or why it is not, for a person."""
+    """Return the parallelograms that a mesh consists of, or the reason, for the user, why not."""
     area = _areas(mesh)
     size = np.linalg.norm(area, axis=0)
     shown = (size > 0.0).nonzero()[0]
@@ -93,7 +96,7 @@ def parallelograms(mesh: Mesh) -> tuple[Parallelogram, ...] | str:
 
 
 def _add_each(mesh: Mesh, faces: Ints, simple: Mask, found: list[Parallelogram]) -> bool:
-    """Add the faces that together are no parallelogram, each for itself. Whether each is one."""
+    """Append each face as its own parallelogram to `found`; return whether all of them are one."""
     for face in faces[: MOST + 1]:
         one = _tiled(mesh, face[None], simple)
         if isinstance(one, str):
@@ -103,7 +106,7 @@ def _add_each(mesh: Mesh, faces: Ints, simple: Mask, found: list[Parallelogram])
 
 
 def _tiled(mesh: Mesh, faces: Ints, simple: Mask) -> Parallelogram | str:
-    """The parallelogram that some faces together tile, or why there is none."""
+    """The parallelogram that some faces together tile, or the reason why there is none."""
     if faces.size > 1 or not simple[faces[0]]:
         return _parallelogram(mesh.take(faces))
     start = int(mesh.starts[faces[0]])
@@ -114,7 +117,7 @@ def _tiled(mesh: Mesh, faces: Ints, simple: Mask) -> Parallelogram | str:
 
 
 def _are_parallelograms(mesh: Mesh) -> Mask:
-    """Which faces (f,) of four corners are parallelograms: of most meshes all that are."""
+    """Which faces (f,) of four corners are parallelograms: a vectorised test for the usual mesh."""
     found: Mask = np.equal(mesh.sizes, 4)
     four = found.nonzero()[0]
     a, b, c, d = (mesh.points[:, mesh.corners[mesh.starts[four] + k]] for k in range(4))
@@ -128,7 +131,7 @@ def _are_parallelograms(mesh: Mesh) -> Mask:
 
 
 def edges_of(mesh: Mesh) -> tuple[Ints, Ints]:
-    """Return the vertices (2, e) of all edges, and which of them (c,) leaves each face corner."""
+    """Return the vertices (2, e) of all edges, and the edge (c,) that leaves each face corner."""
     after = _following(mesh)
     low, high = np.minimum(mesh.corners, after), np.maximum(mesh.corners, after)
     keys, edge = np.unique(low * mesh.points.shape[1] + high, return_inverse=True)
@@ -136,15 +139,15 @@ def edges_of(mesh: Mesh) -> tuple[Ints, Ints]:
 
 
 def _following(mesh: Mesh) -> Ints:
-    """The vertex (c,) that follows each face corner's."""
+    """The next vertex (c,) of the face after each face corner."""
     after = np.roll(mesh.corners, -1)
     after[mesh.starts + mesh.sizes - 1] = mesh.corners[mesh.starts]
     return after
 
 
 def _areas(mesh: Mesh) -> Array:
-    """The faces' area vectors (3, f)."""
-    # from a corner of each face's own: far from the mesh's origin nothing cancels
+    """Area vectors (3, f) of the faces."""
+    # relative to a corner of each face: far from the mesh's origin nothing cancels
     first = np.repeat(mesh.corners[mesh.starts], mesh.sizes)
     place = mesh.points[:, mesh.corners] - mesh.points[:, first]
     after = mesh.points[:, _following(mesh)] - mesh.points[:, first]
@@ -153,7 +156,7 @@ def _areas(mesh: Mesh) -> Array:
 
 
 def _flat_parts(mesh: Mesh, normal: Array) -> list[Ints]:
-    """The faces of each flat part, given their unit normals (3, f)."""
+    """Face indices of each coplanar group, given the faces' unit normals (3, f)."""
     edge = edges_of(mesh)[1]
     order = np.argsort(edge, kind="stable")
     face = np.repeat(np.arange(mesh.sizes.size), mesh.sizes)[order]
@@ -168,7 +171,7 @@ def _flat_parts(mesh: Mesh, normal: Array) -> list[Ints]:
 
 
 def _linked(count: int, one: Ints, other: Ints) -> Ints:
-    """Numbers (count,), alike for what links (k,) join, directly or not."""
+    """Component labels (count,) of a graph with edges one[k] - other[k], equal if connected."""
     label: Ints = np.arange(count)
     while True:
         least = np.minimum(label[one], label[other])
@@ -181,7 +184,7 @@ def _linked(count: int, one: Ints, other: Ints) -> Ints:
 
 
 def _parallelogram(part: Mesh) -> Parallelogram | str:
-    """The parallelogram that all faces together tile, or why there is none."""
+    """The parallelogram that all faces together tile, or the reason why there is none."""
     place = part.points[:, part.corners]
     area = _areas(part)
     size = np.linalg.norm(area, axis=0)
@@ -207,7 +210,7 @@ def _parallelogram(part: Mesh) -> Parallelogram | str:
 
 
 def _loop(edges: Ints) -> list[int] | None:
-    """Return the vertices of the one closed loop that edges (2, e) form, in order, or None."""
+    """Return the vertices, in order, of the single closed loop that edges (2, e) form, or None."""
     neighbours: dict[int, list[int]] = {}
     for i, j in edges.T.tolist():
         neighbours.setdefault(i, []).append(j)
@@ -227,7 +230,7 @@ def _loop(edges: Ints) -> list[int] | None:
 
 
 def _bends(points: Array, loop: list[int]) -> list[int]:
-    """Return the vertices of a loop at which it turns."""
+    """Return the vertices at which a loop turns."""
     place = points[:, loop]
     entering = place - np.roll(place, 1, axis=1)
     leaving = np.roll(entering, -1, axis=1)

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Tells which polygon meshes stand for a true sphere or for true parallelograms.
+"""Recognition of polygon meshes that represent a sphere or parallelograms.
 
-All vertices of a cube, a cylinder and a tetrahedron lie on one sphere too, so position alone
-proves nothing. A mesh is taken for a sphere when it is, vertex for vertex and face for face, a
+All vertices of a cube, a cylinder and a tetrahedron lie on one sphere too, so positions alone
+prove nothing. A mesh is taken for a sphere if it is, vertex for vertex and face for face, a
 UV sphere (segments * rings, any count from 3 up) or an icosphere (any subdivision, the plain
-icosahedron included, since that is what Blender's icosphere of subdivision 1 is). Whatever was
-cut, capped, dented or stretched has another structure or leaves the sphere. The tetrahedron,
+icosahedron included, since that is what Blender's icosphere of subdivision 1 is). Meshes that were
+cut, capped, dented or stretched have another structure or leave the sphere. The tetrahedron,
 the octahedron, the cube and their triangulations are not spheres.
-All other meshes are what `planar_facets` finds: parallelograms, as the sides of a cube.
+All other meshes are decomposed into parallelograms by `planar_facets`, such as the sides of a cube.
 """
 
 from __future__ import annotations
@@ -27,24 +27,26 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 RELATIVE_FIT = 2e-5
-"""Of the size: how far a vertex may stand off. Seen: Blender's UV spheres 2e-6 (float32), its
-icosahedron 7e-6 (its constants have six digits)."""
+"""Largest distance of a vertex from the ideal shape, as a fraction of its size. Seen: Blender's UV
+spheres 2e-6 (float32), its icosahedron 7e-6 (its constants have six digits)."""
 
 ROUNDINGS = 8.0 * float(np.finfo(np.float32).eps)
-"""Of the largest coordinate: what float32 storage takes from a mesh far from its own origin."""
+"""Largest rounding error of a position stored as float32, as a fraction of the mesh's largest
+coordinate: it matters for a mesh far from its own origin."""
 
 ICOSAHEDRON_EDGE = 1.0 / math.sin(2.0 * math.pi / 5.0)
-"""Length of an icosahedron's edge, in circumradii."""
+"""Length of a regular icosahedron's edge, in circumradii."""
 
 ICOSPHERE_STRETCH = 1.4
-"""Longest edge of an icosphere, in edges of the icosahedron over 2**subdivision; seen: 1.26."""
+"""Largest length of an icosphere's edge, as a multiple of ICOSAHEDRON_EDGE / 2**subdivision; seen:
+1.26."""
 
 
 @dataclass(frozen=True)
 class Ball:
     """Sphere in the mesh's own space: centre and radius in its units.
 
-    slot : the number of the material that most of its faces wear.
+    slot : the material slot of most of its faces.
     """
 
     center: Vector
@@ -55,22 +57,22 @@ class Ball:
 def recognise(
     points: FloatArray, corners: IntArray, starts: IntArray, slots: IntArray
 ) -> Ball | tuple[Parallelogram, ...] | str:
-    """Return the sphere or the parallelograms that a mesh stands for, or why it is neither.
+    """Return the sphere or the parallelograms that a mesh represents, or why it is neither.
 
     Parameters
     ----------
     points : (3, n) float64, vertex positions.
     corners : (c,) int64, vertex of each face corner, face after face.
     starts : (f,) int64, first corner of each face, ascending from 0.
-    slots : (f,) int64, the number of the material that each face wears.
+    slots : (f,) int64, material slot of each face.
 
     Returns
     -------
-    Ball, parallelograms, or a reason for a person, which begins with "its" or "it".
+    A sphere, parallelograms, or a reason for the user, which begins with "its" or "it".
     """
     if len(starts) == 0:
         return "it has no faces"
-    # loose vertices are never rendered, so they are left out and the others numbered anew
+    # loose vertices are never rendered, so they are removed and the others renumbered
     used = np.bincount(corners, minlength=points.shape[1]) > 0
     corners = (np.cumsum(used) - 1)[corners]
     points = points[:, used]
@@ -84,10 +86,10 @@ def recognise(
 
 
 def _fit_sphere(points: FloatArray, slack: float) -> Ball | None:
-    """Return the sphere that all points lie on, or None; points (3, n), n >= 4.
+    """Return the sphere on which all points (3, n), n >= 4, lie, or None.
 
-    |p|^2 = 2 c.p + (r^2 - |c|^2) is linear in its unknowns; solved by least squares around the
-    points' middle and in units of their extent.
+    |p|^2 = 2 c.p + (r^2 - |c|^2) is linear in its unknowns; solved by least squares relative to the
+    points' centroid and in units of their extent.
     """
     middle = points.mean(axis=1)
     local = points - middle[:, None]
@@ -106,14 +108,14 @@ def _fit_sphere(points: FloatArray, slack: float) -> Ball | None:
     if float(np.abs(distance - radius).max()) > allowed:
         return None
     center = middle + extent * solution[:3]
-    # a primitive's own rounding must not move it off its origin, or it would swing as it turns
+    # rounding must not move a primitive off its origin, or it would wobble when it rotates
     if float(np.linalg.norm(center)) <= RELATIVE_FIT * radius * extent:
         center = np.zeros(3)
     return Ball(vector_of(center), radius * extent)
 
 
 def _as_uv_sphere(mesh: Mesh) -> Ball | None:
-    """Return the sphere whose m segments and n rings the mesh is, or None.
+    """Return the sphere if the mesh is a UV sphere of m segments and n rings, or None.
 
     Two poles, m * (n - 1) vertices between them at the angles k pi / n and j 2 pi / m, a
     triangle for each of the 2 m cells at the poles and a quad for each other cell.
@@ -168,7 +170,7 @@ def _lattice(
     frame = np.stack([axis, across, np.cross(axis, across)], axis=1)
     sine = np.sin(theta)
     ideal = frame @ np.stack([np.cos(theta), sine * np.cos(phi), sine * np.sin(phi)])
-    # one vertex sets the frame's turn, so its own rounding is added to every other's
+    # one vertex fixes the frame's rotation, so its rounding error adds to that of all others
     allowed = 4.0 * (RELATIVE_FIT + slack / ball.radius)
     if float(np.linalg.norm(local - ideal, axis=0).max()) > allowed:
         return None
@@ -179,13 +181,13 @@ def _lattice(
 
 
 def _first_of_pair(j: IntArray, segments: int) -> IntArray:
-    """Return the segment at which each row's pair of neighbours begins, around the wrap."""
+    """Return the first of the two adjacent segments in each row, modulo the number of segments."""
     low, high = j.min(axis=1), j.max(axis=1)
     return np.where(high - low == segments - 1, high, low)
 
 
 def _covers_cells(k: IntArray, j: IntArray, segments: int, span: tuple[int, int]) -> bool:
-    """Whether quads of vertices (k, j), each (q, 4), are the cells from ring to ring, once each."""
+    """Whether quads with vertices (k, j), each (q, 4), are the cells of rings `span`, once each."""
     k0, j0 = k.min(axis=1), _first_of_pair(j, segments)
     place = 2 * (k - k0[:, None]) + (j - j0[:, None]) % segments
     if not np.array_equal(np.sort(place, axis=1), np.tile(np.arange(4), (len(k), 1))):
@@ -198,7 +200,7 @@ def _covers_cells(k: IntArray, j: IntArray, segments: int, span: tuple[int, int]
 def _covers_fans(
     latitude: IntArray, longitude: IntArray, faces: IntArray, segments: int, rings: int
 ) -> bool:
-    """Whether triangles (2 m, 3) are the two fans around the poles, once each."""
+    """Whether triangles (2 m, 3) are the two fans around the poles, each once."""
     k = latitude[faces]
     order = np.argsort((k == 0) | (k == rings), axis=1, kind="stable")  # the pole goes last
     k, j = np.take_along_axis(k, order, 1), np.take_along_axis(longitude[faces], order, 1)
@@ -214,10 +216,10 @@ def _covers_fans(
 
 
 def _as_icosphere(mesh: Mesh) -> Ball | None:
-    """Return the sphere that an icosphere of any subdivision stands for, or None.
+    """Return the sphere if the mesh is an icosphere of any subdivision, or None.
 
-    Closed, 20 * 4^s triangles; 12 vertices of five edges, which are those of a regular
-    icosahedron, all others of six; no edge longer than such a subdivision has.
+    Closed, 20 * 4^s triangles; 12 vertices with five edges, at the corners of a regular
+    icosahedron, all others with six; no edge longer than in such a subdivision.
     """
     points, slack = mesh.points, mesh.slack
     faces, count = len(mesh.sizes), points.shape[1]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the user asks of a render: one frozen record of numbers and switches."""
+"""Settings of a render: one frozen, validated record of numbers and switches."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ ACCELERATORS = ("AUTO", "ARRAYS", "EMBREE")
 
 
 class SettingsError(ValueError):
-    """A setting is out of its range; the message names it and says what is allowed."""
+    """A setting is out of range; the message names it and says what is allowed."""
 
 
 @dataclass(frozen=True)
@@ -22,21 +22,21 @@ class Settings:
 
     Attributes
     ----------
-    method : 'EXACT', light in closed form and pixels and shutter to a tolerance; or 'RAYS', the
-        paper's method: n rays distributed where the derivatives ask for them.
+    method : 'EXACT', light in closed form, pixels and shutter integrated to a tolerance; or 'RAYS',
+        the paper's method: n rays distributed where the derivatives ask for them.
     tolerance : EXACT only: RMS error of the picture relative to its mean, > 0.
-    order : 1 or 2, the order of the derivatives that detection carries.
+    order : 1 or 2, the order of the derivatives that detection uses.
     distribution : 'ADAPTIVE', or 'EVERYWHERE' (the paper's baseline: every pixel distributed).
-    light_rays, time_rays, pixel_rays : rays of a distributed light, shutter and pixel (>= 1).
+    light_rays, time_rays, pixel_rays : rays distributed over light, shutter and pixel (>= 1).
     use_penumbra, use_motion, use_edges : which effects are rendered at all. Without penumbrae a
-        light shadows from its centre; without motion the scene stands still at the middle of
-        the shutter; without edges a pixel is its centre.
-    seed : chooses the low-discrepancy points, any integer.
+        light casts shadows as a point at its centre; without motion the scene is static at the
+        middle of the shutter; without edges only the pixel's centre is evaluated.
+    seed : selects the low-discrepancy points, any integer.
     threads : worker threads, 0 = one per core.
     reuse : keep what detection has proven (static hits, occluders that cannot matter) when
         rays are distributed. False makes a distributed pixel do all the work that EVERYWHERE
-        does, which is what equation 10 of the paper assumes. The picture is the same.
-    accelerator : who finds the candidate occluders: 'AUTO' lets `compile` decide.
+        does, which equation 10 of the paper assumes. The picture is the same.
+    accelerator : method of finding candidate occluders; 'AUTO' lets `compile` decide.
     batch : pixels per batch; the picture does not depend on it.
     """
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Blender's lights in watts and metres, as radiance and intensity.
+"""Conversion of Blender's lights, in watts and metres, to radiance and radiant intensity.
 
 The formulas are Cycles', measured against it to 0.01 %. A light's *power* is its energy in watts
 per channel: energy * colour * colour temperature * 2**exposure. With `normalize` off, power is not
@@ -25,7 +25,7 @@ def light_power(
 
     Parameters
     ----------
-    energy : watts; negative ones take light away, as in Cycles.
+    energy : watts; negative values subtract light, as in Cycles.
     color, temperature_color : scene-linear RGB factors; white where temperature is not in use.
     exposure : stops; each doubles the light.
     """
@@ -43,7 +43,7 @@ def area_radiance(power: Vector, area: float, normalize: bool = True) -> Vector:
     ----------
     power : watts per channel.
     area : square metres, the object's scale included; positive.
-    normalize : False leaves the area out of it, L = P / pi.
+    normalize : False does not divide by the area: L = P / pi.
     """
     return _scaled(power, 1.0 / (math.pi * area) if normalize else 1.0 / math.pi)
 
@@ -51,14 +51,14 @@ def area_radiance(power: Vector, area: float, normalize: bool = True) -> Vector:
 def sphere_radiance(power: Vector, radius: float, normalize: bool = True) -> Vector:
     """Return the radiance, W / m^2 / sr, of a point light that has a radius.
 
-    L = P / (4 pi^2 r^2), the sphere's own area times pi. The disk of a soft falloff has the
-    same radiance.
+    L = P / (4 pi^2 r^2), power over the sphere's area times pi. The disk of a light with soft
+    falloff has the same radiance.
 
     Parameters
     ----------
     power : watts per channel.
     radius : metres, positive; an object's scale does not change it.
-    normalize : False leaves the size out of it, L = P / pi.
+    normalize : False does not divide by the size: L = P / pi.
     """
     return _scaled(power, 1.0 / (4.0 * math.pi**2 * radius**2) if normalize else 1.0 / math.pi)
 
