@@ -156,6 +156,7 @@ class _Outlines:
 
 
 def _find_outlines(plan: Plan, center: Center, clock: Clock) -> _Outlines:
+    """Find silhouettes and intersection curves in the pixels of a tile, during the shutter."""
     count = center.depth.size
     pairs = center.pairs
     motion, edge = np.zeros((2, count), dtype=np.bool_)
@@ -276,7 +277,7 @@ def _detect_light(
     reach = np.zeros(rows.size)
     if test is not None:
         reach, deep = _reach(plan, center, test)
-        # where the surface is seen edge-on, use the distance to the camera as its reach
+        # an unbounded reach is replaced by the distance to the camera
         away = np.sqrt(dot(hits.point, hits.point))
         reach = np.minimum(np.where(np.isinf(reach), away, reach), deep)
     shadows, found = [], []

@@ -133,6 +133,7 @@ def _seams(plan: Plan, count: int, pairs: Pairs, w: Array, t: Array, chosen: Mas
 
 
 def _covers(plan: Plan, pairs: Pairs, w: Array) -> Cover:
+    """Coverage of pixels by candidates; w (3, m) are the pixels' centre directions, per pair."""
     m = pairs.item.size
     cover = Cover(
         np.zeros(m, dtype=np.bool_), np.zeros(m, dtype=np.bool_), np.zeros(m), np.full(m, np.inf)
@@ -146,6 +147,7 @@ def _covers(plan: Plan, pairs: Pairs, w: Array) -> Cover:
 
 
 def _sphere_cover(plan: Plan, item: NDArray[np.int64], w: Array) -> tuple[Mask, Mask, Array, Array]:
+    """Coverage of pixels by spheres: `some`, `full`, `near` and `far` of `PixelCoverage`."""
     lens = plan.lens
     v, r = columns(plan.spheres.center, item), plan.spheres.radius[item]
     h = half_pixel(plan)
@@ -204,6 +206,7 @@ def _discriminant_range(plan: Plan, w: Array, v: Array, r: Array) -> tuple[Array
 
 
 def _quad_cover(plan: Plan, item: NDArray[np.int64], w: Array) -> tuple[Mask, Mask, Array, Array]:
+    """Coverage of pixels by quads: `some`, `full`, `near` and `far` of `PixelCoverage`."""
     lens = plan.lens
     ids = item - plan.sphere_count
     planes, normal, height = edge_planes(

@@ -111,7 +111,10 @@ def _sphere_hides(
 def _quad_hides(
     plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, time: float, reach: Array
 ) -> Mask:
-    """Whether quads do: for a fixed light, each edge function is linear in the point. (m,)."""
+    """Whether quads hide all of a light from all points within reach: (m,).
+
+    For a fixed point of the light, each edge function is linear in the surface point.
+    """
     ids = pairs.item - plan.sphere_count
     u, v = columns(plan.quads.edge_u, ids), columns(plan.quads.edge_v, ids)
     point = columns(surface.point, pairs.pixel)
@@ -137,6 +140,7 @@ def _extent(light: Emitter, plane: Array) -> Array:
 def _moving_light(
     plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, reach: Array, bend: Array
 ) -> Mask:
+    """Whether the light of a moving light may change: (n,). `pairs` are occluders at rest."""
     dark = [contributes(light, light.moved(time), surface, reach, bend)[0] for time in ENDS]
     changes = ~(dark[0] & dark[1])
     always = _always_full(plan, surface, light, pairs, reach)
@@ -145,6 +149,7 @@ def _moving_light(
 
 
 def _touched(plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, reach: Array) -> Mask:
+    """Whether moving occluders may hide some of a light at rest at some time: (m,)."""
     touched = np.zeros(pairs.item.size, dtype=np.bool_)
     ball = pairs.item < plan.sphere_count
     for rows, part in (

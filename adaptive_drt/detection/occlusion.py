@@ -200,6 +200,7 @@ def classify_pairs(
 def _by_sphere(
     plan: Plan, surface: Surface, light: Emitter, center: Array, pairs: Pairs, time: Array | float
 ) -> tuple[Mask, Mask]:
+    """`classify_occluders` for spheres; `center` is the light's at the time of each pair."""
     point = columns(surface.point, pairs.pixel)
     r = plan.spheres.radius[pairs.item]
     place = plan.spheres.moved(pairs.item, time)
@@ -296,6 +297,7 @@ def _over_quad(
 def _by_quad(
     plan: Plan, surface: Surface, light: Emitter, center: Array, pairs: Pairs, time: Array | float
 ) -> tuple[Mask, Mask]:
+    """`classify_occluders` for quads; `center` is the light's at the time of each pair."""
     point = columns(surface.point, pairs.pixel)
     ids = pairs.item - plan.sphere_count
     u, v = columns(plan.quads.edge_u, ids), columns(plan.quads.edge_v, ids)

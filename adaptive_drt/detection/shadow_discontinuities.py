@@ -172,8 +172,8 @@ A shadow line is the edge of the shadow that the point would cast as a point lig
 FEWEST = 2
 """Least number of probes whose shadow lines cross a patch in which the visible part of the light
 changes by half. The part hidden from one place of the patch and visible from another is then a band
-that holds half of the light. It contains the centre, for a half plane without the centre holds less,
-and two of the probes, for a band with only one would be narrower than half of the light."""
+that holds half of the light. It contains the centre, for a half plane without it holds less, and
+two of the probes, for a band with only one would be narrower than half of the light."""
 
 
 def _most_crosses(

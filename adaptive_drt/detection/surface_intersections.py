@@ -66,6 +66,7 @@ def _radical_plane(plan: Plan, a: Ints, b: Ints) -> tuple[Array, Array]:
 
 
 def _plane_of_second(plan: Plan, a: Ints, b: Ints) -> tuple[Array, Array]:
+    """The plane of the second object, a quad; the arguments are those of `_radical_plane`."""
     del a
     return _plane(plan, b)
 

@@ -196,6 +196,7 @@ class Hands:
             thread.join()
 
     def _break_off(self) -> None:
+        """Cancel the queued calls and those that are running."""
         self._stop.set()
         with self._change:
             self._next.clear()
@@ -234,6 +235,7 @@ class Hands:
         return None
 
     def _serve(self) -> None:
+        """Loop of a thread: run jobs until the executor is closed."""
         make = self._shift.make if self._count > 1 else Call.here
         while (taken := self._take()) is not None:
             job, lent = taken

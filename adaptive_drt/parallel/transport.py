@@ -49,6 +49,7 @@ def _number(pipe: IO[bytes]) -> int:
 
 
 def _read(pipe: IO[bytes], size: int) -> bytearray:
+    """Read exactly `size` bytes; raises EOFError if the pipe ends before."""
     room = bytearray(size)
     view = memoryview(room)
     while view.nbytes:

@@ -238,6 +238,7 @@ def _in_contact(light: Emitter, flats: QuadSet, origin: Array, spheres: int) -> 
 def _has_penumbra(
     settings: Settings, lights: Sequence[Emitter], objects: int, skipped: list[dict[str, str]]
 ) -> bool:
+    """Whether penumbrae are computed. If not, the reason is added to `skipped`."""
     sized = any(light.extended and light.casts_shadow for light in lights)
     for absent, why in (
         (not settings.use_penumbra, "switched off: lights shadow from their centres"),
@@ -263,6 +264,7 @@ def _not_needed(settings: Settings, motion: bool, objects: int) -> list[dict[str
 
 
 def _wants_embree(settings: Settings, spheres: int) -> bool:
+    """Whether embree may be used, by the setting and the number of spheres."""
     if settings.accelerator == "AUTO":
         # without embreex the image is the same, but takes longer
         return spheres >= EMBREE_CROSSOVER and find_spec("embreex") is not None
@@ -270,6 +272,7 @@ def _wants_embree(settings: Settings, spheres: int) -> bool:
 
 
 def _displacement(motion: Motion | None) -> Array:
+    """Displacement (3,) over the shutter, metres; 0 without motion."""
     return np.array((0.0, 0.0, 0.0) if motion is None else motion.displacement, dtype=np.float64)
 
 
