@@ -214,9 +214,7 @@ class Clear:
 def detect_clear(plan: Plan, occluders: Occluders, center: Center, clock: Clock) -> Clear:
     """Find the square blocks of pixels over which radiance is proven smooth.
 
-    Parameters
-    ----------
-    plan : the scene, compiled for an image whose pixels are the blocks, with `edges` enabled.
+    `plan` is the scene compiled for an image whose pixels are the blocks, with `edges` enabled.
     """
     found = _find_outlines(plan, center, clock)
     assert found.test is not None

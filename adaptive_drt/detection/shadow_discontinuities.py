@@ -167,7 +167,6 @@ def _hidden(plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, patch: F
 
 PROBES = ((0.5, 0.0), (-0.5, 0.0), (0.0, 0.5), (0.0, -0.5))
 """Points of a light, in its half extents, whose shadow lines are tested besides its centre's.
-
 A shadow line is the edge of the shadow that the point would cast as a point light."""
 FEWEST = 2
 """Least number of probes whose shadow lines cross a patch in which the visible part of the light
@@ -217,10 +216,7 @@ def _most_crosses(
 def _across(
     plan: Plan, light: Emitter, to: Array, pairs: Pairs, point: Array
 ) -> tuple[Array, Array]:
-    """Half extents (3, m) of a round light, perpendicular to the direction in which it is seen.
-
-    The first points towards the occluder; the second is perpendicular to it.
-    """
+    """Half extents (3, m) of a round light across the view: to the occluder, and normal to that."""
     far = np.maximum(np.sqrt(dot(to, to)), TINY)
     axis = to / far
     middle = np.concatenate([plan.spheres.center, plan.quads.bounds[0]], axis=1)
@@ -237,8 +233,7 @@ def _across(
 
 
 ALIGNED = 2.0**-40
-"""Distance of an occluder's centre from the line to a light, as a fraction of the light's distance,
-up to which it counts as on that line."""
+"""Largest distance from the line to a light, relative to the light's, of an occluder on it."""
 
 
 def _odd_disk(
@@ -356,10 +351,7 @@ def _by_quad(
     reach: Array,
     patch: Footprint | None,
 ) -> Mask:
-    """`_sharp_by_sphere` for quads.
-
-    Each edge function is linear in the light's point and, for a fixed one, in the surface point.
-    """
+    """`_sharp_by_sphere` for quads, whose edge functions are linear in the light and the point."""
     ids = pairs.item - plan.sphere_count
     u, v = columns(plan.quads.edge_u, ids), columns(plan.quads.edge_v, ids)
     point = columns(surface.point, pairs.pixel)
