@@ -1,2 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Proofs that nothing changes over a light, the shutter or a pixel: the mask."""
+"""Detection: proofs that visibility does not change over a light, the shutter or a pixel.
+
+Pixels without such a proof are flagged in the mask, and have rays distributed in that domain.
+"""

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The three tests of the paper as one algorithm, for the centre rays of a tile.
+"""Detection for the pixels of a tile: the paper's three tests, for lights, shutter and pixel.
 
-Trace one ray at the centre of pixel, shutter and lights, with derivatives; ask of each domain
-whether anything in it could change the answer; flag what could.
+One ray with derivatives is traced at the centre of the pixel, the shutter and the lights. For each
+domain a test bounds what may change within it; a pixel is flagged unless nothing can.
 """
 
 from __future__ import annotations
@@ -30,13 +30,14 @@ from .swept_occlusion import classify_patches
 __all__ = ["Center", "Clear", "Flags", "detect", "detect_clear", "trace_center"]
 
 Clock: TypeAlias = Callable[[str], None]
+"""Callback that is called with the name of each stage that has ended."""
 
 
 FOUND, SEEN = 0.15, 0.4
-"""Of what detection takes of a light: when its candidate occluders are found, and how it is seen
-past them."""
+"""Progress of the detection for one light, 0 to 1: when its candidate occluders are found, and when
+its visibility is classified."""
 ENDLESS = 1e100
-"""Metres: patches that reach so far have no bounds."""
+"""Reach in metres from which a patch of surface is treated as unbounded."""
 
 
 @dataclass(frozen=True)
@@ -45,10 +46,11 @@ class Center:
 
     Attributes
     ----------
-    w : (3, n) directions.  pairs : candidates, with their hits' ray parameters `t` (m,).
-    depth, item : (n,) nearest hit: ray parameter and object (inf, -1: none).
-    depth_still, item_still : (n,) the same among what stands still.
-    rows : the pixels that hit something, and `hits` their surfaces.
+    w : (3, n) directions.
+    pairs : m candidate pairs.  t : (m,) ray parameters of their hits, inf for a miss.
+    depth, item : (n,) ray parameter and object of the nearest hit (inf and -1: none).
+    depth_still, item_still : (n,) the same among objects that do not move.
+    rows : (k,) the pixels that hit something.  hits : their k surface points.
     """
 
     w: Array
@@ -64,15 +66,16 @@ class Center:
 
 @dataclass(frozen=True)
 class Flags:
-    """What is distributed.
+    """In which domains rays are distributed for n pixels, and what detection found on the way.
 
     Attributes
     ----------
-    mask : (3, n) penumbra, motion, edge.
-    shadows : one a light, of the tile's hits; empty where rays are distributed everywhere.
-    candidates : one a light, the occluders that may matter anywhere in the pixels of those hits.
-    outline : (n,) whether outlines or seams may pass through the pixel during the shutter.
-    rivals : of those pixels, the objects that may be seen in them, sorted by object.
+    mask : (3, n) bool, whether rays are distributed over the lights, the shutter and the pixel.
+    shadows : for each light, its visibility from the tile's hits; empty without detection.
+    candidates : for each light, the occluders that may matter anywhere in the pixels of the hits.
+    outline : (n,) whether silhouettes, or curves in which two surfaces intersect, may pass through
+        the pixel during the shutter.
+    rivals : pairs of such pixels and objects that may be seen in them, sorted by object.
     """
 
     mask: Mask
@@ -88,7 +91,7 @@ def trace_center(plan: Plan, x: Array, y: Array, pairs: Pairs) -> Center:
     Parameters
     ----------
     x, y : (n,) pixel coordinates of the centres.
-    pairs : all objects that may be seen in each pixel, sorted by object.
+    pairs : pairs of pixels and all objects that may be seen in them, sorted by object.
     """
     count = x.size
     w = plan.lens.directions(x, y)
@@ -104,7 +107,7 @@ def trace_center(plan: Plan, x: Array, y: Array, pairs: Pairs) -> Center:
 
 
 def everywhere(plan: Plan, center: Center) -> Flags:
-    """The flags of the paper's baseline: each effect that the scene has, everywhere."""
+    """The flags of the paper's baseline: every effect of the scene is flagged in every pixel."""
     count = center.depth.size
     mask = np.zeros((3, count), dtype=np.bool_)
     mask[0, center.rows] = plan.penumbra
@@ -115,10 +118,11 @@ def everywhere(plan: Plan, center: Center) -> Flags:
 
 
 def detect(plan: Plan, occluders: Occluders, center: Center, clock: Clock) -> Flags:
-    """Flag the pixels of a tile that need rays distributed.
+    """Flag the pixels of a tile for which rays have to be distributed, for each domain.
 
     Parameters
     ----------
+    occluders : the scene's occluders, for candidates.  center : the tile's centre rays.
     clock : called with the name of each stage that has ended.
     """
     pairs = center.pairs
@@ -135,12 +139,14 @@ def detect(plan: Plan, occluders: Occluders, center: Center, clock: Clock) -> Fl
 
 @dataclass(frozen=True)
 class _Outlines:
-    """Outlines in n pixels, during the shutter; `test` is None without edges.
+    """Silhouettes and intersection curves of surfaces in n pixels, during the shutter.
 
     Attributes
     ----------
-    motion : (n,) what is seen changes.  edge : (n,) outlines or seams stand or pass in the pixel.
-    outline : (n,) either, but for what moves and fills the pixel.
+    test : the test over the pixel at the middle of the shutter; None if edges are not computed.
+    motion : (n,) the visible surface may change with time.
+    edge : (n,) such a curve may be in the pixel at some time.
+    outline : (n,) `edge`, or motion by an object that `detect_moving_silhouettes` finds.
     """
 
     test: EdgeTest | None
@@ -150,6 +156,7 @@ class _Outlines:
 
 
 def _find_outlines(plan: Plan, center: Center, clock: Clock) -> _Outlines:
+    """Find silhouettes and intersection curves in the pixels of a tile, during the shutter."""
     count = center.depth.size
     pairs = center.pairs
     motion, edge = np.zeros((2, count), dtype=np.bool_)
@@ -173,7 +180,7 @@ def _find_outlines(plan: Plan, center: Center, clock: Clock) -> _Outlines:
 
 
 def _rivals(plan: Plan, pairs: Pairs, test: EdgeTest | None, outlines: Mask) -> Pairs:
-    """The candidates of pixels with outlines, less what stands still behind something that does."""
+    """The candidates of pixels with silhouettes, without those that objects at rest hide."""
     keep = outlines[pairs.pixel]
     if test is not None:
         still = test.some & (test.near <= test.front_still[pairs.pixel])
@@ -183,17 +190,18 @@ def _rivals(plan: Plan, pairs: Pairs, test: EdgeTest | None, outlines: Mask) -> 
 
 @dataclass(frozen=True)
 class Clear:
-    """Squares of pixels in which nothing may change but smoothly, and what the others may see.
+    """Which of n square blocks of pixels are smooth, and the objects that may be seen in each.
 
     Attributes
     ----------
-    clear : (n,) one object that stands still fills it, or none does; no outline, no shadow's edge
-        and nothing else that moves reaches it, and no light is so near that it changes steeply.
-        What light there is shines on all of it, all the time.
-    moving : (n,) some such light moves.
-    hidden : for each light (n,), whether one object hides all of it from all of the square.
-    item : (n,) the object that fills a square without outlines, -1 for none.
-    pairs : the objects that may be seen in each square, sorted by object.
+    clear : (n,) whether radiance is smooth over the block and the shutter: one object at rest fills
+        the block, or none is in it; no silhouette, shadow edge or moving object reaches it; no
+        light is so near that irradiance is steep. Each light is either visible as a whole from all
+        of the block all the time, or contributes nothing to it.
+    moving : (n,) whether a light that contributes to the block moves.
+    hidden : for each light, (n,) whether one object occludes all of it from all of the block.
+    item : (n,) the object that fills a block without silhouettes, -1 for none.
+    pairs : pairs of blocks and objects that may be seen in them, sorted by object.
     """
 
     clear: Mask
@@ -204,11 +212,9 @@ class Clear:
 
 
 def detect_clear(plan: Plan, occluders: Occluders, center: Center, clock: Clock) -> Clear:
-    """Find the squares of pixels that need not be looked into.
+    """Find the square blocks of pixels over which radiance is proven smooth.
 
-    Parameters
-    ----------
-    plan : of a picture whose pixels are the squares, with edges.
+    `plan` is the scene compiled for an image whose pixels are the blocks, with `edges` enabled.
     """
     found = _find_outlines(plan, center, clock)
     assert found.test is not None
@@ -235,7 +241,7 @@ def detect_clear(plan: Plan, occluders: Occluders, center: Center, clock: Clock)
         ]
         whole, dark = np.ones((2, rows.size), dtype=np.bool_)
         for place in places:
-            # where a light moves, neither may change between its ends: both are linear
+            # both tests are linear in the light's position, so its ends decide for its whole path
             lit &= ~detect_steep_light(replace(light, center=place), hits, reach)
             whole &= shines_whole(light, place, hits, reach, bend)
             dark &= contributes(light, place, hits, reach, bend)[0]
@@ -261,15 +267,15 @@ def _detect_light(
     mask: Mask,
     clock: Clock,
 ) -> tuple[tuple[Shadow, ...], tuple[Pairs, ...]]:
-    """Add to the mask what every light asks for at the centres' hits.
+    """Add to the mask the flags that follow from each light, at the hits of the centre rays.
 
-    Returns how they see each light, and its candidate occluders.
+    Returns for each light its visibility from the hits, and its candidate occluders.
     """
     rows, hits = center.rows, center.hits
     reach = np.zeros(rows.size)
     if test is not None:
         reach, deep = _reach(plan, center, test)
-        # seen edge-on: no farther than it is away
+        # an unbounded reach is replaced by the distance to the camera
         away = np.sqrt(dot(hits.point, hits.point))
         reach = np.minimum(np.where(np.isinf(reach), away, reach), deep)
     shadows, found = [], []
@@ -299,9 +305,10 @@ def _detect_light(
 
 
 def _reach(plan: Plan, center: Center, test: EdgeTest) -> tuple[Array, Array]:
-    """How far (metres) each hit's surface reaches within its pixel, at most: two bounds (hits,).
+    """Two upper bounds (hits,) on the reach of each hit's surface within its pixel, metres.
 
-    By how aslant it is seen, inf where edge-on, and by the depths that may be seen of it.
+    The first follows from the angle at which the surface is seen (see `patch_reach`), the second
+    from the range of depths at which the object may be visible in the pixel.
     """
     rows, pairs = center.rows, center.pairs
     w = columns(center.w, rows)
@@ -318,10 +325,10 @@ def _reach(plan: Plan, center: Center, test: EdgeTest) -> tuple[Array, Array]:
 def _outline_light(
     plan: Plan, occluders: Occluders, center: Center, test: EdgeTest, mask: Mask
 ) -> Mask:
-    """Pixels with an outline, on any of whose surfaces the light may change: (n,).
+    """Whether the light on any surface in a pixel with a silhouette may change in time: (n,).
 
-    A pixel's centre sees one of its surfaces; the others are bounded by balls around the stretch
-    of the pixel's rays in which they lie.
+    The centre ray hits only one of the surfaces in the pixel. The others are bounded by balls
+    around the segment of the pixel's rays in which they lie.
     """
     pairs = center.pairs
     changes = np.zeros(mask.shape[1], dtype=np.bool_)
@@ -335,7 +342,7 @@ def _outline_light(
     length = np.sqrt(dot(w, w)) + half_pixel(plan)
     with np.errstate(over="ignore", invalid="ignore"):
         reach = 0.5 * (far - near) * length + far * half_pixel(plan)
-    # no ball holds what is seen edge-on
+    # no finite ball bounds a surface that is seen edge-on
     endless = ~(np.abs(reach) < ENDLESS)
     changes[pairs.pixel[rows[endless]]] = True
     rows, w, near, far, reach = (columns(x, ~endless, -1) for x in (rows, w, near, far, reach))

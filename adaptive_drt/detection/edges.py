@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Detection over the pixel: does the nearest object change within the pixel's square?
+"""Detection over the pixel: may the nearest object change within the pixel's square?
 
 The discriminant of a sphere is a quadratic in the pixel's coordinates, and the edge functions of
-a quad are linear: an order 2 jet decides exactly whether the object covers the pixel, misses it
-or does so in part. What hides behind something that covers the whole pixel does not count.
+a quad are linear, so a jet of order 2 decides up to rounding whether an object covers the pixel,
+misses it or covers a part. Objects behind one that covers the whole pixel are ignored.
 """
 
 from __future__ import annotations
@@ -29,18 +29,20 @@ __all__ = ["Cover", "EdgeTest", "detect_edges", "half_pixel"]
 
 
 PLANE_OPERATIONS = 32
-"""Rounded operations behind one edge function (relative unit: roundoff)."""
+"""Number of rounded operations behind one edge function w.plane.
+
+Its rounding error is at most so many unit roundoffs of |w| |plane|."""
 
 
 @dataclass(frozen=True)
 class Cover:
-    """How candidates lie to their pixels, at the middle of the shutter.
+    """Coverage of pixels by their candidate objects, at the middle of the shutter.
 
     Attributes
     ----------
     some : (m,) whether some ray of the pixel may hit the object.
-    full : (m,) whether all do for sure.
-    near, far : (m,) bounds on the ray parameter of those hits.
+    full : (m,) whether all rays of the pixel certainly hit it.
+    near, far : (m,) lower and upper bounds on the ray parameter of those hits.
     """
 
     some: Mask
@@ -51,16 +53,18 @@ class Cover:
 
 @dataclass(frozen=True)
 class EdgeTest:
-    """What detection over pixels found.
+    """Result of detection over n pixels with m candidate pairs.
 
     Attributes
     ----------
     edge : (n,) whether the nearest object may change within the pixel.
-    front : (n,) bound on the ray parameter of whatever covers the whole pixel first; inf if none.
+    front : (n,) least upper bound on the ray parameters of an object that covers the whole pixel;
+        inf if none does.
     front_still : (n,) the same among objects that do not move.
-    nearest_still : (n,) the least ray parameter at which such an object may be seen; inf if none.
-    some : (m,) which candidates some ray of their pixel may hit; seen : (m,) and see.
-    near, far : (m,) bounds on the ray parameter of what is seen of them.
+    nearest_still : (n,) lower bound on the ray parameters of objects that do not move; inf if none.
+    some : (m,) whether some ray of the pixel may hit the candidate.
+    seen : (m,) whether that hit may also be visible.
+    near, far : (m,) bounds on the ray parameter of the visible part of the candidate.
     """
 
     edge: Mask
@@ -74,19 +78,19 @@ class EdgeTest:
 
 
 def half_pixel(plan: Plan) -> float:
-    """Bound on how far a direction in the pixel lies from the centre's."""
+    """Bound on |w - w0| for directions w of a pixel's rays (not normalised), w0 at its centre."""
     lens = plan.lens
     return 0.5 * float(np.sqrt(dot(lens.right, lens.right)) + np.sqrt(dot(lens.up, lens.up)))
 
 
 def detect_edges(plan: Plan, count: int, pairs: Pairs, w: Array, t: Array) -> EdgeTest:
-    """Find the pixels where an object's outline, or the order of two, may be seen.
+    """Find the pixels in which a silhouette, or a change of depth order, may be visible.
 
     Parameters
     ----------
-    count : pixels in the batch.  pairs : their candidates (m).
+    count : number of pixels in the batch.  pairs : their m candidate pairs.
     w : (3, m) directions through the pixels' centres, per pair.
-    t : (m,) ray parameters of the centres' hits.
+    t : (m,) ray parameters of the centre rays' hits, inf for a miss.
     """
     cover = _covers(plan, pairs, w)
     front = np.full(count, np.inf)
@@ -108,9 +112,9 @@ def detect_edges(plan: Plan, count: int, pairs: Pairs, w: Array, t: Array) -> Ed
 
 
 def _seams(plan: Plan, count: int, pairs: Pairs, w: Array, t: Array, chosen: Mask) -> Mask:
-    """Where objects that cover a pixel, neither in front for sure, cut each other in it: (count,).
+    """Whether objects that cover a pixel and overlap in depth may intersect in it: (count,).
 
-    It is enough to hold the one that the centre sees first against each of the others.
+    It is enough to test the object that the centre ray hits first against each of the others.
     """
     w, t = columns(w, chosen), t[chosen]
     rivals = np.bincount(pairs.pixel, minlength=count)
@@ -118,7 +122,7 @@ def _seams(plan: Plan, count: int, pairs: Pairs, w: Array, t: Array, chosen: Mas
     rows = ((rivals[pairs.pixel] > 1) & (pairs.item != front[pairs.pixel])).nonzero()[0]
     seam = np.zeros(count, dtype=np.bool_)
     other = front[pairs.pixel[rows]]
-    # no hit at the centre, though the pixel is covered: rounding has the last word
+    # no hit at the centre though the pixel is covered is an effect of rounding: flag the pixel
     found = other >= 0
     cut = ~found
     cut[found] = detect_seams(
@@ -129,6 +133,7 @@ def _seams(plan: Plan, count: int, pairs: Pairs, w: Array, t: Array, chosen: Mas
 
 
 def _covers(plan: Plan, pairs: Pairs, w: Array) -> Cover:
+    """Coverage of pixels by candidates; w (3, m) are the pixels' centre directions, per pair."""
     m = pairs.item.size
     cover = Cover(
         np.zeros(m, dtype=np.bool_), np.zeros(m, dtype=np.bool_), np.zeros(m), np.full(m, np.inf)
@@ -142,6 +147,7 @@ def _covers(plan: Plan, pairs: Pairs, w: Array) -> Cover:
 
 
 def _sphere_cover(plan: Plan, item: NDArray[np.int64], w: Array) -> tuple[Mask, Mask, Array, Array]:
+    """Coverage of pixels by spheres: `some`, `full`, `near` and `far` of `PixelCoverage`."""
     lens = plan.lens
     v, r = columns(plan.spheres.center, item), plan.spheres.radius[item]
     h = half_pixel(plan)
@@ -150,7 +156,7 @@ def _sphere_cover(plan: Plan, item: NDArray[np.int64], w: Array) -> tuple[Mask, 
     closest = cross(w, v)
     square = dot(closest, closest)
     d = r * r * ww - square
-    # a step of length h changes D by no more than this
+    # |w - w0| <= h changes D by no more than this
     change = 2.0 * h * (r * r * length + np.sqrt(square * vv)) + h * h * (r * r + vv)
     low, high = d - change, d + change
     unsure = ((low <= 0.0) & (high >= 0.0)).nonzero()[0]
@@ -177,9 +183,9 @@ def _sphere_cover(plan: Plan, item: NDArray[np.int64], w: Array) -> tuple[Mask, 
 
 
 def _shortest(plan: Plan, length: Array) -> Array:
-    """Lower bound on the length of a pixel's directions, given that of its centre's.
+    """Lower bound on the lengths of a pixel's directions, given that of its centre ray.
 
-    None is shorter than the picture's plane is far, however wide the pixel.
+    None is shorter than the distance of the image plane, however wide the pixel is.
     """
     lens = plan.lens
     normal = cross(lens.right, lens.up)
@@ -188,18 +194,19 @@ def _shortest(plan: Plan, length: Array) -> Array:
 
 
 def _discriminant_range(plan: Plan, w: Array, v: Array, r: Array) -> tuple[Array, Array]:
-    """Range of D over the pixel: by the jet over pixel x, y."""
+    """Range of the discriminant D over the pixel, by its jet in the pixel's x and y."""
     lens = plan.lens
     order = plan.settings.order
     ray = Jet.linear(w, (lens.right[:, None], lens.up[:, None]), order)
     d = discriminant(ray, v, r)
     h = half_pixel(plan)
-    # what order 1 leaves out is r^2 |o|^2 - |o x v|^2 for an offset |o| <= h
+    # the remainder of order 1 is r^2 |o|^2 - |o x v|^2 for an offset |o| <= h
     remainder = h * h * np.maximum(r * r, dot(v, v))
     return rectangle_range(d, 0.5, 0.5, remainder)
 
 
 def _quad_cover(plan: Plan, item: NDArray[np.int64], w: Array) -> tuple[Mask, Mask, Array, Array]:
+    """Coverage of pixels by quads: `some`, `full`, `near` and `far` of `PixelCoverage`."""
     lens = plan.lens
     ids = item - plan.sphere_count
     planes, normal, height = edge_planes(
@@ -221,7 +228,7 @@ def _quad_cover(plan: Plan, item: NDArray[np.int64], w: Array) -> tuple[Mask, Ma
         near = np.where(some, height / np.maximum(facing + spread, 0.0), 0.0)
         least = facing - spread
         far = np.where(least > 0.0, height / least, np.inf)
-    # no farther than the farthest corner
+    # `far` is also bounded by the farthest corner
     q, u, v = (
         columns(plan.quads.corner, ids),
         columns(plan.quads.edge_u, ids),
@@ -233,6 +240,6 @@ def _quad_cover(plan: Plan, item: NDArray[np.int64], w: Array) -> tuple[Mask, Ma
 
 
 def _linear_range(right: Array, up: Array, w: Array, plane: Array) -> tuple[Array, Array]:
-    """Value of w.plane at the pixel's centre, and how far it goes either way in the pixel."""
+    """Value of w.plane at the pixel's centre, and its largest change within the pixel."""
     spread = 0.5 * (np.abs(dot(right[:, None], plane)) + np.abs(dot(up[:, None], plane)))
     return dot(w, plane), spread

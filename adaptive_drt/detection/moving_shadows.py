@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Detection over the shutter for light: does the light on a pixel change with time?
+"""Detection over the shutter for light: may the light on a pixel's surface change with time?
 
-Where the domain is wider than time alone (the pixel's square, a light's area), the objects are
-widened by what that can add: conservative, never less.
+The pixel's square and the light's area are taken into account by enlarging the objects by a bound
+on their effect. The tests are conservative: they never miss a change.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ __all__ = ["light_changes", "patch_light_changes"]
 
 
 def light_changes(plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, reach: Array) -> Mask:
-    """Where the light on points that stand still may change during the shutter.
+    """Whether the light on surfaces at rest may change during the shutter: (n,).
 
     Parameters
     ----------
-    surface : n points on things that stand still under their ray.
+    surface : n points; their hits do not move under a fixed ray.
     light : as it casts shadows.  pairs : candidate occluders.
-    reach : (n,) metres, the extent of the pixel on the surface (0 without edges).
+    reach : (n,) metres, the reach of the pixel's surface around the point (0 without edges).
     """
     moving = plan.moves[pairs.item]
     bend = curvature(plan, surface)
@@ -45,7 +45,7 @@ def light_changes(plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, re
     touched = _touched(plan, surface, light, candidates, reach)
     always = _always_full(plan, surface, light, candidates, reach)
     changes[candidates.pixel[touched & ~always]] = True
-    # what stands still and hides the light all the time, or a mover that never leaves it
+    # nothing changes where one occluder, at rest or moving, always hides all of the light
     still = pairs.take(~moving & live)
     hidden = np.zeros_like(changes)
     hidden[still.pixel[_always_full(plan, surface, light, still, reach)]] = True
@@ -57,13 +57,13 @@ def light_changes(plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, re
 def patch_light_changes(
     plan: Plan, patch: Surface, light: Emitter, pairs: Pairs, reach: Array
 ) -> Mask:
-    """Where the light on patches may change, whatever their shape: (n,), never too few.
+    """Whether the light on surfaces of unknown shape may change during the shutter: (n,).
 
     Parameters
     ----------
-    patch : balls around surfaces that pixels see in part; normals of 0, so nothing is below
-        a horizon.  reach : (n,) their radii, metres.
-    pairs : candidate occluders that serve the whole balls.
+    patch : centres of balls that hold the surfaces. Their normals are 0, so that no light is below
+        their horizon.  reach : (n,) radii of the balls, metres.
+    pairs : candidate occluders that hold for the whole balls.
     """
     changes = np.zeros(patch.item.size, dtype=np.bool_)
     if light.displacement is not None:
@@ -76,12 +76,12 @@ def patch_light_changes(
 
 
 def _always_full(plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, reach: Array) -> Mask:
-    """Whether an occluder hides all of the light at both ends, and so at all times between.
+    """Whether an occluder hides all of the light at both ends of the shutter, so at all times.
 
-    The centres from which a fixed ray is blocked fill a convex cylinder, and the lights that
-    a fixed sphere hides fill a convex cone. That holds for all points within reach if a sphere
-    smaller by the reach does it, or if no point of the light is nearer to an edge of a quad than
-    the reach can bring it. Edge functions are linear in the time.
+    The centres at which a sphere blocks a fixed ray fill a convex cylinder, and the points that a
+    fixed sphere hides fill a convex cone, so both ends decide; a quad's edge functions are linear
+    in time. All points within reach are covered if a sphere smaller by the reach hides the light,
+    or if the edge functions of a quad are larger than their change within the reach.
     """
     ends = [classify_pairs(plan, surface, light, pairs, time)[1] for time in ENDS]
     always = ends[0] & ends[1]
@@ -98,7 +98,7 @@ def _always_full(plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, rea
 def _sphere_hides(
     plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, time: float, reach: Array
 ) -> Mask:
-    """Whether spheres hide a light from all points within reach: (m,)."""
+    """Whether spheres hide all of a light from all points within reach: (m,)."""
     point = columns(surface.point, pairs.pixel)
     r = plan.spheres.radius[pairs.item] - reach
     v = plan.spheres.moved(pairs.item, time) - point
@@ -111,7 +111,10 @@ def _sphere_hides(
 def _quad_hides(
     plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, time: float, reach: Array
 ) -> Mask:
-    """The same of quads, by the edge functions: each is linear in the point for a fixed light."""
+    """Whether quads hide all of a light from all points within reach: (m,).
+
+    For a fixed point of the light, each edge function is linear in the surface point.
+    """
     ids = pairs.item - plan.sphere_count
     u, v = columns(plan.quads.edge_u, ids), columns(plan.quads.edge_v, ids)
     point = columns(surface.point, pairs.pixel)
@@ -127,7 +130,7 @@ def _quad_hides(
 
 
 def _extent(light: Emitter, plane: Array) -> Array:
-    """How far a light goes to either side of its centre, along normals (3, n) of any length."""
+    """Largest |(L - centre).plane| over points L of a light, for vectors `plane` (3, n)."""
     if light.kind == QUAD:
         extent: Array = np.abs(dot(light.half_u, plane)) + np.abs(dot(light.half_v, plane))
         return extent
@@ -137,6 +140,7 @@ def _extent(light: Emitter, plane: Array) -> Array:
 def _moving_light(
     plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, reach: Array, bend: Array
 ) -> Mask:
+    """Whether the light of a moving light may change: (n,). `pairs` are occluders at rest."""
     dark = [contributes(light, light.moved(time), surface, reach, bend)[0] for time in ENDS]
     changes = ~(dark[0] & dark[1])
     always = _always_full(plan, surface, light, pairs, reach)
@@ -145,6 +149,7 @@ def _moving_light(
 
 
 def _touched(plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, reach: Array) -> Mask:
+    """Whether moving occluders may hide some of a light at rest at some time: (m,)."""
     touched = np.zeros(pairs.item.size, dtype=np.bool_)
     ball = pairs.item < plan.sphere_count
     for rows, part in (
@@ -160,10 +165,10 @@ def _touched(plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, reach: 
 def _sphere_touches(
     plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, reach: Array
 ) -> Mask:
-    """Whether the sweep of a sphere meets the hull of a point and a light.
+    """Whether a sphere's sweep may intersect the convex hull of a point's patch and a light: (m,).
 
-    A segment to any point of the light stays within s * radius of the one to its centre at
-    the fraction s of the way, so the sphere is widened by that and tested as a capsule.
+    A segment to any point of the light is, at the fraction s of its length, within s * radius of
+    the segment to its centre. So the sphere is enlarged by that and its sweep tested as a capsule.
     """
     spheres = plan.spheres
     assert spheres.displacement is not None
@@ -182,11 +187,11 @@ def _sphere_touches(
 
 
 TOUCH_ROUNDING = 2.0**-44
-"""Relative rounding of a distance between segments, counted generously."""
+"""Generous bound on the relative rounding error of a distance between segments."""
 
 
 def _segment_distance(start: Array, along: Array, w: Array) -> Array:
-    """Distance of the segments start + t along and s w, s and t in 0..1 (Ericson 2005, 5.1.9)."""
+    """Distance of the segments start + t along and s w, 0 <= s, t <= 1 (Ericson 2005, 5.1.9)."""
     a, e, f = dot(along, along), dot(w, w), dot(w, start)
     c, b = dot(along, start), dot(along, w)
     denominator = a * e - b * b
@@ -196,10 +201,10 @@ def _segment_distance(start: Array, along: Array, w: Array) -> Array:
     )
     s = (b * t + f) / np.maximum(e, TINY)
     clipped = np.clip(s, 0.0, 1.0)
-    # where s was cut off, t is the foot of that end
+    # where s was clipped, t is that of the closest point to that end
     t = np.where(s != clipped, np.clip((b * clipped - c) / np.maximum(a, TINY), 0.0, 1.0), t)
     best = _length(start + t * along - clipped * w)
-    # nearly parallel segments: an end of one is as near as it gets
+    # for nearly parallel segments, an end of one is among the closest points
     for fixed in (0.0, 1.0):
         s = np.clip(dot(w, start + fixed * along) / np.maximum(e, TINY), 0.0, 1.0)
         best = np.minimum(best, _length(start + fixed * along - s * w))
@@ -214,10 +219,10 @@ def _length(vector: Array) -> Array:
 
 
 def _quad_touches(plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, reach: Array) -> Mask:
-    """Whether a moving quad may cut some segment to the light, widened to all its points.
+    """Whether a moving quad may intersect some segment from a point's patch to the light: (m,).
 
-    For each edge function the greatest value over the light at both ends bounds it between them
-    (it is convex in time); the times that all four allow must overlap.
+    The maximum of an edge function over the light is convex in time, so its values at both ends of
+    the shutter bound it between them. The times at which all four may be positive must overlap.
     """
     quads = plan.quads
     assert quads.displacement is not None

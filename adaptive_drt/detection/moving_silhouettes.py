@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Detection over the shutter for what is seen: does a moving object pass through a pixel?
+"""Detection over the shutter for visibility: may a moving object pass through a pixel?
 
-A sphere in straight motion under a fixed ray has a discriminant that is a quadratic in t; a
-quad's edge functions are linear in t. Over the pixel's square the objects are widened by what that
-can add: conservative, never less.
+For a fixed ray, the discriminant of a sphere in linear motion is a quadratic in t, and the edge
+functions of a quad are linear in t. The pixel's square is taken into account by enlarging the
+objects by a bound on its effect. The tests are conservative: they never miss a passage.
 """
 
 from __future__ import annotations
@@ -27,25 +27,27 @@ __all__ = ["ENDS", "clip_positive", "moves_in_sight", "outlines_pass"]
 
 
 ENDS = (-0.5, 0.5)
-"""Shutter times at which it opens and closes."""
+"""Shutter times at which the shutter opens and closes; it is 1 long."""
 
 
 def outlines_pass(
     plan: Plan, count: int, pairs: Pairs, w: Array, depth: Array, clear: Array
 ) -> tuple[Mask, Mask]:
-    """Which pixels a moving object may be seen in at some time.
+    """Find the pixels in which a moving object may be visible at some time.
 
     Parameters
     ----------
-    count : pixels.  pairs : (m) candidates that move.
+    count : number of pixels.  pairs : their m candidate pairs with moving objects.
     w : (3, m) directions through the pixels' centres, per pair.
-    depth : (count,) ray parameter of what stands still in front, inf for none.
-    clear : (count,) ray parameter up to which nothing that stands still is seen.
+    depth : (count,) ray parameter beyond which objects at rest hide everything, inf for none.
+    clear : (count,) ray parameter below which no object at rest is visible.
 
     Returns
     -------
-    motion : (count,) some such object is seen, and its outline passes or it hits elsewhere.
-    outline : (count,) an outline may pass through the pixel's square (only with edges).
+    motion : (count,) a moving object may be visible, and its silhouette may pass through the pixel
+        or the point that a fixed ray hits moves along the ray.
+    outline : (count,) a moving silhouette, or a curve in which a moving object intersects another,
+        may pass through the pixel's square (only with edges).
     """
     motion = np.zeros(count, dtype=np.bool_)
     outline = np.zeros(count, dtype=np.bool_)
@@ -65,13 +67,13 @@ def outlines_pass(
         np.minimum.at(front, chosen.pixel[always], far[always])
     movers = np.zeros(count, dtype=np.int64)
     for chosen, seen, always, near, far, shifts in parts:
-        # never seen behind what covers the pixel all the time
+        # an object is invisible behind another that covers the pixel all the time
         seen = seen & (near <= front[chosen.pixel])
         motion[chosen.pixel[seen & (shifts | ~always)]] = True
-        # an outline, or the seam where it cuts something that stands still
+        # a silhouette, or an intersection with an object at rest
         outline[chosen.pixel[seen & (~always | (far > clear[chosen.pixel]))]] = True
         movers += np.bincount(chosen.pixel[seen], minlength=count)
-    # or where two that move cut each other
+    # or an intersection of two moving objects
     outline |= movers > 1
     if not plan.edges:
         outline[:] = False
@@ -79,7 +81,15 @@ def outlines_pass(
 
 
 def _sphere_passes(plan: Plan, pairs: Pairs, w: Array) -> tuple[Mask, Mask, Array, Array, Mask]:
-    """Seen at some time; at all times and everywhere; bounds on its ray parameter; it shifts."""
+    """How moving spheres pass through pixels: (m,) each.
+
+    Returns
+    -------
+    seen : whether the sphere may be hit at some time.
+    always : whether all rays of the pixel hit it at all times.
+    near, far : bounds on the ray parameter of the hits.
+    shifts : whether the hit of a fixed ray moves; always true.
+    """
     spheres = plan.spheres
     assert spheres.displacement is not None
     v, d = columns(spheres.center, pairs.item), columns(spheres.displacement, pairs.item)
@@ -87,7 +97,7 @@ def _sphere_passes(plan: Plan, pairs: Pairs, w: Array) -> tuple[Mask, Mask, Arra
     ww = dot(w, w)
     v0, v1 = v - 0.5 * d, v + 0.5 * d
     farthest = np.maximum(dot(v0, v0), dot(v1, v1))
-    # a line within the pixel passes a point no farther than `widen` from where the centre's does
+    # a ray of the pixel passes the sphere no farther than `widen` from where the centre ray does
     widen = np.zeros_like(r)
     if plan.edges:
         h = half_pixel(plan)
@@ -117,7 +127,10 @@ def _sphere_passes(plan: Plan, pairs: Pairs, w: Array) -> tuple[Mask, Mask, Arra
 
 
 def _quad_passes(plan: Plan, pairs: Pairs, w: Array) -> tuple[Mask, Mask, Array, Array, Mask]:
-    """As `_sphere_passes`; edge functions are linear in time where the eye keeps to one side."""
+    """How moving quads pass through pixels: as `_sphere_passages`.
+
+    Edge functions are linear in time while the camera stays on one side of the quad's plane.
+    """
     quads = plan.quads
     assert quads.displacement is not None
     ids = pairs.item - plan.sphere_count
@@ -150,7 +163,7 @@ def _quad_passes(plan: Plan, pairs: Pairs, w: Array) -> tuple[Mask, Mask, Array,
     facing = np.abs(dot(w, normal)) + spread
     near = np.minimum(np.abs(sides[0]), np.abs(sides[1])) / np.maximum(facing, TINY)
     least = np.maximum(facing - 2.0 * spread, 0.0)
-    with np.errstate(over="ignore"):  # seen edge-on: unbounded
+    with np.errstate(over="ignore"):  # unbounded where seen edge-on
         far = np.maximum(np.abs(sides[0]), np.abs(sides[1])) / np.maximum(least, TINY)
     seen = crosses | (first <= last)
     shifts = ~_slides(d, u, v)
@@ -158,14 +171,15 @@ def _quad_passes(plan: Plan, pairs: Pairs, w: Array) -> tuple[Mask, Mask, Array,
 
 
 SLIDE_ROUNDING = 2.0**-48
-"""Of a displacement and two edges: rounding of their triple product, also in a scene that was
-turned, counted generously."""
+"""Generous bound on the rounding error of the triple product of a displacement and two edges.
+
+It is relative to the product of their lengths, and also holds in a scene that was rotated."""
 
 
 def clip_positive(first: Array, last: Array, start: Array, end: Array) -> tuple[Array, Array]:
-    """The part of [first, last] where a linear function from `start` to `end` is >= 0.
+    """The part of [first, last] on which a linear function of time is >= 0.
 
-    The function runs over [-1/2, 1/2].
+    `start` and `end` are its values at -1/2 and 1/2. The result is empty if first > last.
     """
     slope = end - start
     safe = np.where(slope != 0.0, slope, 1.0)
@@ -177,9 +191,9 @@ def clip_positive(first: Array, last: Array, start: Array, end: Array) -> tuple[
 
 
 def moves_in_sight(plan: Plan, item: NDArray[np.int64]) -> Mask:
-    """Which hits lie on objects whose place under a fixed ray changes: (n,), -1 = nothing hit.
+    """Whether the point that a fixed ray hits moves with the object: (n,) for objects, -1 for none.
 
-    A moving sphere always; a moving quad only where it does not slide within its own plane.
+    It does on a moving sphere, and on a moving quad unless that moves within its own plane.
     """
     shifts = plan.moves.copy()
     quads = plan.quads
@@ -189,7 +203,7 @@ def moves_in_sight(plan: Plan, item: NDArray[np.int64]) -> Mask:
 
 
 def _slides(d: Array, u: Array, v: Array) -> Mask:
-    """Whether parallelograms of edges u, v move within their own planes, to rounding: (n,)."""
+    """Whether displacements d of parallelograms with edges u, v are in their planes: (n,)."""
     rounding = SLIDE_ROUNDING * _length(d) * _length(u) * _length(v)
     within: Mask = np.abs(dot(d, cross(u, v))) <= rounding
     return within

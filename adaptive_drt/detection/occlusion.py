@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Detection over lights: is a light wholly visible from a point, wholly hidden, or in part?
+"""Detection over lights: is a light visible from a point as a whole, in part, or not at all?
 
-For one occluder the answer is exact at order 2. A sphere's discriminant along p -> L is a
-quadratic in the light's coordinates: over a quad light its jet gives the range, and over a round
-light it is rotationally symmetric, so its sign over the ball is a comparison of two cones. The
-edge functions of quads are linear. The sign is not all: the hit must lie between p and the light.
+For one occluder the answer is exact at order 2. A sphere's discriminant for rays from a point p to
+points L of a light is a quadratic in the light's coordinates: over a quad light its jet gives the
+range; over a round light the problem is rotationally symmetric, and two cones are compared. The
+edge functions of quads are linear. In addition, the hit must lie between p and the light.
 """
 
 from __future__ import annotations
@@ -45,19 +45,21 @@ __all__ = [
 
 
 PLANE_OPERATIONS = 32
-"""Rounded operations behind one edge function (relative unit: roundoff)."""
+"""Number of rounded operations behind one edge function w.plane.
+
+Its rounding error is at most so many unit roundoffs of |w| |plane|."""
 
 
 @dataclass(frozen=True)
 class Shadow:
-    """A light as n points see it, at one shutter time.
+    """Visibility of a light from n points at one shutter time.
 
     Attributes
     ----------
-    dark : (n,) the light is below the point's horizon, or faces away: it brings nothing.
-    blocked : (n,) one object hides all of it.
-    partial : (n,) some of it may be visible and some not: distribute rays.
-    pairs : the objects that may hide part of it, sorted by point; only of partial points.
+    dark : (n,) the light contributes nothing: it is below the point's horizon, or faces away.
+    blocked : (n,) one object occludes all of the light.
+    partial : (n,) the light may be visible in part, so rays have to be distributed over it.
+    pairs : pairs of partially lit points and their possible occluders, sorted by point.
     """
 
     dark: Mask
@@ -69,11 +71,11 @@ class Shadow:
 def detect_shadows(
     plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, time: Array | float = 0.0
 ) -> Shadow:
-    """Classify a light as n points see it.
+    """Classify the visibility of a light from n points.
 
     Parameters
     ----------
-    light : as it casts shadows.  pairs : candidate occluders.
+    light : as it casts shadows (`Plan.shadow_light`).  pairs : candidate occluders.
     time : shutter times of the points, a number or (n,).
     """
     dark, horizon = contributes(light, light.moved(time), surface)
@@ -98,15 +100,16 @@ def contributes(
     reach: Array | float = 0.0,
     bend: Array | float = 0.0,
 ) -> tuple[Mask, Mask]:
-    """Where a light brings nothing, and where the point's own horizon cuts it: (n,) each.
+    """Where a light contributes nothing, and where the point's horizon cuts it: (n,) each.
 
     Parameters
     ----------
-    reach : (n,) metres; "nothing" then holds for all points of the surface so far from each.
+    center : (3, 1) or (3, n) the light's centre, metres.
+    reach : (n,) metres; the first answer then holds for all surface points within it of each point.
     bend : (n,) curvature of the surfaces, 1 / m; 0 for planes.
     """
     to = center - surface.point
-    # a light that lies in the horizon up to rounding brings nothing
+    # a light that lies in the horizon up to rounding contributes nothing
     graze = graze_of(surface.point, light.radius)
     if light.kind == QUAD:
         heights = [
@@ -117,7 +120,7 @@ def contributes(
             low, high = np.minimum(low, height), np.maximum(high, height)
         behind = off_back(light, to, surface.point) <= -reach
         dark = behind | (high <= graze - _tilt(light, to, reach, bend))
-        # what lies in the light's own plane sees none of it
+        # a surface in the plane of the light receives nothing from it
         dark |= light.touches(surface.item)
         return dark, ~dark & (low <= graze)
     if light.kind == POINT:
@@ -134,10 +137,9 @@ def contributes(
 def shines_whole(
     light: Emitter, center: Array, surface: Surface, reach: Array, bend: Array
 ) -> Mask:
-    """Where the whole light stands over all of the surface within reach, and faces it: (n,).
+    """Where all of a light is above the horizon of all surface points within reach: (n,) bool.
 
-    There neither the points' own horizons nor the light's own plane cut any of it. Arguments as
-    those of `contributes`.
+    A quad light must also face all of them. The parameters are those of `classify_horizon`.
     """
     to = center - surface.point
     tilt = _tilt(light, to, reach, bend) + graze_of(surface.point, light.radius)
@@ -152,9 +154,10 @@ def shines_whole(
 
 
 def _tilt(light: Emitter, to: Array, reach: Array | float, bend: Array | float) -> Array:
-    """How much higher (metres) a light may stand over a point of the surface within reach.
+    """Bound on the change of a light's height above the tangent plane within reach: (n,) metres.
 
-    On a plane no higher. On a sphere the height is n.(L - C) - r, and n turns by reach / r.
+    On a plane the height does not change. On a sphere of centre C and radius r the height of a
+    point L is n.(L - C) - r, and the normal n turns by reach / r.
     """
     if isinstance(reach, float) and reach == 0.0:
         return np.zeros(to.shape[1:])
@@ -168,7 +171,7 @@ def _tilt(light: Emitter, to: Array, reach: Array | float, bend: Array | float) 
 def classify_pairs(
     plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, time: Array | float
 ) -> tuple[Mask, Mask]:
-    """Whether each occluder hides nothing of the light for sure, or all of it for sure.
+    """Whether each occluder certainly hides nothing of the light, or certainly all of it.
 
     Parameters
     ----------
@@ -177,7 +180,7 @@ def classify_pairs(
 
     Returns
     -------
-    none, full : (m,) masks.
+    none, full : (m,) bool; both are false where the occluder may hide a part.
     """
     m = pairs.item.size
     none, full = np.zeros(m, dtype=np.bool_), np.zeros(m, dtype=np.bool_)
@@ -197,6 +200,7 @@ def classify_pairs(
 def _by_sphere(
     plan: Plan, surface: Surface, light: Emitter, center: Array, pairs: Pairs, time: Array | float
 ) -> tuple[Mask, Mask]:
+    """`classify_occluders` for spheres; `center` is the light's at the time of each pair."""
     point = columns(surface.point, pairs.pixel)
     r = plan.spheres.radius[pairs.item]
     place = plan.spheres.moved(pairs.item, time)
@@ -223,13 +227,13 @@ def ball_hides(
     r: Array,
     enclosed: Mask,
 ) -> tuple[Mask, Mask]:
-    """Whether balls hide nothing of a light with a size for sure, or all of it for sure.
+    """Whether balls certainly hide nothing of an extended light, or certainly all of it.
 
     Parameters
     ----------
-    center : (3, m) or (3, 1) of the light, metres.  point, place : (3, m) metres, where it is seen
-        from, and the middles of the balls, whose radii are r (m,).
-    enclosed : (m,) points in their balls: of them both answers mean nothing.
+    center : (3, m) or (3, 1) centre of the light, metres.  point : (3, m) points, metres.
+    place, r : (3, m) centres and (m,) radii of the balls, metres.
+    enclosed : (m,) whether the point is inside its ball; both answers are then undefined.
 
     Returns
     -------
@@ -240,7 +244,7 @@ def ball_hides(
     touch, cover, tangent = cone_touch(cone.axis, cone.cosine, cone.sine, v, r)
     none: Mask = ~touch | (norm(v) - r >= cone.far)
     full: Mask = cover & (tangent <= cone.near)
-    # the light is in the ball
+    # a light inside the ball is hidden from outside
     full |= norm(center - place) + light.radius <= r
     if light.kind == QUAD:
         none |= dot(light.normal, place - center) <= -r
@@ -261,13 +265,16 @@ def ball_hides(
 def _over_quad(
     plan: Plan, light: Emitter, to: Array, v: Array, r: Array, tangent: Array
 ) -> tuple[Mask, Mask]:
-    """Spheres against a quad light by jets over the light's two axes; `to` is p -> centre."""
+    """`classify_balls` for a quad light, by jets in the light's two coordinates.
+
+    `to` and v (3, m) lead from the points to the centres of the light and of the balls, metres.
+    """
     order = plan.settings.order
     w = Jet.linear(to, (light.half_u, light.half_v), order)
     d = discriminant(w, v, r)
     vv = dot(v, v)
     square = light.radius * light.radius
-    # what order 1 leaves out is r^2 |o|^2 - |o x v|^2 for an offset |o| <= radius
+    # the remainder of order 1 is r^2 |o|^2 - |o x v|^2 for an offset |o| <= radius
     low, high = rectangle_range(d, 1.0, 1.0, square * np.maximum(r * r, vv))
     far = np.sqrt(dot(to, to)) + light.radius
     side = cross(to, v)
@@ -277,7 +284,7 @@ def _over_quad(
     spread = np.abs(dot(light.half_u, v)) + np.abs(dot(light.half_v, v))
     none = (high < -rounding) | (along + spread <= 0.0)
     full = (low > rounding) & (along - spread > 0.0)
-    # between for sure: the light is farther than any hit, or behind the centre's foot
+    # the ball is certainly in front: the light is beyond any hit, or beyond the foot of its centre
     plane = np.abs(dot(light.normal, to))
     unsure = (full & (tangent > plane)).nonzero()[0]
     if unsure.size:
@@ -290,6 +297,7 @@ def _over_quad(
 def _by_quad(
     plan: Plan, surface: Surface, light: Emitter, center: Array, pairs: Pairs, time: Array | float
 ) -> tuple[Mask, Mask]:
+    """`classify_occluders` for quads; `center` is the light's at the time of each pair."""
     point = columns(surface.point, pairs.pixel)
     ids = pairs.item - plan.sphere_count
     u, v = columns(plan.quads.edge_u, ids), columns(plan.quads.edge_v, ids)
@@ -314,7 +322,7 @@ def _by_quad(
 
 
 def _quad_in_planes(light: Emitter, to: Array, planes: Planes) -> tuple[Mask, Mask]:
-    """Whether a quad light lies outside one plane for sure, or inside all of them."""
+    """Whether a quad light certainly lies outside one of a quad's edge planes, or inside all."""
     outside = np.zeros(to.shape[1], dtype=np.bool_)
     within = np.ones(to.shape[1], dtype=np.bool_)
     size = np.sqrt(dot(to, to)) + light.radius
@@ -328,7 +336,7 @@ def _quad_in_planes(light: Emitter, to: Array, planes: Planes) -> tuple[Mask, Ma
 
 
 def _corners_outside(light: Emitter, to: Array, q: Array, u: Array, v: Array) -> Mask:
-    """Whether the light's own edges separate it from a quad: all corners beyond one of them."""
+    """Whether one edge plane of a quad light has all corners of a quad on its outer side."""
     planes, _, height = edge_planes(
         to - light.half_u - light.half_v, 2.0 * light.half_u, 2.0 * light.half_v
     )
@@ -343,7 +351,7 @@ def _corners_outside(light: Emitter, to: Array, q: Array, u: Array, v: Array) ->
 
 
 def _cone_in_planes(cone: Cone, planes: Planes, q: Array, u: Array, v: Array) -> tuple[Mask, Mask]:
-    """Whether a circular cone misses a quad for sure, or lies inside it."""
+    """Whether a circular cone certainly misses a quad, or certainly lies inside it."""
     corners = (q, q + v, q + u, q + u + v)
     # the ends of the edges u = 0, v = 0, u = 1, v = 1
     ends = ((0, 1), (0, 2), (2, 3), (1, 3))
@@ -358,7 +366,7 @@ def _cone_in_planes(cone: Cone, planes: Planes, q: Array, u: Array, v: Array) ->
         reached &= sine >= 0.0
     for plane, (i, j) in zip(planes, ends, strict=True):
         sine = np.abs(dot(cone.axis, plane)) / np.maximum(np.sqrt(dot(plane, plane)), TINY)
-        # the axis projects between the ends of the edge
+        # whether the axis projects between the ends of the edge
         a, b = corners[i], corners[j]
         turn = dot(cross(a, b), plane)
         first = dot(cross(plane, a), cone.axis) * np.sign(turn) >= 0.0

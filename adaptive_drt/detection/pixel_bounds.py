@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The patch of surface that a pixel shows, as a parallelogram about its centre."""
+"""The footprint of a pixel on the surface that it shows, bounded by a parallelogram."""
 
 from __future__ import annotations
 
@@ -18,40 +18,47 @@ __all__ = ["Footprint", "make_footprint"]
 
 
 FLATTEST = 0.25
-"""Of a sphere's radius and the cosine it is seen at: a patch up to so wide is nearly a plane's."""
+"""Largest width of a footprint on a sphere that is bounded by way of the tangent plane.
+
+The unit is the sphere's radius times the cosine of the angle at which it is seen."""
 
 
 APART_ROUNDING = 2.0**-40
-"""Relative: rounding of a distance from a parallelogram, counted generously."""
+"""Generous bound on the relative rounding error of a distance from a parallelogram."""
 
 
 @dataclass(frozen=True)
 class Footprint:
-    """The pixels' patches of surface as parallelograms about their centres.
+    """Footprints of n pixels, bounded by parallelograms around the hits of the centre rays.
 
     Attributes
     ----------
-    steps : two (3, n) metres, from the centre to the middles of two sides.
-    off : (n,) metres, how far the surface may lie from it; inf where it is no parallelogram.
+    steps : two arrays (3, n), metres: from the centre to the midpoints of two adjacent sides.
+    off : (n,) metres, bound on the distance of the surface from the parallelogram; inf where no
+        parallelogram bounds it.
     """
 
     steps: tuple[Array, Array]
     off: Array
 
     def change(self, slope: Array, at: Ints) -> Array:
-        """How far a linear function of the place, of slope (3, m), goes either way: (m,)."""
+        """Largest change from the centre of linear functions of gradients `slope` (3, m): (m,)."""
         along = np.abs(dot(columns(self.steps[0], at), slope)) + np.abs(
             dot(columns(self.steps[1], at), slope)
         )
-        with np.errstate(invalid="ignore"):  # a slope of 0 over a patch without bound
+        with np.errstate(invalid="ignore"):  # a gradient of 0 over an unbounded footprint
             wide: Array = along + self.off[at] * np.sqrt(dot(slope, slope))
         return np.where(np.isnan(wide), np.inf, wide)
 
     def clear_of(self, v: Array, r: Array, at: Ints) -> Mask:
-        """Whether balls of radius r (m,), centres v (3, m) from those of patches, stay off them.
+        """Whether balls certainly do not intersect footprints: (m,) bool.
 
-        Never a false yes. In the plane a parallelogram's points are no nearer than its sides'
-        lines: from 1 in the coordinate along a step, in units of that step's height.
+        Parameters
+        ----------
+        v : (3, m) the balls' centres, relative to the footprints'.  r : (m,) their radii, metres.
+
+        In its plane, the distance from a parallelogram is at least that from the line through a
+        side: the coordinate along a step less 1, times the height over the other side.
         """
         a, b = columns(self.steps[0], at), columns(self.steps[1], at)
         with np.errstate(over="ignore", invalid="ignore"):  # out of float64's range: not clear
@@ -69,19 +76,21 @@ class Footprint:
 
 
 def make_footprint(plan: Plan, surface: Surface, reach: Array) -> Footprint:
-    """Parallelograms that hold the patches: on a plane they are the pixels' images, and sheared.
+    """Bound the footprints of pixels by parallelograms.
 
-    The hit of direction w + s lies off w's by t (s - w tau) / (1 + tau), tau = n.s / n.w. At the
-    rim of a sphere, where that has no bound, a parallelogram along the ray holds the patch.
+    On a plane with normal n, the hits of the directions w + s and w differ by
+    t (s - w tau) / (1 + tau), tau = n.s / n.w. At the silhouette of a sphere, where this is
+    unbounded, a parallelogram along the ray bounds the footprint.
 
     Parameters
     ----------
-    reach : (n,) of `patch_reach`: all of a patch is as near as that to its centre.
+    surface : hits of the centre rays.
+    reach : (n,) bounds from `patch_reach` on the distance of a footprint's points from its centre.
     """
     lens = plan.lens
     across = cross(lens.right, lens.up)[:, None]
     point, normal = surface.point, surface.normal
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):  # seen edge-on: no bound
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):  # edge-on: unbounded
         t = dot(point, across) / dot(lens.base[:, None], across)
         w = point / t
         facing = dot(normal, w)
@@ -92,7 +101,7 @@ def make_footprint(plan: Plan, surface: Surface, reach: Array) -> Footprint:
             steps.append(t * (0.5 * step - w * tau))
         grow = 1.0 / np.maximum(1.0 - spread, 0.0)
         wide = grow * sum(np.sqrt(dot(step, step)) for step in steps)
-        # a sphere falls off its tangent plane by wide^2 / 2 r, seen aslant
+        # a sphere is wide^2 / 2 r away from its tangent plane, and more along an oblique ray
         room = np.abs(facing) / np.sqrt(dot(w, w))
         off = 2.0 * wide * wide * curvature(plan, surface) / room
         off = np.where(wide * curvature(plan, surface) < FLATTEST * room, off, np.inf)
@@ -110,10 +119,10 @@ def make_footprint(plan: Plan, surface: Surface, reach: Array) -> Footprint:
 def _along_rays(
     plan: Plan, point: Array, t: Array, reach: Array
 ) -> tuple[Array, tuple[Array, Array]]:
-    """`off` and steps of parallelograms that lie along the ray, and one side of the pixel.
+    """`off` and `steps` of parallelograms along the ray and the pixel's x axis.
 
-    Of a hit t' (w + x right + y up), |x| and |y| at most 1/2, what t' x right + t' y up is long
-    bounds how far (t' - t) w goes beyond the reach.
+    For a hit t' (w + x right + y up) with |x|, |y| <= 1/2, the distance from the centre is at most
+    the reach, so |(t' - t) w| is at most the reach plus the length of t' (x right + y up).
     """
     lens = plan.lens
     far = np.sqrt(dot(point, point))

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Detection over the pixel for light: does a shadow's edge, sharper than a pixel, run through it?
+"""Detection over the pixel for light: may a shadow edge sharper than a pixel cross it?
 
-That is the case where some point of the pixel's patch of surface may see all of the light and
-another none of it, because of one occluder. Points' shadows are always that sharp; an area light's
-are near contact. A wide penumbra is smooth over a pixel and needs no rays distributed in it.
+It may if one occluder can hide all of a light from one point of the pixel's footprint (the patch of
+surface that it shows) and nothing from another. Shadow edges of point lights are always that sharp,
+those of area lights near contact. A wide penumbra is smooth over a pixel and needs no distribution.
 """
 
 from __future__ import annotations
@@ -34,14 +34,14 @@ __all__ = ["detect_shadow_edges", "detect_steep_light", "patch_reach"]
 
 
 _Part: TypeAlias = Callable[[Plan, Surface, Emitter, Pairs, Array, Footprint | None], Mask]
-"""The test by occluders of one kind: see `_by_sphere`."""
+"""Whether occluders of one kind of shape may cast a sharp shadow edge: see `_sharp_by_sphere`."""
 
 
 def patch_reach(plan: Plan, surface: Surface, w: Array) -> Array:
-    """Bound on how far the pixel's patch of surface reaches from its centre: (n,) metres.
+    """Bound on the distance of a pixel's patch of surface from its centre: (n,) metres.
 
-    The hit moves by t |step| / cos for a step of the direction; on a sphere the cosine is the
-    least within the pixel, which the discriminant's change bounds.
+    A step of the ray's direction moves the hit by t |step| / cos. On a sphere, cos is the least
+    cosine within the pixel. Where there is no bound, the distance to the camera is returned.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ def patch_reach(plan: Plan, surface: Surface, w: Array) -> Array:
     length = np.sqrt(dot(w, w))
     t = np.sqrt(dot(surface.point, surface.point)) / length
     cosine = np.abs(dot(w, surface.normal)) / length
-    # the normal of a plane stays; the direction turns by at most h / |w|
+    # on a plane the normal is constant; the direction turns by at most h / |w|
     turn = h / np.maximum(length - h, 0.5 * length)
     least = cosine - turn
     ball = (surface.item < plan.sphere_count).nonzero()[0]
@@ -62,34 +62,35 @@ def patch_reach(plan: Plan, surface: Surface, w: Array) -> Array:
         shift = np.sqrt(dot(v, v)) * turn[ball] / r
         sine = np.sqrt(np.maximum(1.0 - cosine[ball] ** 2, 0.0)) + shift
         least[ball] = np.sqrt(np.maximum(1.0 - sine * sine, 0.0))
-    # a patch seen edge-on has no bound, nor has one that the camera lies in
+    # a patch that is seen edge-on or contains the camera has no bound
     with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
         reach = t * h * (1.0 + turn) / np.maximum(least, 0.0)
-        # farther away within the patch a step counts for more
+        # t is larger in the parts of the patch that are farther away
         reach = reach / np.maximum(1.0 - reach / np.maximum(t * length, TINY), 0.0)
     return np.where(np.isfinite(reach), reach, np.sqrt(dot(surface.point, surface.point)))
 
 
 LARGEST_PATCH = 0.25
-"""Of the distance to a light: a wider patch of surface sees it from too many sides to be one point
-(over a quarter of the distance its irradiance may change by half)."""
+"""Largest reach of a patch over which irradiance is not steep, as a fraction of its distance to the
+light. Over a quarter of the distance the irradiance may change by half."""
 LARGEST_CHANGE = 0.1
-"""Of the distance, either way: on a plane irradiance falls with its cube, by 0.45 over that."""
+"""Largest change, either way, of the distance to a light over a footprint, as a fraction of it.
+On a plane irradiance falls with the cube of the distance: by 0.45 over that range."""
 
 
 def detect_steep_light(
     light: Emitter, surface: Surface, reach: Array, plan: Plan | None = None
 ) -> Mask:
-    """Find the pixels over which the light changes steeply, because it is so near: (n,).
+    """Find the pixels over which irradiance is steep because the light is near: (n,) bool.
 
     Parameters
     ----------
     surface : n hits of centre rays.  reach : (n,) of `patch_reach`.
-    plan : where the patches are single pixels, to look at their shapes too.
+    plan : given where the patches are those of single pixels; their footprints are then used too.
     """
     away = surface.point - light.center
     if light.kind == QUAD:
-        # the nearest point of a rectangle; of a sheared quad a little farther than the nearest
+        # exact for a rectangle; for a sheared quad, not quite the nearest point
         for half in (light.half_u, light.half_v):
             part = np.clip(dot(away, half) / dot(half, half), -1.0, 1.0)
             away = away - part * half
@@ -100,12 +101,12 @@ def detect_steep_light(
     rows = steep.nonzero()[0]
     if plan is None or plan.settings.order == 1 or not rows.size:
         return steep
-    # a sphere's light falls off from its centre
+    # the irradiance of a sphere depends on the distance from its centre
     length = np.sqrt(dot(away, away))[rows]
     axis = columns(away, rows) / np.maximum(length, TINY)
     patch = make_footprint(plan, surface.take(rows), reach[rows])
     change = patch.change(axis, np.arange(rows.size))
-    # the distance bends away from its slope by no more than this, without bound at the light
+    # bound on the second-order term of the distance; unbounded at the light
     with np.errstate(over="ignore"):
         change += reach[rows] ** 2 / (2.0 * np.maximum(length - reach[rows], TINY))
     steep[rows] = change > LARGEST_CHANGE * length
@@ -115,12 +116,12 @@ def detect_steep_light(
 def detect_shadow_edges(
     plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, reach: Array
 ) -> Mask:
-    """Find the pixels that a sharp shadow edge may cross at the middle of the shutter.
+    """Find the pixels that a sharp shadow edge may cross at the middle of the shutter: (n,) bool.
 
     Parameters
     ----------
     surface : n hits of centre rays.  light : as it casts shadows.
-    pairs : candidate occluders that serve the whole patches.  reach : (n,) of `patch_reach`.
+    pairs : candidate occluders that hold for the whole patches.  reach : (n,) of `patch_reach`.
     """
     edge = np.zeros(surface.item.size, dtype=np.bool_)
     patch = None
@@ -148,11 +149,11 @@ def detect_shadow_edges(
 
 
 def _hidden(plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, patch: Footprint) -> Mask:
-    """Whether a sphere hides a point light from all of a patch: no other's edge is seen there.
+    """Whether a sphere hides a point light from a whole patch, so that no shadow edge is visible.
 
-    All lines to the light meet it, and it holds neither the light nor any of the patch. So between
-    any two places of the patch it is on the same side of them and of the light: where it is
-    between at the centre, it always is.
+    All lines from the patch to the light meet the sphere, which contains neither the light nor a
+    point of the patch. So its position on those lines relative to both ends cannot change: if it is
+    between them at the patch's centre, it is everywhere.
     """
     point = columns(surface.point, pairs.pixel)
     center, r = columns(plan.spheres.center, pairs.item), plan.spheres.radius[pairs.item]
@@ -165,12 +166,13 @@ def _hidden(plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, patch: F
 
 
 PROBES = ((0.5, 0.0), (-0.5, 0.0), (0.0, 0.5), (0.0, -0.5))
-"""Places on a light besides its centre, in its half extents, whose shadow lines are followed."""
+"""Points of a light, in its half extents, whose shadow lines are tested besides its centre's.
+A shadow line is the edge of the shadow that the point would cast as a point light."""
 FEWEST = 2
-"""Of the probes: so many have their shadow lines in a patch in which the seen part of the light
-changes by half. What is hidden in one place of the patch and seen in another is then a band across
-the light that holds half of it. It holds the centre: a half plane without it holds less. And it
-holds two of the probes: one that held but one would be narrower than half of the light."""
+"""Least number of probes whose shadow lines cross a patch in which the visible part of the light
+changes by half. The part hidden from one place of the patch and visible from another is then a band
+that holds half of the light. It contains the centre, for a half plane without it holds less, and
+two of the probes, for a band with only one would be narrower than half of the light."""
 
 
 def _most_crosses(
@@ -184,8 +186,8 @@ def _most_crosses(
 ) -> Mask:
     """Whether the shadow lines of an area light's centre, and of enough probes, cross a patch.
 
-    Where one place of a patch sees all of a light and another none of it, it is so for every point
-    of the light: all their shadow lines cross it. So no such patch is left out.
+    If all of a light is visible from one place of a patch and nothing of it from another, the
+    shadow lines of all its points cross the patch. So no such patch is missed.
     """
     point = columns(surface.point, pairs.pixel)
     to = light.center - point
@@ -203,7 +205,7 @@ def _most_crosses(
     rows = np.arange(pairs.item.size)
     result = crosses(np.broadcast_to(light.center, point.shape), rows)
     rows = (result & ~odd).nonzero()[0]
-    # all probes at once: what crosses a line is few, and many calls
+    # all probes in one call: few pairs are left, and a call costs more than they do
     u, v = (columns(np.broadcast_to(side, point.shape), rows) for side in sides)
     probes = [light.center + a * u + b * v for a, b in PROBES]
     found = crosses(np.concatenate(probes, axis=1), np.tile(rows, len(PROBES)))
@@ -214,14 +216,14 @@ def _most_crosses(
 def _across(
     plan: Plan, light: Emitter, to: Array, pairs: Pairs, point: Array
 ) -> tuple[Array, Array]:
-    """Half extents (3, m) of a round light across the view: towards the occluder, and beside."""
+    """Half extents (3, m) of a round light across the view: to the occluder, and normal to that."""
     far = np.maximum(np.sqrt(dot(to, to)), TINY)
     axis = to / far
     middle = np.concatenate([plan.spheres.center, plan.quads.bounds[0]], axis=1)
     aside = columns(middle, pairs.item) - point
     aside = aside - dot(aside, axis) * axis
     size = np.sqrt(dot(aside, aside))
-    # seen in one direction, any will do
+    # if the light and the occluder are seen in the same direction, any perpendicular will do
     least = np.abs(axis)
     least = least == least.min(axis=0)
     other = cross(axis, least.astype(np.float64))
@@ -231,17 +233,17 @@ def _across(
 
 
 ALIGNED = 2.0**-40
-"""Of the distance: an occluder's middle no farther off the line to a light is on it."""
+"""Largest distance from the line to a light, relative to the light's, of an occluder on it."""
 
 
 def _odd_disk(
     plan: Plan, light: Emitter, to: Array, pairs: Pairs, point: Array, reach: Array
 ) -> Mask:
-    """Pairs (m,) for which a probe of a round light may not stand for what is seen of it.
+    """Pairs (m,) for which the probes of a round light of radius R do not prove anything.
 
-    A probe at half the radius lies in the cone in which a place of the patch sees the light, if
-    R reach / d^2 <= 1 for all of them; where the occluder comes no nearer than R to the light's
-    centre, it lies before both the probe and what is seen behind or before it, or before neither.
+    A probe at R / 2 is in the cone in which each place of the patch sees the light if
+    R reach / d^2 <= 1. If the occluder is farther than R from the light's centre, it is in front of
+    both the probe and the visible points in the same direction, or of neither.
     """
     near = np.maximum(np.sqrt(dot(to, to)) - reach, 0.0)
     odd: Mask = light.radius * reach > near * near
@@ -265,9 +267,10 @@ def _by_sphere(
     reach: Array,
     patch: Footprint | None,
 ) -> Mask:
-    """None of it hidden with the radius less the reach, all of it with the reach added.
+    """Whether spheres may hide all of a light from one point of a patch and nothing from another.
 
-    Of a point light the shadow's line on the patch is a conic, and decided exactly.
+    The sphere smaller by the reach must hide nothing of the light's centre or cone, and the one
+    larger by the reach all of it. A point light's shadow line is a conic and is decided exactly.
     """
     point = columns(surface.point, pairs.pixel)
     v = columns(plan.spheres.center, pairs.item) - point
@@ -306,7 +309,7 @@ def _by_sphere(
 
 
 def _line_crosses(to: Array, v: Array, r: Array, patch: Footprint, at: NDArray[np.int64]) -> Mask:
-    """Whether D(L - p, C - p) may change its sign for p in a patch: see `_line_range`."""
+    """Whether D(L - p, C - p) may change its sign in a patch: see `_shadow_line_range`."""
     low, high, rounding = _line_range(to, v, r, patch, at)
     crosses: Mask = (high >= -rounding) & (low <= rounding)
     return crosses
@@ -315,9 +318,10 @@ def _line_crosses(to: Array, v: Array, r: Array, patch: Footprint, at: NDArray[n
 def _line_range(
     to: Array, v: Array, r: Array, patch: Footprint, at: NDArray[np.int64]
 ) -> tuple[Array, Array, Array]:
-    """Range of D(L - p, C - p), a quadratic in p, for p in patches, and its rounding: (m,) each.
+    """Bounds of D(L - p, C - p), a quadratic in p, for p in patches, and its rounding: (m,) each.
 
-    `to` and v (3, m) lead from the patches' centres to L and C.
+    D is the discriminant of the line from p to a point light L and a sphere of centre C. `to` and v
+    (3, m) lead from the patches' centres to L and C.
     """
     steps = tuple(-columns(step, at) for step in patch.steps)
     wide = sum(np.sqrt(dot(step, step)) for step in steps) + patch.off[at]
@@ -330,7 +334,7 @@ def _line_range(
 
 
 def _range(light: Emitter, to: Array, v: Array, r: Array) -> tuple[Array, Array]:
-    """Range of the discriminant over a quad light, inwards by its rounding."""
+    """Range (m,) of the discriminant over a quad light, narrowed by its rounding at both ends."""
     d = discriminant(Jet.linear(to, (light.half_u, light.half_v), 2), v, r)
     low, high = rectangle_range(d, 1.0, 1.0)
     far, away, side = np.sqrt(dot(to, to)) + light.radius, np.sqrt(dot(v, v)), cross(to, v)
@@ -347,7 +351,7 @@ def _by_quad(
     reach: Array,
     patch: Footprint | None,
 ) -> Mask:
-    """By the edge functions: each is linear in the light and, for a fixed light, in the point."""
+    """`_sharp_by_sphere` for quads, whose edge functions are linear in the light and the point."""
     ids = pairs.item - plan.sphere_count
     u, v = columns(plan.quads.edge_u, ids), columns(plan.quads.edge_v, ids)
     point = columns(surface.point, pairs.pixel)
@@ -377,7 +381,7 @@ def _by_quad(
         through = np.minimum(through, patch.change(normal, pairs.pixel))
     across, slack = dot(to, normal), light.radius * size + through
     sharp: Mask = may_cover & may_miss & (across + slack > height)
-    # the patch may reach through the quad's plane: from there all signs are the other way
+    # the patch may cross the quad's plane: on the other side all signs are reversed
     near = height <= through
     either = may_cover & (across + slack > -height)
     behind = may_cover_behind & (slack - across > -height)

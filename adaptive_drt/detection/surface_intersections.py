@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Detection over the pixel where two objects cover it: do their surfaces cut each other in it?
+"""Detection over the pixel where two objects cover it: may their surfaces intersect in it?
 
-The ray w meets the plane n.P = k at P = k w / f, f = n.w, and there lies outside a sphere of centre
-v and radius r where
+The ray of direction w hits the plane n.P = k at P = k w / f, f = n.w. This point lies outside a
+sphere of centre v and radius r where
 
     Q(w) = k^2 (w.w) - 2 k f (w.v) + f^2 (v.v - r^2)  > 0,
 
-a quadratic in the pixel's coordinates. Two spheres cut each other in a plane, their radical plane,
-and two planes where k1 f2 - k2 f1 = 0. While the sign stays, the order in depth does.
+a quadratic in the pixel's coordinates. Two spheres intersect in a plane, their radical plane, and
+two planes where k1 f2 - k2 f1 = 0. The depth order does not change where the sign does not.
 """
 
 from __future__ import annotations
@@ -26,17 +26,17 @@ __all__ = ["detect_seams"]
 
 
 SEAM_ROUNDING = 64.0 * 2.0**-53
-"""Relative to the sum of the terms' sizes: rounding of Q, counted generously."""
+"""Generous bound on the rounding error of Q, relative to the sum of the sizes of its terms."""
 
 
 def detect_seams(plan: Plan, w: Array, first: Ints, second: Ints, half: float) -> Mask:
-    """Whether the order in depth of two objects may change within a pixel.
+    """Whether the depth order of two objects may change within a pixel: (m,) bool.
 
     Parameters
     ----------
     w : (3, m) directions through pixels' centres.
     first, second : (m,) objects that both cover their pixel.
-    half : bound on how far a direction in a pixel lies from the centre's.
+    half : bound on |w' - w| for the directions w' of a pixel, from `half_pixel`.
     """
     a, b = np.minimum(first, second), np.maximum(first, second)
     ball, other_ball = a < plan.sphere_count, b < plan.sphere_count
@@ -56,7 +56,7 @@ def detect_seams(plan: Plan, w: Array, first: Ints, second: Ints, half: float) -
 
 
 def _radical_plane(plan: Plan, a: Ints, b: Ints) -> tuple[Array, Array]:
-    """The plane in which two spheres cut each other: normal (3, m) and k (m,)."""
+    """The radical plane of two spheres: normal (3, m), not of unit length, and k (m,)."""
     c0, c1 = columns(plan.spheres.center, a), columns(plan.spheres.center, b)
     r0, r1 = plan.spheres.radius[a], plan.spheres.radius[b]
     normal = c1 - c0
@@ -66,19 +66,20 @@ def _radical_plane(plan: Plan, a: Ints, b: Ints) -> tuple[Array, Array]:
 
 
 def _plane_of_second(plan: Plan, a: Ints, b: Ints) -> tuple[Array, Array]:
+    """The plane of the second object, a quad; the arguments are those of `_radical_plane`."""
     del a
     return _plane(plan, b)
 
 
 def _plane(plan: Plan, item: Ints) -> tuple[Array, Array]:
-    """Normals (3, m) and k (m,) of the planes of quads."""
+    """Normals (3, m), not of unit length, and k (m,) of the planes of quads."""
     ids = item - plan.sphere_count
     normal = cross(columns(plan.quads.edge_u, ids), columns(plan.quads.edge_v, ids))
     return normal, dot(normal, columns(plan.quads.corner, ids))
 
 
 def _evened(plan: Plan, ball: Ints, normal: Array, k: Array) -> tuple[Array, Array]:
-    """The same plane in a unit in which Q is at most a few (w.w), whatever the scene's size."""
+    """The planes, scaled so that Q is at most a few (w.w) whatever the size of the scene."""
     v, r = columns(plan.spheres.center, ball), plan.spheres.radius[ball]
     reach = np.sqrt(dot(normal, normal)) * (np.sqrt(dot(v, v)) + r)
     unit = np.maximum(np.abs(k) + reach, TINY)
@@ -86,7 +87,7 @@ def _evened(plan: Plan, ball: Ints, normal: Array, k: Array) -> tuple[Array, Arr
 
 
 def _on_sphere(plan: Plan, w: Array, ball: Ints, normal: Array, k: Array, half: float) -> Mask:
-    """Whether Q may change its sign in the pixel."""
+    """Whether Q, for a sphere and a plane, may change its sign in the pixel: (m,) bool."""
     lens = plan.lens
     v, r = columns(plan.spheres.center, ball), plan.spheres.radius[ball]
     gap = dot(v, v) - r * r
@@ -102,7 +103,7 @@ def _on_sphere(plan: Plan, w: Array, ball: Ints, normal: Array, k: Array, half: 
 
 
 def _on_plane(plan: Plan, w: Array, a: Ints, b: Ints) -> Mask:
-    """Whether two planes may have equal depth in the pixel."""
+    """Whether the planes of two quads may have equal depth in the pixel: (m,) bool."""
     lens = plan.lens
     (n0, k0), (n1, k1) = _plane(plan, a), _plane(plan, b)
     turn = k0 * n1 - k1 * n0

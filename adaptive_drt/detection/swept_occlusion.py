@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What occluders surely do to a light as pieces of surfaces see it, during the whole shutter.
+"""Occlusion of a light from patches of surface during the whole shutter, by bounding balls.
 
-A ray from a point near p to a point of a light stays as near to the ray from p to the same point:
-what a ball of radius r + d leaves alone as seen from p, one of radius r leaves alone as seen from
-anywhere within d of p; what one of radius r - d hides, it hides as well. The same is true of where
-the light and the ball are at other times of the shutter.
+Let q be within d of a point p. The segments from p and from q to the same point of a light are
+within d of each other. So if a ball of radius r + d hides nothing of the light from p, a ball of
+radius r hides nothing from q; and if one of radius r - d hides all of it from p, one of radius r
+hides all of it from q. The displacements of the light and the ball add to d in the same way.
 """
 
 from __future__ import annotations
@@ -34,32 +34,32 @@ def classify_patches(
     pairs: Pairs,
     reach: Array,
 ) -> tuple[Mask, Mask]:
-    """Whether each occluder hides nothing of a light from a patch, or all of it, all the time.
+    """Whether each occluder hides nothing of a light from a patch, or all of it, at all times.
 
     Parameters
     ----------
-    surface : n points.  reach : (n,) metres, how far their patches extend from them.
-    light : as it casts shadows.  pairs : (m) points and objects; only of spheres is anything sure.
+    surface : n points.  reach : (n,) metres, bounds on the reach of their patches.
+    light : as it casts shadows.  pairs : m pairs of points and objects.
 
     Returns
     -------
-    none, full : (m,).
+    none, full : (m,) bool; both are false where nothing is proven, and for all quads.
     """
     none, full = np.zeros((2, pairs.item.size), dtype=np.bool_)
     own = surface.item[pairs.pixel] == pairs.item
     rows = ((pairs.item < plan.sphere_count) & ~own).nonzero()[0]
     if light.kind not in (POINT, QUAD):
-        # a disk faces who looks at it: wherever that is, it is in this ball
+        # a disk faces each point that sees it; this ball contains it for all points
         light = replace(light, kind="BALL")
     item, pixel = pairs.item[rows], pairs.pixel[rows]
     point, place = columns(surface.point, pixel), columns(occluders.center, item)
     path = light.ball - light.radius
-    # the radii of the occluders are those of balls around their paths
+    # `occluders.radius` are the radii of balls around the swept spheres
     wide, own_radius = occluders.radius[item], plan.spheres.radius[item]
     away = reach[pixel] + path + graze_of(point, own_radius)
     around, within = wide + away, 2.0 * own_radius - wide - away
     none[rows] = _hides(plan, light, point, place, around)[0]
-    # where a ball may hold both a point and the light, it hides nothing
+    # a ball that contains both the point and the light hides nothing
     apart = (norm(place - point) >= around) | (norm(light.center - place) - light.radius >= around)
     some = (~none[rows] & (within > 0.0) & apart).nonzero()[0]
     full[rows[some]] = _hides(
@@ -69,7 +69,7 @@ def classify_patches(
 
 
 def _hides(plan: Plan, light: Emitter, point: Array, place: Array, r: Array) -> tuple[Mask, Mask]:
-    """Whether balls hide nothing, or all of a light from points outside them: (m,) each."""
+    """Whether balls hide nothing, or all of a light; both false for points inside: (m,) each."""
     v = place - point
     enclosed = starts_within(dot(v, v), r, 0.0)
     if light.kind == POINT:

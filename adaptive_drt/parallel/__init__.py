@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Threads and worker processes that calls are shared among."""
+"""Threads and worker processes that the calls of a render are distributed over."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How far a call is while it is being made: it tells whoever listens in its own thread."""
+"""Progress of a running call, reported to a callback of the thread that runs it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ __all__ = ["each_of", "heard_by", "part_of_call", "tell"]
 
 
 class _Listener(threading.local):
-    """Of each thread: who is told, if anybody, and from where to where on."""
+    """The progress callback of each thread, if any, and the range that progress is mapped to."""
 
     told: Callable[[float], None] | None = None
     first, last = 0.0, 1.0
@@ -23,7 +23,7 @@ _listener = _Listener()
 
 @contextmanager
 def heard_by(told: Callable[[float], None]) -> Iterator[None]:
-    """Have a function told what this thread tells meanwhile."""
+    """Within the context, pass the progress that this thread reports to a function."""
     here = _listener
     before = here.told, here.first, here.last
     here.told, here.first, here.last = told, 0.0, 1.0
@@ -35,7 +35,7 @@ def heard_by(told: Callable[[float], None]) -> Iterator[None]:
 
 @contextmanager
 def part_of_call(first: float, last: float) -> Iterator[None]:
-    """Have what is told meanwhile, 0 to 1, count as from `first` to `last` of what is done here."""
+    """Within the context, map reported progress from 0..1 to `first`..`last` of the outer range."""
     here = _listener
     low, high = here.first, here.last
     here.first, here.last = low + first * (high - low), low + last * (high - low)
@@ -49,14 +49,14 @@ Thing = TypeVar("Thing")
 
 
 def each_of(things: Sequence[Thing]) -> Iterator[Thing]:
-    """Things one after the other: what is told meanwhile counts as that part of them all."""
+    """Iterate over a sequence. Progress reported for one item counts for its share of the whole."""
     for index, thing in enumerate(things):
         with part_of_call(index / len(things), (index + 1) / len(things)):
             yield thing
 
 
 def tell(part: float) -> None:
-    """Tell what part (0 to 1) is done of what this thread does, which may be part of a call."""
+    """Report the completed fraction (0 to 1) of the innermost range. No-op without a callback."""
     here = _listener
     if here.told is not None:
         here.told(here.first + part * (here.last - here.first))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How a render is cancelled: an event is set, and whoever looks at it raises `Stopped`."""
+"""Cancelling a render: an event is set, and code that polls it raises `RenderCancelled`."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What works on a render: threads, which call workers where these are ready."""
+"""The executor of a render: threads that run calls, in worker processes where these are ready."""
 
 from __future__ import annotations
 
@@ -17,18 +17,20 @@ from .pool import Call, Shift, crew
 __all__ = ["Aside", "Hands", "Parts", "beside"]
 
 HEARTBEAT = 0.05
-"""Seconds between signs of life, at which a host may cancel."""
+"""Seconds to wait for a result before control returns to the caller, who may cancel the render."""
 
 Outcome: TypeAlias = tuple[int, Any, BaseException | None]
+"""Number of a call, its result, and the exception that it raised or None."""
 Parts: TypeAlias = dict[int, float]
-"""What part is done of calls that are being made, by their numbers."""
+"""Completed fraction, 0 to 1, of each running call, by the call's number."""
 Result = TypeVar("Result")
 
 
 def beside(function: Callable[..., Result], *arguments: Any) -> Generator[None, None, Result]:
-    """Make one call in a thread of its own; yields at heartbeats, and returns what comes of it.
+    """Run a function in a new thread. Yields every `POLL_INTERVAL` and returns the result.
 
-    Closing the generator early waits for its end: it cannot be stopped.
+    Raises what the function raises. Closing the generator early waits for the thread to end: the
+    function cannot be interrupted.
     """
     done: SimpleQueue[tuple[Result | None, BaseException | None]] = SimpleQueue()
 
@@ -56,7 +58,7 @@ def beside(function: Callable[..., Result], *arguments: Any) -> Generator[None, 
 
 @dataclass(frozen=True)
 class Aside:
-    """Calls put aside: how many, and what came of those that have been made."""
+    """Deferred calls: their number, and the outcomes and progress of those run so far."""
 
     count: int
     done: SimpleQueue[Outcome] = field(default_factory=SimpleQueue)
@@ -65,9 +67,9 @@ class Aside:
 
 @dataclass(frozen=True)
 class _Job:
-    """A call of some that are made together, and where what comes of it goes.
+    """A call, its number in its batch, and where its outcome and its progress are stored.
 
-    Meanwhile `parts` holds what part of it is done.
+    While it runs, `parts[number]` is its completed fraction.
     """
 
     number: int
@@ -76,28 +78,31 @@ class _Job:
     parts: Parts
 
     def note(self, part: float) -> None:
-        """Take in what part of it is done; of parts within parts some may be done once more."""
+        """Store the completed fraction; it never decreases, though nested parts may be repeated."""
         self.parts[self.number] = max(part, self.parts.get(self.number, 0.0))
 
 
 class Hands:
-    """The threads of one render. Closing ends them, and cancels the calls that are left.
+    """The executor of one render, with its own threads.
 
-    Results come as they are ready, whatever their order: what is called must not mind.
+    Results are returned in the order of completion, so calls must not depend on each other.
+    Closing ends the threads and cancels calls that have not completed.
     """
 
     def __init__(self, stop: threading.Event, threads: int) -> None:
-        """No thread yet.
+        """Create the executor. Threads are started with the first calls.
 
-        stop : is set where calls are left when this closes.
-        threads : how many calls may be made at a time.
+        Parameters
+        ----------
+        stop : event that is set when calls are cancelled.
+        threads : largest number of calls that run at a time.
         """
         self._stop, self._count, self._shift = stop, threads, Shift()
         self._change = threading.Condition()
         self._next: deque[_Job] = deque()
         self._aside: deque[_Job] = deque()
         self._threads: list[threading.Thread] = []
-        # how many calls may be made at a time, how many are, and how many of those put aside
+        # limit of calls that run at a time, how many do, how many of those are deferred
         self._most = self._busy = self._lent = 0
         self._spare = 1
         self._over = False
@@ -105,12 +110,14 @@ class Hands:
     def results(
         self, calls: Iterable[Call], parts: Parts | None = None
     ) -> Generator[tuple[int, Any] | None, None, None]:
-        """What comes of calls, with their numbers; None at each heartbeat between.
+        """Run calls and yield (number, result) in order of completion; None each `POLL_INTERVAL`.
 
-        The first are under way when this returns. Raises what a call raises. Closing the generator
-        early sets the event `stop`.
+        The first calls are running when this method returns. The generator raises what a call
+        raises. Closing it early cancels the calls and sets the event `stop`.
 
-        parts : kept up with what part is done of those that are being made.
+        Parameters
+        ----------
+        parts : updated with the completed fraction of the calls that are running.
         """
         parts = {} if parts is None else parts
         self._employ()
@@ -120,7 +127,7 @@ class Hands:
         return self._collected(done, waiting, todo, parts)
 
     def aside(self, calls: Sequence[Call]) -> Aside:
-        """Have calls made where hands are free beside others; one is kept for these."""
+        """Run calls on threads without other work. One thread is kept for calls of `results`."""
         aside = Aside(len(calls))
         self._employ()
         self._put(
@@ -130,7 +137,7 @@ class Hands:
         return aside
 
     def gather(self, aside: Aside) -> Generator[tuple[int, Any] | None, None, None]:
-        """What comes of calls put aside, by all hands now; as `results`."""
+        """Yield the results of deferred calls, which may now use all threads; as `results`."""
         with self._change:
             self._spare = 0
             self._change.notify_all()
@@ -143,7 +150,7 @@ class Hands:
         todo: Iterator[tuple[int, Call]],
         parts: Parts,
     ) -> Generator[tuple[int, Any] | None, None, None]:
-        """What comes of calls, of which so many have been put already, and the rest is to be."""
+        """Yield results. `waiting` calls have been queued already; those in `todo` have not."""
         try:
             while True:
                 waiting += self._begin(todo, waiting, done, parts)
@@ -160,7 +167,7 @@ class Hands:
                     raise error
                 yield number, result
         finally:
-            # left early: cancelled, or by an error
+            # closed early by cancelling, or left by an exception
             if waiting:
                 self._break_off()
 
@@ -171,15 +178,15 @@ class Hands:
         done: SimpleQueue[Outcome],
         parts: Parts,
     ) -> int:
-        """Put more calls beside those waiting, and return how many."""
-        # as many again as can be made at a time: nobody waits for this thread
+        """Queue more calls beside the `waiting` ones, and return how many."""
+        # twice as many as run at a time, so that no thread waits for this one
         some = islice(todo, max(2 * self._most - waiting, 0))
         jobs = [_Job(*each, done, parts) for each in some]
         self._put(self._next, jobs)
         return len(jobs)
 
     def close(self) -> None:
-        """End the threads."""
+        """End the threads, after cancelling calls that have not completed."""
         if self._busy or self._next or self._aside:
             self._break_off()
         with self._change:
@@ -189,6 +196,7 @@ class Hands:
             thread.join()
 
     def _break_off(self) -> None:
+        """Cancel the queued calls and those that are running."""
         self._stop.set()
         with self._change:
             self._next.clear()
@@ -196,10 +204,10 @@ class Hands:
         self._shift.break_off()
 
     def _employ(self) -> None:
-        """Have a thread for each call to make at a time: workers may be ready now."""
+        """Start threads up to the current limit, which grows as workers become ready."""
         with self._change:
             hands = crew.hands(self._count)
-            # those that work for this render are no less ready
+            # the pool does not count the workers that run calls of this render as ready
             self._most = max(hands, self._most) if self._busy else hands
             for _ in range(len(self._threads), self._most):
                 thread = threading.Thread(target=self._serve, name="Render", daemon=True)
@@ -212,7 +220,7 @@ class Hands:
             self._change.notify_all()
 
     def _take(self) -> tuple[_Job, bool] | None:
-        """A call to make and whether it was put aside; None when all is over."""
+        """Wait for a job. Returns it and whether it is a deferred one, or None after `close`."""
         with self._change:
             while not self._over:
                 if self._busy < self._most:
@@ -227,6 +235,7 @@ class Hands:
         return None
 
     def _serve(self) -> None:
+        """Loop of a thread: run jobs until the executor is closed."""
         make = self._shift.make if self._count > 1 else Call.here
         while (taken := self._take()) is not None:
             job, lent = taken

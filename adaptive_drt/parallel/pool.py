@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Worker processes beside this one: what threads share, they share better.
+"""A pool of worker processes, which scale better than threads.
 
-Python runs one thread at a time, and hands over at each call of NumPy. Where calls are short, at
-300 x 300, two threads take longer than one; two processes take little more than half.
+Python runs one thread at a time and switches threads at each call of NumPy. Where these calls are
+short, at 300 x 300, two threads take longer than one; two processes take little more than half.
 
-Workers are started when a picture is large enough, are used once they have loaded, and end with
-this process, when they are told to, or when nobody has called for a while. Where none can be had
-all is done by threads, to the same picture.
+Workers are started when an image is large enough, and get calls once they have loaded. They end
+with this process, when the pool is stopped, and after `IDLE_TIMEOUT` without a call. Where no
+worker can be started, threads run all calls, with the same image as result.
 """
 
 from __future__ import annotations
@@ -48,30 +48,33 @@ for name in ("render", "parallel.worker"):
     module = importlib.import_module(package + "." + name)
 module.serve(idle)
 """
-"""What a worker runs: this package under the name that it has here, without those around it, which
-may need Blender."""
+"""Program of a worker. It imports the core under the package name that it has in this process.
+
+The packages that enclose the core are replaced by empty modules, for they may need Blender."""
 ENVIRONMENT = {
-    # there are as many workers as processors
+    # one thread each: there are as many workers as processors
     "OPENBLAS_NUM_THREADS": "1",
     "OMP_NUM_THREADS": "1",
-    # glibc's largest thresholds: memory of arrays is kept for the next, and not faulted in anew
-    # (0.35 of 1.3 s, 400 spheres)
+    # glibc's largest thresholds: freed memory of arrays is reused instead of returned to the
+    # system and faulted in again (0.35 of 1.3 s, 400 spheres)
     "MALLOC_MMAP_THRESHOLD_": str(32 << 20),
     "MALLOC_TRIM_THRESHOLD_": str(1 << 30),
 }
-"""What a worker's own differs in."""
+"""Environment variables of a worker that differ from those of this process."""
 PACKAGE = __name__.rpartition(".")[0].rpartition(".")[0]
-"""Name of the core's package, whatever is around it."""
+"""Full name of the core's package, with the packages that enclose it."""
 IDLE = 120.0
-"""Seconds without a call after which a worker ends: an artist looks, and renders again."""
+"""Seconds without a call after which a worker ends: an artist often renders again within them."""
 PIPE = 1 << 20
-"""Bytes that a pipe holds where that can be set: on Linux, whose limit that is for all but root. Of
-the usual 64 KiB at a time, each of which the reader must wake up for, 4 MB take 5 ms, not 2."""
+"""Capacity of the pipes to a worker, in bytes, where it can be set: on Linux.
+
+It is Linux's limit for users other than root. With the default of 64 KiB the reader wakes up for
+each 64 KiB, and 4 MB take 5 ms instead of 2."""
 
 
 @dataclass(frozen=True)
 class Share:
-    """What many calls have in common: sent to each worker once."""
+    """Leading arguments that many calls have in common, sent to each worker only once."""
 
     values: tuple[Any, ...]
     number: int = field(default_factory=itertools.count().__next__)
@@ -79,22 +82,22 @@ class Share:
 
 @dataclass(frozen=True)
 class Call:
-    """A call of a function of this package: `function(*share.values, *arguments)`."""
+    """A call of a function of the core: `function(*share.values, *arguments)`."""
 
     function: Callable[..., Any]
     share: Share
     arguments: tuple[Any, ...]
 
     def here(self) -> Any:
-        """Make the call in this process."""
+        """Run the call in this process."""
         return self.function(*self.share.values, *self.arguments)
 
 
 class _Worker:
-    """One process."""
+    """A worker process, with a pipe for calls and a pipe for answers."""
 
     def __init__(self) -> None:
-        # the core's own package, which holds the one that this file is in
+        # the core's package, which contains the package of this file
         package, folder = PACKAGE, Path(__file__).resolve().parent.parent
         words = [
             sys.executable,
@@ -108,7 +111,7 @@ class _Worker:
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
-            # Ctrl-C is for the host to answer
+            # only the host process is to handle Ctrl-C
             start_new_session=os.name == "posix",
             creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
             env={**os.environ, **ENVIRONMENT},
@@ -126,7 +129,7 @@ class _Worker:
         self._watching.start()
 
     def _watch(self) -> None:
-        """See the process load, and wait for its end: one that nobody waits for stays a zombie."""
+        """Wait until the process has loaded, then for its end: otherwise it would stay a zombie."""
         try:
             self.ready = receive(self._answers) == READY
         except (EOFError, OSError, ValueError, pickle.UnpicklingError):
@@ -135,19 +138,19 @@ class _Worker:
 
     @property
     def alive(self) -> bool:
-        # a process that has been told to end may take a while
+        # a process may run for a while after it was killed
         return not self._killed and self._process.poll() is None
 
     def tell(self, call: Call) -> None:
-        """Begin a call; raises OSError if the process has ended."""
+        """Send a call; raises OSError if the process has ended."""
         values = None if call.share.number == self._share else call.share.values
         send(self._calls, (call.function, values, call.arguments))
         self._share = call.share.number
 
     def answer(self) -> tuple[Any, Exception | None]:
-        """The result or the exception; raises EOFError or OSError if the process has ended.
+        """Wait for the result or the exception of the call, and report its progress meanwhile.
 
-        Tells meanwhile what the worker tells.
+        Raises EOFError or OSError if the process has ended.
         """
         while isinstance(got := receive(self._answers), float):
             tell(got)
@@ -155,12 +158,12 @@ class _Worker:
         return answer
 
     def kill(self) -> None:
-        """End it in the midst of a call, which raises EOFError or OSError."""
+        """Kill the process during a call; its `answer` then raises EOFError or OSError."""
         self._killed = True
         self._process.kill()
 
     def close(self) -> None:
-        """End it, and leave nothing behind; nobody may be calling."""
+        """End the process, its thread and its pipes. No call may be running."""
         self._process.kill()
         self._watching.join()
         for pipe in (self._calls, self._answers):
@@ -169,7 +172,7 @@ class _Worker:
 
 
 def _widen(pipe: IO[bytes]) -> None:
-    """Let a pipe hold more, where the system can."""
+    """Enlarge the capacity of a pipe, where the system can."""
     with suppress(ImportError, AttributeError, OSError):
         import fcntl
 
@@ -177,10 +180,10 @@ def _widen(pipe: IO[bytes]) -> None:
 
 
 class Crew:
-    """The workers of this process."""
+    """The worker processes of this process."""
 
     def __init__(self) -> None:
-        """None at first."""
+        """Create an empty pool, which ends its workers when this process exits."""
         self._lock = threading.Lock()
         self._idle: list[_Worker] = []
         self._busy: set[_Worker] = set()
@@ -189,23 +192,23 @@ class Crew:
 
     @property
     def ready(self) -> int:
-        """How many have loaded and are not called."""
+        """Number of workers that have loaded and run no call."""
         with self._lock:
             return sum(worker.ready and worker.alive for worker in self._idle)
 
     def hands(self, threads: int) -> int:
-        """How many calls to make at a time, of so many threads allowed.
+        """Number of calls to run at a time, at most `threads`.
 
-        With workers one is made in this process: two would wait for each other.
+        With workers only one call runs in this process: two would wait for Python's lock.
         """
         ready = self.ready
         return min(threads, 1 + ready) if ready else threads
 
     def muster(self, count: int) -> None:
-        """Have so many workers, as soon as they have loaded; returns at once."""
+        """Start workers until there are `count`. Returns before they have loaded."""
         with self._lock:
             dead = [worker for worker in self._idle if not worker.alive]
-            # one that never got ready: no other would
+            # if a worker failed to load, so would any other
             self._useless |= any(worker.failed for worker in dead)
             self._idle = [worker for worker in self._idle if worker not in dead]
             lacking = 0 if self._useless else count - len(self._idle) - len(self._busy)
@@ -219,7 +222,7 @@ class Crew:
             worker.close()
 
     def borrow(self) -> _Worker | None:
-        """A worker to call, if one is ready."""
+        """Take a ready worker out of the pool, or return None if there is none."""
         with self._lock:
             for worker in self._idle:
                 if worker.ready and worker.alive:
@@ -229,13 +232,13 @@ class Crew:
         return None
 
     def give_back(self, worker: _Worker) -> None:
-        """After a call."""
+        """Return a worker to the pool after a call."""
         with self._lock:
             self._busy.discard(worker)
             self._idle.append(worker)
 
     def stop(self) -> None:
-        """End all workers."""
+        """End all workers. Calls that they are running raise EOFError or OSError."""
         with self._lock:
             idle, self._idle = self._idle, []
             for worker in self._busy:
@@ -245,20 +248,23 @@ class Crew:
 
 
 crew = Crew()
-"""The one crew: renders at the same time share it."""
+"""The pool of this process, shared by all renders that run at the same time."""
 
 
 class Shift:
-    """Calls that are made together, and may be broken off together."""
+    """A group of calls that are run by workers where possible and can be cancelled together."""
 
     def __init__(self) -> None:
-        """With no call yet."""
+        """Create a group without calls."""
         self._lock, self._telling = threading.Lock(), threading.Lock()
         self._busy: set[_Worker] = set()
         self._over = False
 
     def make(self, call: Call) -> Any:
-        """Make a call by a worker, or here where none is ready."""
+        """Run a call in a worker, or in this process if no worker is ready or its worker has ended.
+
+        Raises what the call raises, and `RenderCancelled` after `break_off`.
+        """
         try:
             answer = self._asked(call)
         except (EOFError, OSError):
@@ -273,7 +279,10 @@ class Shift:
         return result
 
     def _asked(self, call: Call) -> tuple[Any, Exception | None] | None:
-        """What a worker answers, if one is ready; raises EOFError or OSError if it has ended."""
+        """The result and the exception of a call run by a worker, or None if no worker is ready.
+
+        Raises EOFError or OSError if the worker has ended.
+        """
         worker = self._tell(call)
         if worker is None:
             return None
@@ -283,10 +292,10 @@ class Shift:
             self._give_back(worker)
 
     def _tell(self, call: Call) -> _Worker | None:
-        """A worker that has been told to make a call, if one is ready.
+        """Send a call to a ready worker and return the worker, or None if no worker is ready.
 
-        One call at a time, before any is made here: Python lets a thread that computes go on for
-        5 ms before another may write.
+        Calls are sent one at a time, before one is run in this process: Python lets a thread that
+        computes hold its lock for 5 ms before another thread may write.
         """
         with self._telling:
             worker = crew.borrow()
@@ -309,7 +318,7 @@ class Shift:
         crew.give_back(worker)
 
     def break_off(self) -> None:
-        """End all calls, and those who make them."""
+        """Cancel all calls of the group by killing the workers that run them."""
         with self._lock:
             self._over = True
             for worker in self._busy:

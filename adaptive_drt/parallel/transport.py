@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Objects over a pipe. Arrays travel beside the pickle, without being copied into it (PEP 574)."""
+"""Pickled objects over a pipe. Arrays are sent beside the pickle, not copied into it (PEP 574)."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from typing import IO, Any
 __all__ = ["receive", "send"]
 
 NUMBER = struct.Struct("<Q")
-"""Of each part: first how many parts there are, then before each its bytes."""
+"""Format of the integers in a message: the number of its parts, then before each part its bytes."""
 
 
 def send(pipe: IO[bytes], value: Any) -> None:
-    """Write an object.
+    """Write an object to a pipe.
 
     Raises
     ------
     OSError
-        Nobody reads any more.
+        The reading end of the pipe is closed.
     """
     buffers: list[pickle.PickleBuffer] = []
     body = pickle.dumps(value, protocol=5, buffer_callback=buffers.append)
@@ -32,12 +32,12 @@ def send(pipe: IO[bytes], value: Any) -> None:
 
 
 def receive(pipe: IO[bytes]) -> Any:
-    """Read an object; its arrays are its own, and may be written to.
+    """Read an object from a pipe. Its arrays are writable and share no memory with others.
 
     Raises
     ------
     EOFError
-        Nobody writes any more.
+        The writing end of the pipe is closed.
     """
     parts = [_read(pipe, _number(pipe)) for _ in range(_number(pipe))]
     return pickle.loads(parts[0], buffers=parts[1:])
@@ -49,6 +49,7 @@ def _number(pipe: IO[bytes]) -> int:
 
 
 def _read(pipe: IO[bytes], size: int) -> bytearray:
+    """Read exactly `size` bytes; raises EOFError if the pipe ends before."""
     room = bytearray(size)
     view = memoryview(room)
     while view.nbytes:

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The side of a worker process: it calls what it is told to, until its input ends.
+"""Main loop of a worker process: it runs the calls that it receives, until its input ends.
 
-A message is (function, share, arguments) and the answer (result, None) or (None, exception). The
-share is what many calls have in common; None stands for the one before. Before the answer may come
-numbers: what part of the call is done.
+A call is the message (function, shared, arguments), its answer (result, None) or (None, exception).
+`shared` are the leading arguments that many calls have in common, or None if they are those of the
+last call. Before the answer the worker may send floats: the completed fraction of the call.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from .transport import receive, send
 __all__ = ["READY", "serve"]
 
 READY = "ready"
-"""The first word of a worker that has loaded all it needs."""
+"""First message of a worker, sent when it has imported everything that it needs."""
 NEWS = 0.1
-"""Seconds at least between two numbers that tell how far a call is: each wakes up a thread."""
+"""Least time between two progress messages, in seconds: each wakes up a thread of the receiver."""
 
 
 class _Teller:
-    """Sends on what a call tells, now and then."""
+    """Callback that sends the progress of a call, at most once every `PROGRESS_INTERVAL`."""
 
     def __init__(self, answers: IO[bytes]) -> None:
         self._answers, self._due = answers, 0.0
@@ -39,9 +39,9 @@ class _Teller:
 
 
 def serve(idle: float) -> None:
-    """Answer calls until there are no more, or none comes for so many seconds."""
+    """Answer calls until the input ends or no call has come for `idle` seconds; then exit."""
     calls, answers = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
-    # whatever is printed is no answer
+    # what the calls print must not get into the pipe of answers
     nothing = os.open(os.devnull, os.O_RDWR)
     os.dup2(nothing, 0)
     os.dup2(nothing, 1)

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The compiled scene: nearest hits, shadow rays and the occluders that matter."""
+"""The compiled scene, nearest hits of camera rays, shadow rays and culling of occluders."""

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where rays meet objects that they may just miss: beside a sphere, or a quad on its plane."""
+"""Ray parameters of hits, and of the closest point of an object where a ray misses it.
+
+For a sphere that is the point of the ray nearest to its centre; a quad is extended to its plane.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +18,13 @@ __all__ = ["hits_or_near"]
 
 
 def hits_or_near(plan: Plan, w: Array, item: Ints, time: Array | float) -> Array:
-    """Ray parameters (m,) of objects; where a ray just misses a sphere, of its nearest point."""
+    """Ray parameters of hits, or of the closest points where rays miss: (m,), always finite.
+
+    Parameters
+    ----------
+    w : (3, m) directions of rays from the camera.  item : (m,) the object that each is tested with.
+    time : shutter time, a number or (m,).
+    """
     when = time[:, None] if isinstance(time, np.ndarray) else time
     t = pair_hits(plan, w[:, :, None], item, when)[:, 0]
     missed = (~np.isfinite(t)).nonzero()[0]
@@ -25,7 +34,7 @@ def hits_or_near(plan: Plan, w: Array, item: Ints, time: Array | float) -> Array
 
 
 def _nearest_point(plan: Plan, w: Array, item: Ints, time: Array | float) -> Array:
-    """Ray parameters where rays pass spheres, or cut the planes of quads."""
+    """Ray parameters (m,), > 0, of the closest points to spheres or of hits on planes of quads."""
     t = np.empty(item.size)
     ball = (item < plan.sphere_count).nonzero()[0]
     v = plan.spheres.moved(item[ball], _at(time, ball))
@@ -39,9 +48,11 @@ def _nearest_point(plan: Plan, w: Array, item: Ints, time: Array | float) -> Arr
 
 
 def _on_plane(w: Array, corner: Array, u: Array, v: Array) -> Array:
-    """Ray parameters (m,) of quads' planes, no farther than twice their farthest corner.
+    """Ray parameters (m,) of rays' intersections with the planes of quads.
 
-    An arm of a star may leave the region it stands for: the plane goes on where the quad ends.
+    Quadrature nodes may lie outside the pixels that see the quad, so its plane is used beyond its
+    edges. Where the plane is hit behind the camera, or beyond twice the distance of the farthest
+    corner, the largest ray parameter of the corners' projections onto the ray is returned.
     """
     normal = cross(u, v)
     facing, height = dot(w, normal), dot(corner, normal)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What this scene needs: its arrays, the effects in play, and what is skipped and why."""
+"""Compiling a scene: its arrays, the effects that have to be computed, and those skipped."""
 
 from __future__ import annotations
 
@@ -28,30 +28,37 @@ __all__ = ["Plan", "make_plan"]
 
 
 EMBREE_CROSSOVER = 2_000
-"""Spheres from which embree finds occluders sooner than arrays do: `benchmarks/crossover.py`."""
+"""Number of spheres from which embree finds candidate occluders faster than NumPy arrays do.
+
+Measured by `benchmarks/crossover.py`."""
 EMBREE_REACH = 4.0
-"""Of the spheres' mean radius: the widest light for which it does. Its proxies are inflated by
-the light's size, so towards wide lights every ray meets a crowd of them, one at a time."""
+"""Largest radius of a light, with its path, for which embree is used, in mean radii of the spheres.
+
+Embree's proxies are inflated by the light's radius, so a ray towards a large light intersects many
+of them, and each hit costs one call."""
 
 
 @dataclass(frozen=True)
 class Plan:
-    """A scene ready for tracing. The tracer's origin is the camera, which stands still.
+    """A compiled scene. Positions are relative to the camera, which is at rest at the origin.
 
     Objects are numbered: spheres first, then quads.
 
     Attributes
     ----------
-    solid : (quads,) the closed box that each is a face of: see `find_boxes`.
+    settings : the settings of the render.  lens : the camera's rays.
+    spheres, quads : the objects' shapes, relative to the camera, metres.
+    solid : (quads,) the closed box that each quad is a face of: see `find_boxes`.
     color : (3, objects) albedo.
-    moves : (objects,) bool, whether the object's outline moves during the shutter.
-    region : pixels (left, bottom, right, top) to render; picture : width and height of the whole.
-    lights : every light that shines.
-    penumbra, motion, edges : whether the effect is asked for and the scene has it.
-    embree : whether embree may find candidate occluders; `embree_finds` says of which lights.
-    threads : worker threads.
-    skipped : what is not done, and why.
-    stop : set to end all work early: whoever works in chunks calls `go_on` before each.
+    moves : (objects,) bool, whether the object moves relative to the camera during the shutter.
+    region : pixels (left, bottom, right, top) to render; picture : width and height of the image.
+    lights : the lights whose power is not zero.
+    background : (3,) colour.  transparent : whether the background is.
+    penumbra, motion, edges : whether the effect is enabled and the scene has it.
+    embree : whether embree may find candidate occluders; `embree_finds` says for which lights.
+    threads : number of threads.
+    skipped : the effects and objects that are left out, each with the reason.
+    stop : set to cancel the render: loops over chunks of work call `go_on` before each chunk.
     """
 
     settings: Settings
@@ -75,30 +82,30 @@ class Plan:
     stop: threading.Event = field(default_factory=threading.Event)
 
     def __getstate__(self) -> dict[str, Any]:
-        """For another process, which is ended rather than told to stop."""
+        """Pickled state, without `stop`: a worker process is killed when its call is cancelled."""
         return {name: value for name, value in self.__dict__.items() if name != "stop"}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        """In the other process."""
+        """Restore the pickled state, with a new event for `stop`."""
         self.__dict__.update(state, stop=threading.Event())
 
     def go_on(self) -> None:
-        """Raise `Stopped` if the render was cancelled."""
+        """Raise `RenderCancelled` if the render was cancelled."""
         if self.stop.is_set():
             raise Stopped
 
     @property
     def sphere_count(self) -> int:
-        """How many of the objects are spheres."""
+        """Number of spheres."""
         return self.spheres.radius.size
 
     @property
     def object_count(self) -> int:
-        """How many objects there are."""
+        """Number of objects."""
         return self.color.shape[1]
 
     def embree_finds(self, light: Emitter) -> bool:
-        """Whether embree finds the candidate occluders of a light, rather than arrays."""
+        """Whether embree, rather than NumPy arrays, finds the candidate occluders of a light."""
         if not self.embree or not self.sphere_count or not light.casts_shadow:
             return False
         if self.settings.accelerator == "EMBREE":
@@ -107,16 +114,16 @@ class Plan:
 
     @property
     def soft(self) -> bool:
-        """Whether every shadow has a penumbra."""
+        """Whether every light that casts shadows has a size, so that all shadows have penumbrae."""
         casting = (light for light in self.lights if light.casts_shadow)
         return all(self.shadow_light(light).extended for light in casting)
 
     def shadow_light(self, light: Emitter) -> Emitter:
-        """The light as it casts shadows: without penumbrae, from its centre."""
+        """The light as it casts shadows: reduced to its centre where penumbrae are not computed."""
         return light if self.penumbra else light.pinpoint()
 
     def summary(self) -> dict[str, Any]:
-        """What was planned, for the statistics."""
+        """The compiled scene in figures, for the statistics."""
         return {
             "spheres": self.sphere_count,
             "quads": self.object_count - self.sphere_count,
@@ -132,9 +139,9 @@ class Plan:
 
 
 def make_plan(scene: Scene, settings: Settings) -> Plan:
-    """Return the plan of a validated scene."""
+    """Compile a validated scene."""
     camera = scene.camera
-    assert camera is not None  # `validate` has seen to it
+    assert camera is not None  # `validate` has checked it
     moving = settings.use_motion
     lens = make_lens(camera)
     drift = _displacement(camera.motion if moving else None)
@@ -181,7 +188,7 @@ def make_plan(scene: Scene, settings: Settings) -> Plan:
 
 
 def _flats(quads: Sequence[Quad], origin: Array, displacement: Array) -> QuadSet:
-    """The quads as arrays, given how far (3, n) each moves over the shutter."""
+    """The quads as arrays, given their displacements (3, n) over the shutter, metres."""
     return QuadSet(
         _columns([q.corner for q in quads]) - origin,
         _columns([q.edge_u for q in quads]),
@@ -193,7 +200,7 @@ def _flats(quads: Sequence[Quad], origin: Array, displacement: Array) -> QuadSet
 def _distinct(
     shapes: Sequence[Sphere | Quad], skipped: list[dict[str, str]]
 ) -> list[Sphere | Quad]:
-    """The shapes without copies that stand in the very place of an earlier one: it is in front."""
+    """The shapes without those equal to an earlier one. These are added to `skipped`."""
     first: dict[tuple[object, ...], Sphere | Quad] = {}
     for shape in shapes:
         place = (
@@ -209,7 +216,7 @@ def _distinct(
 def _shining(
     scene: Scene, moving: bool, origin: Array, drift: Array, skipped: list[dict[str, str]]
 ) -> tuple[Emitter, ...]:
-    """The lights that shine, as emitters."""
+    """The lights with non-zero power, as emitters. The others are added to `skipped`."""
     kept = []
     for light in scene.lights:
         emitter = make_emitter(light, origin, drift, moving)
@@ -221,7 +228,7 @@ def _shining(
 
 
 def _in_contact(light: Emitter, flats: QuadSet, origin: Array, spheres: int) -> Emitter:
-    """The light, which knows the quads that lie in its plane."""
+    """The light with its list of the quads that lie in its plane, which occlude nothing of it."""
     touching = np.concatenate(
         [np.zeros(spheres, dtype=np.bool_), coplanar_quads(light, flats, origin)]
     )
@@ -231,6 +238,7 @@ def _in_contact(light: Emitter, flats: QuadSet, origin: Array, spheres: int) -> 
 def _has_penumbra(
     settings: Settings, lights: Sequence[Emitter], objects: int, skipped: list[dict[str, str]]
 ) -> bool:
+    """Whether penumbrae are computed. If not, the reason is added to `skipped`."""
     sized = any(light.extended and light.casts_shadow for light in lights)
     for absent, why in (
         (not settings.use_penumbra, "switched off: lights shadow from their centres"),
@@ -244,7 +252,7 @@ def _has_penumbra(
 
 
 def _not_needed(settings: Settings, motion: bool, objects: int) -> list[dict[str, str]]:
-    """What of motion blur and edges is skipped, and why."""
+    """Motion blur and edges, each where it is skipped, with the reason."""
     skipped = []
     if not motion:
         off = "switched off" if not settings.use_motion else "nothing moves during the shutter"
@@ -256,16 +264,18 @@ def _not_needed(settings: Settings, motion: bool, objects: int) -> list[dict[str
 
 
 def _wants_embree(settings: Settings, spheres: int) -> bool:
+    """Whether embree may be used, by the setting and the number of spheres."""
     if settings.accelerator == "AUTO":
-        # without embreex the picture is the same, only later
+        # without embreex the image is the same, but takes longer
         return spheres >= EMBREE_CROSSOVER and find_spec("embreex") is not None
     return settings.accelerator == "EMBREE" and spheres > 0
 
 
 def _displacement(motion: Motion | None) -> Array:
+    """Displacement (3,) over the shutter, metres; 0 without motion."""
     return np.array((0.0, 0.0, 0.0) if motion is None else motion.displacement, dtype=np.float64)
 
 
 def _columns(vectors: Sequence[Sequence[float] | Array]) -> Array:
-    """Vectors as columns: (3, n), also for n = 0."""
+    """Vectors as the columns of an array (3, n), also for n = 0."""
     return np.ascontiguousarray(np.array(vectors, dtype=np.float64).reshape(-1, 3).T)

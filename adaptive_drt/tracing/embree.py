@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The only file that knows embreex: it finds candidates, and float64 decides.
+"""Candidate occluders by embree. This is the only file that uses embreex.
 
-Each object stands as a closed proxy of triangles around its bounding sphere, inflated by all
-that float32 may lose. embreex returns the nearest triangle only and has no minimum distance,
-so a ray is sent on from behind each hit until nothing is left before its end.
+Embree works in float32: it returns candidates only, and which of them occlude is decided in
+float64. Each object is replaced by a proxy, an icosahedron around its bounding sphere, inflated by
+a bound on the float32 rounding errors. embreex returns only the nearest triangle and has no minimum
+distance, so each ray is restarted behind each hit until it has passed its end.
 """
 
 from __future__ import annotations
@@ -18,21 +19,27 @@ __all__ = ["ProxyScene"]
 
 
 GOLDEN = (1.0 + 5.0**0.5) / 2.0
+"""The golden ratio, of which the coordinates of an icosahedron's corners are made."""
 ICOSAHEDRON_INSPHERE = 0.7946544722917661
-"""Radius of the sphere inside an icosahedron whose corners lie on the unit sphere."""
+"""Radius of the inscribed sphere of an icosahedron whose corners lie on the unit sphere."""
 FLOAT32_ROUNDOFF = 2.0**-24
+"""Largest relative rounding error of a float32 operation."""
 INFLATION = 64.0 * FLOAT32_ROUNDOFF
-"""Relative to the scene's size: rounding of corners, rays and hits in float32, generously."""
+"""Length added to the radius of each proxy, as a fraction of the scene's size.
+
+It is a generous bound on the float32 rounding of corners, rays and hits."""
 ADVANCE = 16.0 * FLOAT32_ROUNDOFF
-"""Relative to the scene's size: how far behind a hit a ray goes on. A proxy that is entered in this
-gap is met on its far side; one that is left in it as well is only grazed, within INFLATION."""
+"""Distance behind a hit at which a ray is restarted, as a fraction of the scene's size.
+
+A proxy that the ray enters within this gap is hit on its far side. One that it also leaves within
+the gap is only grazed: the ray passes through PROXY_INFLATION alone."""
 
 
 class ProxyScene:
-    """Bounding spheres as embree sees them."""
+    """An embree scene of icosahedra around bounding spheres."""
 
     def __init__(self, center: Array, radius: Array) -> None:
-        """Build the proxies.
+        """Build the proxies of n bounding spheres.
 
         Parameters
         ----------
@@ -63,18 +70,18 @@ class ProxyScene:
 
     @property
     def outer(self) -> Array:
-        """Radii (n,) metres around the proxies: from within, a proxy may be missed."""
+        """Circumradii (n,) of the proxies, metres. A ray that starts within may miss the proxy."""
         return self._outer
 
     def along(self, start: Array, end: Array) -> tuple[Ints, Ints]:
-        """Every proxy that the segments from `start` (3, n) to `end` (3, 1) enter.
+        """The proxies that the segments from `start` (3, n) to `end` (3, 1) enter, metres.
 
-        Not those around their starts (within `outer` of a centre): all that is left of these is
-        a far side, which may lie right behind another hit.
+        Proxies around a segment's start (within `outer` of their centre) may be missing: the ray
+        hits only their far side, which may lie within the gap behind another hit.
 
         Returns
         -------
-        (segment, object) : pairs, each once, in no order.
+        segment, item : (m,) numbers of segments and objects, each pair once.
         """
         begin = ((start - self._middle[:, None]) / self._size).T
         stop = ((end - self._middle[:, None]) / self._size).T
@@ -86,7 +93,7 @@ class ProxyScene:
         found: list[Ints] = []
         while alive.size:
             origin = begin[alive] + gone[alive, None] * way[alive]
-            # not capped at the light: the far side of a proxy around it must be met as well
+            # the ray is not ended at the light: it must hit the far side of a proxy around it too
             hit = self._scene.run(
                 origin.astype(np.float32), way[alive].astype(np.float32), output=1
             )
@@ -95,7 +102,7 @@ class ProxyScene:
             item = prim // self._faces
             found.append(alive * self._count + item)
             gone[alive] += hit["tfar"][met].astype(np.float64) + ADVANCE
-            # a start inside a proxy meets its far side only, at most a diameter behind the end
+            # a ray from inside a proxy hits its far side only, at most a diameter behind the end
             alive = alive[gone[alive] <= length[alive] + self._widest]
         if not found:
             return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
@@ -104,7 +111,7 @@ class ProxyScene:
 
 
 def _icosahedron() -> tuple[Array, Ints]:
-    """Corners (12, 3) on the unit sphere and faces (20, 3)."""
+    """Corners (12, 3) on the unit sphere and faces (20, 3) of an icosahedron."""
     g = GOLDEN
     corners = np.array(
         [(0.0, s, t * g) for s in (-1, 1) for t in (-1, 1)]

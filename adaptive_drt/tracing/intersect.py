@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Camera rays: which objects a pixel can see at all, and the nearest hit among them.
+"""Camera rays: the candidate objects of each pixel, and the nearest hit among them.
 
-Objects come to the pixels, not rays to the objects: each object's exact bounds on the picture
-(over the whole shutter) give the pairs (pixel, object) that are worth a test. The same pairs
-serve the centre ray, detection and the distributed rays.
+There is no acceleration structure for camera rays. The screen-space bounds of each object over the
+whole shutter give the pairs (pixel, object) that have to be tested. The same pairs are used for the
+centre ray, for detection and for the distributed rays.
 """
 
 from __future__ import annotations
@@ -37,29 +37,32 @@ __all__ = [
 
 
 BOUND_PADDING = 2.0**-16
-"""Pixels. Widens bounds on the picture by far more than the rounding behind them."""
+"""Width by which screen-space bounds are enlarged, in pixels: far more than their rounding."""
 
 LONG_RUN = 1_024
-"""Candidates of one object, on average, from which runs of them are worth a call each."""
+"""Mean number of consecutive pairs with the same object from which each run is one call."""
 
 CACHED_PAIRS = 1 << 13
-"""Pairs at a time where pairs are tested by themselves. Finding occluders took 80 ns a pair so,
-and 460 a million at a time."""
+"""Number of pairs in a chunk, chosen so that what is gathered for them stays in the cache.
+
+Finding occluders took 80 ns a pair in such chunks, and 460 in chunks of a million pairs."""
 
 INNER_GAP = 2.0**-37
-"""Of the radius. Keeps hits on the inner side of a sphere inside it, clear of `sphere.GRAZE`: the
-camera is inside as well, so the hit is at most two radii away."""
+"""Distance from the surface at which hits on the inner side of a sphere are placed, in radii.
+
+It keeps them inside by more than the margin `sphere.GRAZE`: the camera is inside as well, so such a
+hit is at most two radii away from it."""
 
 
 @dataclass(frozen=True)
 class Tile:
-    """Every `step`-th row of the rendered region, so that tiles share the hard places evenly.
+    """Every `step`-th row of the rendered region: interlaced, so that tiles cost about the same.
 
     Attributes
     ----------
-    x, y : (n,) pixel coordinates of the pixels' centres in the picture.
-    index : (n,) numbers of the pixels in the whole picture: what their random points hang on.
-    first, step : the first row within the region, and the distance to the next.
+    x, y : (n,) pixel coordinates of the pixels' centres in the image.
+    index : (n,) numbers of the pixels in the whole image, which their random numbers depend on.
+    first, step : the first row within the region, and the number of rows to the next.
     """
 
     x: Array
@@ -70,7 +73,7 @@ class Tile:
 
     @classmethod
     def make(cls, plan: Plan, first: int, step: int) -> Tile:
-        """Rows first, first + step, ... of the plan's region."""
+        """The tile of rows first, first + step, ... of the rendered region."""
         left, bottom, right, top = plan.region
         j, i = np.mgrid[bottom + first : top : step, left:right]
         i, j = i.ravel(), j.ravel()
@@ -79,17 +82,31 @@ class Tile:
 
 @dataclass(frozen=True)
 class Pairs:
-    """Candidates: `pixel` (m,) within a batch and `item` (m,), the object each may see."""
+    """Candidate pairs of pixels (or points) and objects that may be seen from them.
+
+    Attributes
+    ----------
+    pixel : (m,) number of the pixel or point within its batch.  item : (m,) number of the object.
+    """
 
     pixel: Ints
     item: Ints
 
     def take(self, keep: NDArray[np.bool_] | Ints) -> Pairs:
-        """The pairs at a mask or an index."""
+        """The pairs selected by a mask or an index array."""
         return Pairs(self.pixel[keep], self.item[keep])
 
     def of(self, pixel: Ints, count: int) -> Pairs:
-        """The pairs, which are sorted by pixel, of each of k pixels of `count`: by place in k."""
+        """The pairs of k chosen pixels. These pairs must be sorted by pixel.
+
+        Parameters
+        ----------
+        pixel : (k,) chosen pixels.  count : number of pixels in the batch.
+
+        Returns
+        -------
+        Pairs whose `pixel` is the position of the pixel among the k chosen.
+        """
         number = np.bincount(self.pixel, minlength=count)
         first = np.cumsum(number) - number
         copies = number[pixel]
@@ -98,18 +115,18 @@ class Pairs:
 
 
 def in_cache(rows: Ints) -> list[Ints]:
-    """Rows of pairs, so many at a time that what is gathered for them stays in the cache."""
+    """Split row numbers into chunks so small that what is gathered for them stays in the cache."""
     return [rows[first : first + CACHED_PAIRS] for first in range(0, rows.size, CACHED_PAIRS)]
 
 
 @dataclass(frozen=True)
 class Surface:
-    """What rays hit.
+    """Surface points that n rays hit.
 
     Attributes
     ----------
-    point, normal : (3, n) metres, relative to the camera; unit normals turned to the viewer.
-    item : (n,) the object.
+    point : (3, n) metres, relative to the camera.  normal : (3, n) unit, on the viewer's side.
+    item : (n,) number of the object.
     inside : (n,) whether the ray hit the inner side of a sphere.
     """
 
@@ -119,7 +136,7 @@ class Surface:
     inside: NDArray[np.bool_]
 
     def take(self, keep: NDArray[np.bool_] | Ints) -> Surface:
-        """The hits at a mask or an index."""
+        """The surface points selected by a mask or an index array."""
         return Surface(
             columns(self.point, keep),
             columns(self.normal, keep),
@@ -129,10 +146,11 @@ class Surface:
 
 
 def screen_bounds(plan: Plan) -> Ints:
-    """Pixel ranges (left, bottom, right, top), (4, objects), ends exclusive, within the region.
+    """Bounds of objects in pixels, within the region: (left, bottom, right, top), (4, objects).
 
-    An object that the camera's plane cuts may be seen anywhere and gets the whole region; one
-    behind it gets an empty range.
+    The right and top ends are exclusive. An object that intersects the plane through the camera
+    parallel to the image may be seen anywhere: its bounds are the whole region. The bounds of an
+    object behind that plane are empty.
     """
     lens = plan.lens
     left, bottom, right, top = plan.region
@@ -155,11 +173,11 @@ def screen_bounds(plan: Plan) -> Ints:
 
 
 def _sphere_span(plan: Plan, lens: Lens, step: Array, fixed: Array) -> tuple[Array, Array]:
-    """Range of one pixel coordinate that spheres cover over the shutter, (n,) each.
+    """Least and largest pixel coordinate along `step` of spheres over the shutter, (n,) each.
 
-    The plane through the eye and a pixel column touches the sphere where
-    ((base + x step) x fixed . v)^2 = r^2 |(base + x step) x fixed|^2, a quadratic in x. The
-    sweep of a sphere is the hull of its ends, and so is its image.
+    The plane through the camera and the pixels of one coordinate x touches the sphere where
+    ((base + x step) x fixed . v)^2 = r^2 |(base + x step) x fixed|^2, a quadratic in x. A swept
+    sphere is the convex hull of the sphere at both ends of the shutter, and so is its image.
     """
     n0, n1 = cross(lens.base, fixed), cross(step, fixed)
     r = plan.spheres.radius
@@ -188,7 +206,7 @@ def _sphere_span(plan: Plan, lens: Lens, step: Array, fixed: Array) -> tuple[Arr
 
 
 def _quad_span(plan: Plan, lens: Lens) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
-    """Ranges of x and of y that quads cover over the shutter."""
+    """Least and largest x, and least and largest y, in pixels, of quads over the shutter."""
     quads = plan.quads
     count = quads.corner.shape[1]
     ends = (0.0,) if quads.displacement is None else (-0.5, 0.5)
@@ -199,14 +217,14 @@ def _quad_span(plan: Plan, lens: Lens) -> tuple[tuple[Array, Array], tuple[Array
     depth = np.array([dot(lens.forward[:, None], c) for c in corners])
     behind = (depth <= 0.0).all(axis=0)
     whole = (depth <= 0.0).any(axis=0) & ~behind
-    # rows of the inverse of (base, right, up): LAPACK's would wake threads that spin for 20 ms
+    # rows of the inverse of (base, right, up). LAPACK is avoided: its threads spin for 20 ms
     base, right, up = (v[:, None] for v in (lens.base, lens.right, lens.up))
     rows = cross(up, base), cross(base, right)
     volume = dot(base, cross(right, up))
     spans = []
     for row in rows:
         safe = np.where(depth > 0.0, depth, 1.0)
-        with np.errstate(over="ignore"):  # a corner at the camera's plane: its image is at infinity
+        with np.errstate(over="ignore"):  # a corner in the camera's plane has its image at infinity
             at = np.array([dot(row / volume, c) for c in corners]) / safe
         first = np.where(whole, -np.inf, np.where(behind, np.inf, at.min(axis=0, initial=np.inf)))
         last = np.where(whole, np.inf, np.where(behind, -np.inf, at.max(axis=0, initial=-np.inf)))
@@ -215,7 +233,7 @@ def _quad_span(plan: Plan, lens: Lens) -> tuple[tuple[Array, Array], tuple[Array
 
 
 def find_pairs(plan: Plan, bounds: Ints, tile: Tile) -> Pairs:
-    """The candidates of a tile, in the order of the objects.
+    """The candidate pairs of a tile, sorted by object.
 
     Parameters
     ----------
@@ -223,7 +241,7 @@ def find_pairs(plan: Plan, bounds: Ints, tile: Tile) -> Pairs:
     """
     left, bottom, right, _ = plan.region
     width = right - left
-    # the tile's rows are bottom + first + step * k: the ranges of k (rounded up) per object
+    # the tile's rows are bottom + first + step * k: the range of k for each object, rounded up
     start = bottom + tile.first
     k0 = np.maximum(-((start - bounds[1]) // tile.step), 0)
     k1 = np.maximum(-((start - bounds[3]) // tile.step), 0)
@@ -239,17 +257,17 @@ def find_pairs(plan: Plan, bounds: Ints, tile: Tile) -> Pairs:
 
 
 def places(size: Ints) -> Ints:
-    """0, 1, ... size - 1 for each of some runs, one after the other: (sum of size,)."""
+    """0, 1, ..., size - 1 for each run, concatenated: (sum of size,)."""
     return np.arange(size.sum()) - np.repeat(np.cumsum(size) - size, size)
 
 
 def runs(first: Ints, size: Ints) -> Ints:
-    """The index of some runs, one after the other: first, first + 1, ... of each."""
+    """first, first + 1, ..., first + size - 1 for each run, concatenated: (sum of size,)."""
     return np.repeat(first, size) + places(size)
 
 
 def pair_hits(plan: Plan, w: Array, item: Ints, time: Array | float = 0.0) -> Array:
-    """Ray parameters of hits of rays with their candidates, inf for a miss.
+    """Ray parameters of the hits of rays with their candidate objects, inf for a miss.
 
     Parameters
     ----------
@@ -274,10 +292,13 @@ def pair_hits(plan: Plan, w: Array, item: Ints, time: Array | float = 0.0) -> Ar
 
 
 def object_runs(plan: Plan, item: Ints) -> list[tuple[slice | Ints, Ints]]:
-    """Candidates (m,) in parts of one kind: where they are, and which objects.
+    """Split candidate objects (m,) into parts that have one kind of shape each.
 
-    Where they come sorted and long runs are of one object, each run is a part: a slice, and the
-    object as an array of one, which broadcasts. Nothing is gathered then.
+    Returns
+    -------
+    [(rows, objects), ...]. If runs of one object are long on average, each run is a part: its rows
+    are a slice, which copies nothing, and `objects` is an array of one element, which broadcasts.
+    Otherwise there is one part for spheres and one for quads, with an index array of rows.
     """
     if not item.size:
         return []
@@ -290,7 +311,7 @@ def object_runs(plan: Plan, item: Ints) -> list[tuple[slice | Ints, Ints]]:
 
 
 def _quad_planes(plan: Plan, ids: Ints, time: Array | float) -> tuple[Planes, Array, Array]:
-    """`edge_planes` of quads as the camera sees them; once a quad where they stand still."""
+    """`edge_planes` of quads from the camera; computed once per quad unless times differ by ray."""
     quads = plan.quads
     if isinstance(time, np.ndarray) and quads.displacement is not None:
         q = quads.moved(ids, time)
@@ -303,9 +324,14 @@ def _quad_planes(plan: Plan, ids: Ints, time: Array | float) -> tuple[Planes, Ar
 
 
 def nearest(count: int, pairs: Pairs, t: Array) -> tuple[Array, Ints]:
-    """Least ray parameter of each pixel and its object; inf and -1 where nothing is hit.
+    """The nearest hit of each of `count` pixels among its candidate pairs.
 
-    Of objects at the very same place the first wins, so the picture has one answer.
+    Where several objects have the same ray parameter, the one with the lowest number is taken, so
+    that the result does not depend on the order of the pairs.
+
+    Returns
+    -------
+    t : (count,) ray parameter, inf for none.  item : (count,) object, -1 for none.
     """
     best = np.full(count, np.inf)
     np.minimum.at(best, pairs.pixel, t)
@@ -316,7 +342,7 @@ def nearest(count: int, pairs: Pairs, t: Array) -> tuple[Array, Ints]:
 
 
 def surface(plan: Plan, w: Array, t: Array, item: Ints, time: Array | float = 0.0) -> Surface:
-    """Points and normals of hits.
+    """The surface points of hits.
 
     Parameters
     ----------
@@ -332,7 +358,7 @@ def surface(plan: Plan, w: Array, t: Array, item: Ints, time: Array | float = 0.
         center = plan.spheres.moved(ids, _at(time, ball))
         out = columns(point, ball) - center
         out /= np.sqrt(dot(out, out))
-        # back onto the sphere: the point is then off by roundoffs of its size, whatever t was
+        # project onto the sphere: the error is then a few roundoffs of its size, not of t w
         within = dot(center, center) < plan.spheres.radius[ids] ** 2
         radius = plan.spheres.radius[ids] * np.where(within, 1.0 - INNER_GAP, 1.0)
         point[:, ball] = center + radius * out
@@ -354,7 +380,7 @@ def _at(time: Array | float, rows: Ints) -> Array | float:
 
 
 def curvature(plan: Plan, surface: Surface) -> Array:
-    """Curvature (n,) of the surfaces, 1 / m; 0 for planes and where it is not said (item -1)."""
+    """Curvature (n,) of the surfaces, 1 / m; 0 on planes and where no object is given (-1)."""
     bend = np.zeros(surface.item.size)
     ball = ((surface.item >= 0) & (surface.item < plan.sphere_count)).nonzero()[0]
     bend[ball] = 1.0 / plan.spheres.radius[surface.item[ball]]

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which objects may come between surface points and a light, during the whole shutter.
+"""Candidate occluders: the objects that may occlude a light from surface points, over the shutter.
 
-Conservative candidates: an object is dropped only where a bounding test proves that it matters
-for no point of the light at no time. Blocks of neighbouring points are tested as one first
-(shaft culling, Haines and Wallace 1991); with very many objects embree does that part.
+The culling is conservative: an object is dropped only where a bounding test proves that it occludes
+no point of the light at any time. Blocks of neighbouring points are tested together first (shaft
+culling, Haines and Wallace 1991); with very many objects embree replaces that part.
 """
 
 from __future__ import annotations
@@ -32,28 +32,33 @@ __all__ = ["Occluders", "every_pair"]
 Test: TypeAlias = Callable[[Array, Array, Ints], Mask]
 
 BLOCKS = (256, 32, 8)
-"""Points that share one culling test, neighbours along a curve that fills space."""
+"""Numbers of points, consecutive in Morton order, that share one culling test at each level."""
 LEVELS = len(BLOCKS) + 1
-"""Of tests: those and the points themselves, which take alike."""
+"""Number of levels of tests, with that of single points. All take about the same time."""
 CURVE_BITS = 10
 CURVE_CELLS = 1 << CURVE_BITS
-"""Cells on a side of that curve."""
+"""Number of cells of the Morton curve along each axis."""
 FEW_PAIRS = 6_144
-"""Up to so many pairs of points and objects all are tested at once: the calls count, not the pairs
-(7 objects: 30 points in 0.3 of the time, 1,000 in 0.9; 33 objects: 30 in 0.3, 150 in 0.6)."""
+"""Largest number of pairs of points and objects that are all tested in one call, without blocks.
+
+Calls then cost more than pairs: 7 objects took 0.3 of the time with 30 points and 0.9 with 1,000;
+33 objects took 0.3 with 30 points and 0.6 with 150."""
 DENSE_OBJECTS = 16
-"""Up to so many objects each is tested against all points: 15 ns a pair, where gathering the points
-of pairs costs 80 (48 took a fifth longer: all at once)."""
+"""Largest number of objects that are each tested against all points, without blocks.
+
+That costs 15 ns a pair, and 80 where points are gathered. With 48 it took a fifth longer."""
 CACHED = 1 << 16
-"""Points at a time in such a test. 8,192 stay in the cache and are a tenth faster on one thread,
-but two threads then wait for each other at every call: a fifth slower (300 x 300)."""
+"""Number of points in a chunk of such a test.
+
+Chunks of 8,192 stay in the cache and are a tenth faster on one thread, but a fifth slower on two,
+which wait for each other at every call (300 x 300)."""
 
 
 class Occluders:
-    """Bounding spheres of all objects over the shutter, ready to be asked for candidates."""
+    """Finds candidate occluders by the bounding spheres of all objects over the shutter."""
 
     def __init__(self, plan: Plan) -> None:
-        """Prepare the bounds, and embree's proxies where the plan wants them."""
+        """Compute the bounding spheres, and build embree's proxies for the lights that use them."""
         self._plan = plan
         center, radius = plan.quads.bounds
         self.center = np.concatenate([plan.spheres.center, center], axis=1)
@@ -74,7 +79,7 @@ class Occluders:
                 )
 
     def __reduce__(self) -> tuple[type[Occluders], tuple[Plan]]:
-        """For another process: embree's proxies are built anew."""
+        """Pickle the compiled scene only: the receiving process builds embree's proxies again."""
         return Occluders, (self._plan,)
 
     def find(self, light: Emitter, surface: Surface, reach: Array | float = 0.0) -> Pairs:
@@ -82,9 +87,9 @@ class Occluders:
 
         Parameters
         ----------
-        light : as it casts shadows.
+        light : as it casts shadows (`Plan.shadow_light`).
         surface : n points.
-        reach : (n,) metres; the candidates also serve all points within it of each point.
+        reach : (n,) metres; the candidates hold for all surface points within it of each point.
         """
         count = surface.item.size
         none = np.zeros(0, dtype=np.int64)
@@ -96,7 +101,7 @@ class Occluders:
         return _apart(light, pairs)
 
     def _found(self, light: Emitter, sight: _Sight) -> Pairs:
-        """The pairs, whatever else hides the same."""
+        """The candidate pairs, including faces of boxes that `needed` removes."""
         surface, reach = sight.surface, sight.reach
         count = reach.size
         proxies = None if (reach > 0.0).any() else self._proxies.get(_key(light))
@@ -105,7 +110,7 @@ class Occluders:
         first = 0
         parts: list[Pairs] = []
         if proxies is not None:
-            # quads have wide bounding spheres: embree would find them everywhere
+            # the bounding spheres of quads are too large: embree would return them for most rays
             first = self._plan.sphere_count
             parts.append(self._kept(sight, self._around(sight, proxies)))
             met = Pairs(*proxies.along(surface.point, light.center))
@@ -117,7 +122,7 @@ class Occluders:
         return _sorted(parts, self.radius.size)
 
     def _around(self, sight: _Sight, proxies: ProxyScene) -> Pairs:
-        """Pairs whose point lies within the object's proxy, or in one block with such a point."""
+        """Pairs whose point lies within the object's proxy, where embree may miss it."""
         center, outer = self.center[:, : proxies.outer.size], proxies.outer
 
         def near(middle: Array, span: Array, item: Ints) -> Mask:
@@ -129,7 +134,7 @@ class Occluders:
         return _by_blocks(sight, outer.size, near)
 
     def _one_by_one(self, sight: _Sight, first: int) -> list[Pairs]:
-        """Candidates from object `first` on, each tested against all points: no gathering."""
+        """Candidate pairs of objects `first` and higher, each tested against all points."""
         parts = []
         count = sight.reach.size
         for begin in range(0, count, CACHED):
@@ -140,11 +145,11 @@ class Occluders:
         return parts
 
     def _kept(self, sight: _Sight, pairs: Pairs) -> Pairs:
-        """The pairs that stay when each point is tested by itself."""
+        """The pairs that pass the test of single points."""
         return pairs.take(_where(partial(self._matters, sight), pairs.pixel, pairs.item))
 
     def _shafts(self, sight: _Sight, first_item: int) -> Pairs:
-        """Candidates from object `first_item` on, of blocks of points, spread to their points."""
+        """Candidate pairs of objects `first_item` and higher, by tests of blocks of points."""
         center, radius, ball = self.center[:, first_item:], self.radius[first_item:], sight.ball
 
         def seen(middle: Array, span: Array, item: Ints) -> Mask:
@@ -160,7 +165,7 @@ class Occluders:
         return Pairs(pairs.pixel, pairs.item + first_item)
 
     def _matters(self, sight: _Sight, at: Ints | slice, item: Ints | int) -> Mask:
-        """Whether objects may hide light that counts from points `at`: one object, or one each."""
+        """Whether objects (one, or one for each point) may occlude a light from points `at`."""
         self._plan.go_on()
         surface, cone = sight.surface, sight.cone
         chosen = np.atleast_1d(item)
@@ -173,11 +178,11 @@ class Occluders:
         v = center - point
         vv = dot(v, v)
         touch, _, _ = cone_touch(columns(cone.axis, at), cone.cosine[at], cone.sine[at], v, radius)
-        # beyond the light; an object around the point is in front in any case
+        # drop objects beyond the light, but not those that contain the point
         limit = cone.far[at] + radius
         keep: Mask = ((vv < limit * limit) & touch) | (vv <= radius * radius)
-        # what lies below the point's horizon hides only light that does not count
-        # (a sphere's normal turns by reach / r within reach)
+        # an object below the point's horizon occludes only light that does not reach the surface
+        # (within `reach`, the normal of a sphere of radius r turns by reach / r)
         lowest = -radius
         if sight.spread:
             lowest = lowest - sight.bend[at] * sight.reach[at] * np.sqrt(vv)
@@ -185,21 +190,21 @@ class Occluders:
         keep &= sight.front(center, radius)
         if not isinstance(item, int) or item >= self._flats.first:
             keep &= self._flats.part(sight, at, chosen)
-        # an object does not shadow itself but for the inner side of a sphere
+        # an object does not occlude light from itself, except on the inner side of a sphere
         keep &= (item != surface.item[at]) | surface.inside[at]
         return keep
 
 
 @dataclass(frozen=True)
 class _Flats:
-    """Planes of quads among all objects: they hide a light only from beyond.
+    """Planes of quads: a quad occludes only light from the other side of its plane.
 
     Attributes
     ----------
     first : number of the first quad.
     normal : (3, objects) unit, 0 for spheres.  offset : (objects,) metres from the origin.
-    slack : (objects,) metres that the plane shifts either way during the shutter.
-    solid : (objects,) the box that each is a face of: their normals point out of it.
+    slack : (objects,) metres that the plane moves along its normal either way during the shutter.
+    solid : (objects,) the closed box that each is a face of: normals point out of it.
     """
 
     first: int
@@ -222,7 +227,7 @@ class _Flats:
         return cls(first, normal, offset, slack, solid)
 
     def part(self, sight: _Sight, at: Ints | slice, item: Ints) -> Mask:
-        """Whether a quad's plane may come between points and some of the light."""
+        """Whether the plane of a quad may separate points from some of the light."""
         ball = sight.ball
         light = dot(columns(self.normal, item), ball.center) - self.offset[item]
         place, reach = self._places(sight, at, item)
@@ -233,14 +238,14 @@ class _Flats:
         return parts
 
     def _places(self, sight: _Sight, at: Ints | slice, item: Ints) -> tuple[Array, Array]:
-        """How far before planes points are, and how far they and the planes reach: metres."""
+        """Signed distances (metres) of points from planes, and bounds on their changes."""
         point, offset = columns(sight.surface.point, at), self.offset[item]
         place = dot(columns(self.normal, item), point) - offset
-        # points as near to the plane as rounding leaves open may lie on either side
+        # a point within rounding of the plane may lie on either side of it
         return place, self.slack[item] + sight.reach[at] + graze_of(point, np.abs(offset))
 
     def needed(self, sight: _Sight, pairs: Pairs) -> Pairs:
-        """The pairs without faces of boxes that hide only what others of the same box do."""
+        """The pairs without faces of closed boxes that occlude only what other faces do."""
         rows = (self.solid[pairs.item] != NO_SOLID).nonzero()[0]
         if not rows.size:
             return pairs
@@ -250,7 +255,7 @@ class _Flats:
         outside = np.zeros(box.max() + 1, dtype=np.bool_)
         outside[box[place > reach]] = True
         spare = outside[box] & (place < -reach)
-        # on a face, seen from outside, all of the box is behind it
+        # from the outer side of a face, all of its box is below the horizon
         own = sight.surface.item[at]
         seen = dot(columns(sight.surface.normal, at), columns(self.normal, own)) > 0.0
         spare |= (self.solid[own] == self.solid[item]) & seen
@@ -261,10 +266,11 @@ class _Flats:
 
 @dataclass(frozen=True)
 class _Sight:
-    """A light from n points, during the whole shutter.
+    """A light and n points, with bounds that hold during the whole shutter.
 
-    `ball` holds the light and its path, `cone` is how it is seen; `reach` (n,) and `bend` (n,) are
-    the extent and the curvature of the surfaces around the points; `spread`: any reach at all.
+    `ball` is a spherical light around the light and its path, `cone` the cone of directions to it
+    from each point. `reach` (n,) metres and `bend` (n,) 1 / m are the extent and the curvature of
+    the surfaces around the points; `spread` is whether any reach is larger than 0.
     """
 
     light: Emitter
@@ -282,7 +288,7 @@ class _Sight:
         return cls(light, ball, cone, surface, reach, bend, bool((reach > 0.0).any()))
 
     def front(self, center: Array, radius: Array) -> Mask | bool:
-        """A quad light emits to its front: what lies behind its plane is never between."""
+        """Whether spheres reach before a quad light's plane: it emits to its front side only."""
         light = self.light
         if light.kind != QUAD:
             return True
@@ -294,11 +300,12 @@ class _Sight:
 
 
 def _by_blocks(sight: _Sight, objects: int, test: Test) -> Pairs:
-    """Pairs of points and objects that tests of blocks of points let through.
+    """Pairs of points and objects whose blocks of points pass a test at every level.
 
     Parameters
     ----------
-    test : from middles (3, k) and radii (k,) of balls around blocks and objects (k,) to (k,) bool.
+    test : takes centres (3, k) and radii (k,) of blocks' bounding balls and objects (k,), metres,
+        and returns (k,) bool.
     """
     order = _along_curve(sight.surface.point)
     point, reach = columns(sight.surface.point, order), sight.reach[order]
@@ -320,7 +327,7 @@ def _of_balls(test: Test, middle: Array, span: Array, block: Ints, item: Ints) -
 
 
 def _where(test: Callable[[Ints, Ints], Mask], number: Ints, item: Ints) -> Ints:
-    """Which pairs (k,) of points or blocks and objects a test lets through, in order."""
+    """Indices of the pairs (k,) of points or blocks and objects that pass a test, ascending."""
     kept = [np.zeros(0, dtype=np.int64)]
     for rows in in_cache(np.arange(item.size)):
         tell(rows[0] / item.size)
@@ -329,7 +336,7 @@ def _where(test: Callable[[Ints, Ints], Mask], number: Ints, item: Ints) -> Ints
 
 
 def _balls(point: Array, reach: Array, size: int) -> tuple[Array, Array]:
-    """Middles (3, b) and radii (b,) of balls around blocks of so many points and their reach."""
+    """Centres (3, b) and radii (b,) of balls around blocks of `size` points and their reach."""
     starts = np.arange(0, reach.size, size)
     low = np.minimum.reduceat(point, starts, axis=1)
     high = np.maximum.reduceat(point, starts, axis=1)
@@ -338,7 +345,7 @@ def _balls(point: Array, reach: Array, size: int) -> tuple[Array, Array]:
 
 
 def _along_curve(point: Array) -> Ints:
-    """An order (n,) of points (3, n) in which neighbours lie near each other (Morton 1966)."""
+    """Indices (n,) that sort points (3, n) along the Morton curve (Morton 1966)."""
     low = point.min(axis=1, keepdims=True)
     size = float((point.max(axis=1, keepdims=True) - low).max()) or 1.0
     cell = ((point - low) * (CURVE_CELLS / size)).astype(np.int64)
@@ -351,33 +358,33 @@ def _along_curve(point: Array) -> Ints:
 
 
 def _sorted(parts: list[Pairs], objects: int) -> Pairs:
-    """Pairs of several lists, each once, by point and then by object."""
+    """The union of lists of pairs, each pair once, sorted by point and then by object."""
     pixel = np.concatenate([part.pixel for part in parts])
     key = pixel * objects + np.concatenate([part.item for part in parts])
     return Pairs(*np.divmod(np.unique(key), objects))
 
 
 def every_pair(plan: Plan, light: Emitter, surface: Surface) -> Pairs:
-    """All pairs of points and objects, but a point's own object and what lies in the light's
-    plane: what a plain tracer tests."""
+    """Without culling: all pairs of points and objects, except a point's own object and quads in
+    the light's plane."""
     pairs = _all_pairs(surface.item.size, plan.object_count)
     own = pairs.item == surface.item[pairs.pixel]
     return _apart(light, pairs.take(~own | surface.inside[pairs.pixel]))
 
 
 def _apart(light: Emitter, pairs: Pairs) -> Pairs:
-    """The pairs without quads in the plane of the light: they hide nothing of it."""
+    """The pairs without quads in the plane of the light: they occlude nothing of it."""
     return pairs if light.touching is None else pairs.take(~light.touches(pairs.item))
 
 
 def _all_pairs(points: int, objects: int) -> Pairs:
-    """All pairs of points and objects, by point and then by object."""
+    """All pairs of points and objects, sorted by point and then by object."""
     pair = np.arange(points * objects)
     return Pairs(*np.divmod(pair, objects))
 
 
 def _swept(light: Emitter) -> Emitter:
-    """A spherical light around a light and its path."""
+    """A spherical light that encloses a light and its path during the shutter."""
     return replace(light, kind="BALL", radius=light.ball)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Shadow rays: which of the segments from points to points of a light are blocked."""
+"""Shadow rays: which segments from surface points to points on a light are occluded."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ __all__ = ["blocked_segments", "ranked"]
 
 
 def ranked(count: int, pairs: Pairs) -> list[tuple[Ints, Ints]]:
-    """Pairs, sorted by pixel, as lists of rows: the first of every pixel, the second, ...
+    """Split pairs, sorted by pixel, into batches: the k-th holds the k-th pair of every pixel.
 
     Returns
     -------
-    [(pixel, item), ...] with no pixel twice in one entry, so that each can be written at once.
+    [(pixel, item), ...]. No pixel is twice in a batch, so that it can be assigned by one index.
     """
     sizes = np.bincount(pairs.pixel, minlength=count)
     starts = np.cumsum(sizes) - sizes
@@ -38,12 +38,12 @@ def ranked(count: int, pairs: Pairs) -> list[tuple[Ints, Ints]]:
 def blocked_segments(
     plan: Plan, point: Array, to: Array, pairs: Pairs, time: Array | float
 ) -> Mask:
-    """Which segments are cut by one of their points' occluders.
+    """Which segments are intersected by one of the candidate occluders of their point.
 
     Parameters
     ----------
-    point : (3, n).  to : (3, n, k) from the points to points of a light.
-    pairs : (point, object), sorted by point.
+    point : (3, n) metres.  to : (3, n, k) metres, vectors from the points to points on a light.
+    pairs : pairs of points and candidate occluders, sorted by point.
     time : shutter time, a number or (n, k).
 
     Returns
