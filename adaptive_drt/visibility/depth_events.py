@@ -46,7 +46,7 @@ def find_crossings(table: Array, is_ball: Mask, met: Met, lattice: Lattice) -> A
     Parameters
     ----------
     table : (11, rows, columns, k n) of k candidates by item, the first candidates of all boxes
-    first, from `line_intervals.depth_along`.
+    first, from `line_intervals.depth_coefficients`.
     is_ball : (k n,) whether a candidate is a sphere.
     met : the pairs of candidates whose depth order is not known.
 
@@ -142,7 +142,7 @@ def _at(polynomial: Polynomial, power: int) -> Array:
 
 
 def _roots(c: Array, slope: Array, a: Array) -> tuple[Array, Array]:
-    """Roots of c + slope s + a s^2 within a line; `NOWHERE` where there is none."""
+    """Roots of c + slope s + a s^2 within a line; `NO_EVENT` where there is none."""
     # scale the coefficients to at most 1, so that their squares stay within float64's range
     largest = np.maximum(np.maximum(np.abs(a), np.abs(slope)), np.abs(c))
     largest = np.where(largest > 0.0, largest, 1.0)
@@ -160,7 +160,7 @@ def _roots(c: Array, slope: Array, a: Array) -> tuple[Array, Array]:
 
 
 def _quartic_roots(coefficients: Polynomial) -> list[Array]:
-    """Real parts of the roots of a quartic within a line; `NOWHERE` outside it.
+    """Real parts of the roots of a quartic within a line; `NO_EVENT` outside it.
 
     They are eigenvalues of the companion matrix, which pays for a single line a box.
     """

@@ -60,11 +60,11 @@ def _ends(form: Array) -> tuple[tuple[Mask, Mask], tuple[Mask, Mask]]:
 
 
 def _balls(balls: Balls) -> tuple[Mask, Mask]:
-    """Classify spheres: hit always or never hit, and those with at most one appearance or
-    disappearance.
+    """Classify spheres: those that are hit always, and those that appear or disappear smoothly.
 
     Returns two masks (m,): spheres that all rays hit at all times, and spheres whose discriminant
-    has simple roots in time, one for all rays, or two where it is negative at both ends.
+    has simple roots in time for all rays, either a single one, or two where it is negative at both
+    ends.
     """
     above, below = _ends(balls.discriminant)
     ahead = _ends(balls.along)[0]
@@ -77,7 +77,7 @@ def _balls(balls: Balls) -> tuple[Mask, Mask]:
 
 
 def _flats(flats: Flats) -> tuple[Mask, Mask]:
-    """Classify quads like `_balls` does spheres.
+    """Classify quads like `_classify_spheres` does spheres.
 
     Edge functions are linear in t; for a smooth event all but one of them must keep their sign.
     """

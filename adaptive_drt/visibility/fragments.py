@@ -111,7 +111,7 @@ class _Candidates:
     wide : (3, n) axes along which the box extends; t only where a candidate moves.
     turned : (n,) whether x and y are exchanged.
     timed : (n,) whether lines run along t and not along the first axis.
-    steep : (n,) slope of outlines against the lines, from `FLATTEST` to `STEEPEST`.
+    steep : (n,) slope of outlines against the lines, from `MIN_SLOPE` to `MAX_SLOPE`.
     fast : (n,) slope of outlines against the lines by their motion alone, where lines along t are
     not allowed; else 0.
     """
@@ -140,7 +140,7 @@ def find_regions(
     ----------
     pairs : candidates (box, object) in any order: at least all objects that may be visible.
     accuracy : absolute error of a weight to aim at, a number or (n,). Boxes with more than
-    `CROWDED` candidates are not refined to it.
+    `MAX_REFINED_CANDIDATES` candidates are not refined to it.
     most : largest number of lines an axis, of the axes that lines do not run along; at least 4 are
     taken.
 

@@ -53,9 +53,10 @@ class Lattice:
 
 @dataclass(frozen=True)
 class Sides(Lattice):
-    """Lines on two opposite sides of the box along the axis of which `rows` or `columns` is 2.
+    """Lines on two opposite sides of the box along each axis that `rows` or `columns` of 2 stand
+    for.
 
-    The other axis keeps the middles of the cells. It must have more than two of them.
+    Along the other axis the lines stay at the middles of the cells, of which there must not be two.
     """
 
     @property
@@ -249,8 +250,7 @@ def _meet_flat(flats: Flats, lattice: Lattice) -> tuple[Array, Array]:
 
 
 def depth_along(forms: Forms, lattice: Lattice) -> Array:
-    """Coefficients from which `depth` computes ray parameters along the lines: (11, rows, columns,
-    m).
+    """Coefficients (11, rows, columns, m) from which `evaluate_depth` computes ray parameters.
 
     depth = (p0 + p1 s -+ sqrt(d0 + d1 s + d2 s^2)) / (q0 + q1 s + q2 s^2), where the sign of the
     root is plus if the camera is inside a sphere, that is where g0 + g1 s + g2 s^2 < 0. The order
@@ -277,7 +277,7 @@ def depth_along(forms: Forms, lattice: Lattice) -> Array:
 def depth(table: Array, s: Array) -> Array:
     """Ray parameters of hits at s; valid for candidates that are hit there.
 
-    The table (11, ...) of `depth_along` broadcasts with s.
+    The table (11, ...) of `depth_coefficients` broadcasts with s.
     """
     p0, p1, d0, d1, d2, q0, q1, q2, g0, g1, g2 = table
     root = np.sqrt(np.maximum(d0 + s * (d1 + s * d2), 0.0))
