@@ -119,7 +119,8 @@ def _spans(low: Array, high: Array, events: Array | None) -> tuple[Array, Array]
 def _nearest(low: Array, high: Array, start: Array, end: Array, table: Array | None) -> Ints:
     """Index of the nearest of k candidates in each span; k where there is none.
 
-    Without a table (see `line_intervals.evaluate_depth`) the first candidate that is present wins. With one,
+    Without a table (see `line_intervals.evaluate_depth`) the first candidate that is present wins.
+    With one,
     the candidate of the least depth wins, and of those equally deep the first.
     """
     k, middle = low.shape[0], 0.5 * (start + end)
