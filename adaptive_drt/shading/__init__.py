@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Direct light at points, and how it varies around them."""
+"""Direct light at surface points, and estimates of how it varies around them."""

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Exact direct light at surface points: closed forms, and rays only where none is known.
+"""Direct light at surface points, in closed form where one is known and else by distributed rays.
 
-Unblocked light has its own closed form, a light that one object hides brings nothing, and one
-that is hidden in part is summed over the arcs that bound what is seen of it. Left to rays are
-occluders that reach through the light itself.
+Unoccluded light has a closed form of its own. A light that a single object hides contributes
+nothing. A light that is hidden in part is integrated over the arcs that bound its visible part.
+Distributed rays remain for the cases of `partial_occlusion`, such as occluders that intersect the
+light.
 """
 
 from __future__ import annotations
@@ -32,10 +33,14 @@ __all__ = ["Shaded", "shade", "shade_among", "unshadowed"]
 
 
 SEEN, VARIED = 0.1, 0.4
-"""Of what shading by one light takes, for a progress bar: its candidate occluders, as long again to
-see which hide it, and all but the parts of it that they hide."""
+"""Positions of a progress bar, as fractions of the work on one light.
+
+At `SHADOW_STEP` its candidate occluders are known, at twice that which of them hide it, and at
+`VARIATION_END`
+its variation; the rest is the work on the parts of it that are hidden.
+"""
 LARGEST = 1e100
-"""Radiance: the largest deviation that is told from others."""
+"""Largest deviation, as a radiance; larger ones count as this, so that they stay finite."""
 
 
 @dataclass(frozen=True)
@@ -46,8 +51,8 @@ class Shaded:
     ----------
     color : (3, n) radiance.
     deviation : (4, 3, n) estimated deviations from the mean over each patch by kind (see
-        `variation`) and axis x, y and t, root mean square over the channels.
-    candidates : for each light, the occluders that serve the whole patches.
+    `variation`) and axis x, y and t, root mean square over the channels.
+    candidates : for each light, the candidate occluders for the whole patches.
     """
 
     color: Array
@@ -63,12 +68,13 @@ def shade(
     patch: Patch,
     known: Sequence[tuple[Shadow, Pairs]] | None = None,
 ) -> Shaded:
-    """Exact direct light at n points, and how far it may be from the mean over their patches.
+    """Direct light at n points, and estimates of its deviation from the mean over their patches.
 
     Parameters
     ----------
     surface : n points.  time : shutter times, a number or (n,).  patch : of each point.
-    known : for each light how the points see it, and the occluders that serve the whole patches.
+    known : for each light its shadow at the points, and the candidate occluders for the whole
+    patches, if known already.
     """
     total, albedo = np.zeros((3, surface.item.size)), _albedo(plan, surface)
     spread = no_variation(surface.item.size)
@@ -93,7 +99,7 @@ def shade(
         weight = albedo * light.power[:, None]
         with np.errstate(over="ignore", invalid="ignore"):
             spread += rms(weight) * varies
-    # a size that leaves float64's range says no more than that it is large
+    # an estimate that overflows counts as a large one
     spread = np.minimum(np.nan_to_num(spread, copy=False, nan=0.0), LARGEST)
     return Shaded(total * albedo, spread, tuple(candidates))
 
@@ -101,7 +107,7 @@ def shade(
 def shade_among(
     plan: Plan, surface: Surface, time: Array | float, candidates: Sequence[Pairs]
 ) -> Array:
-    """Exact direct light (3, n) at n points whose occluders are known, for each light.
+    """Direct light (3, n) at n points whose candidate occluders are known, for each light.
 
     time : shutter times, a number or (n,).
     """
@@ -118,9 +124,12 @@ def shade_among(
 
 
 def unshadowed(plan: Plan, surface: Surface, time: Array | float, hidden: Sequence[Mask]) -> Array:
-    """Radiance (3, n) of n points that nothing shadows, but for lights that are hidden: (n,) each.
+    """Radiance (3, n) of n points without shadows, other than of lights that are wholly hidden.
 
+    Parameters
+    ----------
     time : shutter times, a number or (n,).
+    hidden : for each light, whether it is wholly hidden from the points, (n,).
     """
     total = np.zeros((3, surface.item.size))
     for light, away in zip(plan.lights, hidden, strict=True):
@@ -131,19 +140,20 @@ def unshadowed(plan: Plan, surface: Surface, time: Array | float, hidden: Sequen
 
 
 def _albedo(plan: Plan, surface: Surface) -> Array:
-    """Radiance (3, n) of an irradiance of 1."""
+    """Radiance (3, n) of a diffuse surface for an irradiance of 1: its albedo over pi."""
     albedo: Array = columns(plan.color, surface.item) / np.pi
     return albedo
 
 
 def _unblocked(plan: Plan, surface: Surface, light: Emitter, time: Array | float) -> Array:
+    """Irradiance factors (n,) of a light without shadows."""
     return unblocked(light, plan.shadow_light(light), light.moved(time), surface)
 
 
 def _visible(
     plan: Plan, surface: Surface, light: Emitter, time: Array | float, shadow: Shadow, whole: Array
 ) -> Array:
-    """Irradiance factors (n,) of a light, shadows included; `whole` without them."""
+    """Irradiance factors (n,) of a light with shadows; `whole` holds those without."""
     if not light.casts_shadow:
         return whole
     factor = np.where(shadow.blocked, 0.0, whole)
@@ -163,11 +173,11 @@ def _variation(
     pairs: Pairs,
     whole: Array,
 ) -> Array:
-    """How far a light's factors may be from their means over patches.
+    """Deviations (4, 3, n) of a light's irradiance factors from their means over patches.
 
-    pairs : of the patches.  whole : the factors (n,) without shadows.
+    pairs : candidate occluders for the patches.  whole : irradiance factors (n,) without shadows.
     """
-    # sizes: see `shade`
+    # estimates may overflow: see `shade`
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         varies = open_variation(light, light.moved(time), surface, patch, whole)
         if light.kind == QUAD and light.touching is not None:
@@ -178,7 +188,8 @@ def _variation(
         when = time[pairs.pixel] if isinstance(time, np.ndarray) else time
         shadows, hidden = shadow_variation(plan, surface, patch, shape, pairs, when)
     varies[..., hidden] = 0.0
-    # a shadow that is only beside the point: no difference between points shows it
+    # no shadow edge at the point, only beside it: differences between points do not show a smooth
+    # edge there, so it counts as a kink
     aside = (~shadow.partial).nonzero()[0]
     shadows[KINKS][:, aside] += columns(shadows[BENDS], aside)
     shadows[BENDS][:, aside] = 0.0

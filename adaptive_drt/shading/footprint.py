@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The patch of surface, and the stretch of time, that one shaded point stands for."""
+"""The patch of surface and the interval of time that a shaded point represents."""
 
 from __future__ import annotations
 
@@ -19,27 +19,30 @@ __all__ = ["FLAT", "Patch", "make_patch"]
 
 
 FLAT = 2.0**-52
-"""Cosine between normal and ray: the least that a plane is seen at."""
+"""Least cosine between the normal of a plane and a ray."""
 RIM = 2.0**-16
-"""The same of a sphere. A ray that just misses one stands for its rim, where the cosine is nothing
-but rounding, sign and all; a chord ends the steps long before."""
+"""Least cosine between the normal of a sphere and a ray. A ray that just misses a sphere stands for
+its limb, where the cosine is only rounding, sign included; the steps are limited by a chord of the
+sphere long before."""
 
 
 @dataclass(frozen=True)
 class Patch:
-    """How far n points stand for: half the extents of boxes in pixel x, y and shutter time.
+    """Patches around n points: the projections of half the boxes in pixel x, y and shutter time.
 
     Attributes
     ----------
-    steps : (3, 3, n) metres, how the hit moves from the box's middle to its side: axis x, y, t
-        first, then components. On a moving object it moves along its ray.
-    slides : (3, n) metres, how far it moves over the object's own surface.
-    cross : (3, n) metres across the view, what the object moves against the ray.
+    steps : (3, 3, n) metres, motion of the hit from the middle of the box to its side: first index
+    axis x, y, t, then components. On a moving object the hit moves along its ray.
+    slides : (3, n) metres, distance over the object's own surface by which the hit moves, by axis.
+    cross : (3, n) metres, motion of the object relative to the ray and normal to it, by axis.
     time : (n,) half the box's extent in shutter times.
     bend : (n,) curvature of the surface, 1 / m; 0 for planes.
-    slant : (n,) cosine between the surface's normal and the ray, at least `FLAT` or `RIM`.
-    axes : those that any of the boxes extends along; along others all steps are 0.
-    margin : times its extent, how far around a patch shadows' edges are looked for.
+    slant : (n,) cosine between the surface's normal and the ray, at least `MIN_PLANE_COSINE` or
+        `MIN_SPHERE_COSINE`.
+    axes : axes along which any of the boxes extends; along others all steps are 0.
+    margin : extent of the region in which shadow edges are searched, in units of the patch's
+    extent.
     """
 
     steps: Array
@@ -53,7 +56,8 @@ class Patch:
 
     @cached_property
     def reach(self) -> Array:
-        """How far (metres) the patch reaches from its point: (n,)."""
+        """Radii of the patches around their points in metres, (n,): the sum of the lengths of the
+        steps."""
         total: Array = np.zeros_like(self.time)
         for axis in self.axes:
             step = self.steps[axis]
@@ -62,7 +66,7 @@ class Patch:
 
 
 def make_patch(plan: Plan, w: Array, t: Array, surface: Surface, half: Array) -> Patch:
-    """The patches around hits.
+    """Patches around hits.
 
     Parameters
     ----------
@@ -84,7 +88,7 @@ def make_patch(plan: Plan, w: Array, t: Array, surface: Surface, half: Array) ->
             continue
         against = (t * half[axis]) * step[:, None]
         cross[axis] = np.sqrt(dot(against, against))
-        # the tangent plane at the hit
+        # project the step along the ray onto the tangent plane at the hit
         moved = against - w * (dot(normal, against) / safe)
         slides[axis], part = _on_chord(moved, cross[axis], bend)
         steps[axis] = moved * part
@@ -94,7 +98,7 @@ def make_patch(plan: Plan, w: Array, t: Array, surface: Surface, half: Array) ->
         across = drift - w * (dot(w, drift) / (length * length))
         cross[2] = np.sqrt(dot(across, across))
         slides[2], part = _on_chord(drift - along, cross[2], bend)
-        # how much deeper or nearer: no more than it moves and its surface bends
+        # limit the change of depth by the motion of the object and the distance over its surface
         deep = np.sqrt(dot(along, along))
         most = np.sqrt(dot(drift, drift)) + slides[2]
         steps[2] = along * np.minimum(1.0, most / np.maximum(deep, TINY))
@@ -102,9 +106,10 @@ def make_patch(plan: Plan, w: Array, t: Array, surface: Surface, half: Array) ->
 
 
 def _on_chord(moved: Array, cross: Array, bend: Array) -> tuple[Array, Array]:
-    """Lengths (n,) of steps (3, n) on a tangent plane, no longer than a sphere's chord allows.
+    """Lengths (n,) of steps (3, n) in a tangent plane, limited by the length of a chord of the
+    sphere.
 
-    Returns with them what part of each step that is.
+    Returns with them the ratio of the limited and the original length.
     """
     size = np.sqrt(dot(moved, moved))
     radius = 1.0 / np.where(bend > 0.0, bend, 1.0)
@@ -114,7 +119,7 @@ def _on_chord(moved: Array, cross: Array, bend: Array) -> tuple[Array, Array]:
 
 
 def _drift(plan: Plan, item: Ints) -> Array:
-    """Displacements (3, n) of objects over the shutter."""
+    """Displacements (3, n) of objects over the shutter time."""
     drift = np.zeros((3, item.size))
     count = plan.sphere_count
     for part, chosen, first in (

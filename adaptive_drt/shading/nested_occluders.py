@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Spheres that a point sees behind another one: they hide nothing more of a light behind both.
+"""Nested occluders: spheres whose outline, as seen from a point, lies within that of another one.
 
-What k outlines enclose takes k^2 arcs. In a heap of spheres most of those before a light are
-hidden by larger or nearer ones.
+They hide nothing more of a light that is behind both. The area that k outlines enclose costs k^2
+arcs. In a heap of spheres most of those in front of a light are nested in larger or nearer ones.
 """
 
 from __future__ import annotations
@@ -22,18 +22,27 @@ __all__ = ["nested"]
 
 
 LEAST = 4
-"""Spheres before a light from which it is worth to look: of so many a tenth is behind another."""
+"""Number of spheres in front of a light from which the search pays: of so many a tenth is
+nested."""
 CROWD, LARGEST = 24, 6
-"""Spheres before a light from which all are compared with so many of those that look largest
-first, and the rest with each other: 2,000 that overlap took half of a survey in pairs."""
+"""Numbers of spheres for the search in two passes.
+
+From `TWO_PASS_SPHERES` spheres in front of a light, all are first compared with the
+`LARGEST_SPHERES` of them by
+apparent size, and then the remaining ones with each other: 2,000 that overlap took half of a survey
+in pairs.
+"""
 CHUNK = 1 << 16
-"""Pairs of spheres at a time, about."""
+"""Approximate number of pairs of spheres in a batch."""
 ROUNDING = 16.0 * 2.0**-53
-"""Radians: what the directions, sines and cosines of outlines may be off by, together."""
+"""Bound in radians on the sum of the rounding errors of directions, sines and cosines of
+outlines."""
 
 
 def nested(plan: Plan, surface: Surface, pairs: Pairs, time: Array | float) -> Mask:
-    """Whether another of a point's spheres hides each one (m,), for sure.
+    """Whether each sphere (m,) is nested in another sphere of the same point; conservative.
+
+    A sphere is marked only if that is certain under rounding.
 
     Parameters
     ----------
@@ -56,7 +65,8 @@ def nested(plan: Plan, surface: Surface, pairs: Pairs, time: Array | float) -> M
                 cones = columns(axis, index), sine[index], cosine[index]
                 large = np.argpartition(cones[1], -LARGEST, axis=0)[-LARGEST:]
                 hidden[index] = _within(*cones, large)
-        # what hides another and is hidden itself is behind one that hides both
+        # a nested cone need not be compared: a cone within it is also within the one that contains
+        # both
         rows = (~hidden).nonzero()[0]
         left = np.bincount(pairs.pixel[rows], minlength=number.size)
         kept, start = np.where(number >= LEAST, left, 0), np.cumsum(left) - left
@@ -68,10 +78,12 @@ def nested(plan: Plan, surface: Surface, pairs: Pairs, time: Array | float) -> M
 
 
 def _by_number(plan: Plan, number: Ints, start: Ints, others: int) -> Iterator[Ints]:
-    """Places (k, n) of points' spheres, of points that have k of them each, some at a time.
+    """Yield indices (k, n) of the spheres of points that have k spheres each, in batches.
 
-    number, start : (points,) how many there are of each, and where its first is.
-    others : how many of them each is compared with; 0 for all.
+    Parameters
+    ----------
+    number, start : (points,) number of spheres of each point, and index of the first.
+    others : number of spheres with which each is compared; 0 for all.
     """
     work = number * (others or number)
     done, most = 0, max(int(work.sum()), 1)
@@ -87,12 +99,15 @@ def _by_number(plan: Plan, number: Ints, start: Ints, others: int) -> Iterator[I
 
 
 def _within(axis: Array, sine: Array, cosine: Array, others: Ints | None = None) -> Mask:
-    """Whether cones (k, n) lie within another of the same column.
+    """Whether cones (k, n) lie within another cone of the same column.
 
-    others : (j, n) rows of those that may hold another; None for all.
+    Parameters
+    ----------
+    others : (j, n) rows of the cones that may contain another; None for all.
 
-    One of half angle a lies within one of b where their axes are b - a apart at most; of that
-    angle twice the sine of its half is compared, which is exact to rounding however small it is.
+    A cone of half angle a lies within one of half angle b if their axes are at most b - a apart.
+    Compared is twice the sine of half of that angle, which is exact to rounding however small the
+    angle is.
     """
     outer, size, long_ = axis, sine, cosine
     if others is not None:

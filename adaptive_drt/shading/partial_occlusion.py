@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Light that occluders hide in part, at surface points: which of them count, and how.
+"""Irradiance of lights that occluders hide in part, at surface points.
 
-An occluder wholly before the light counts by its outline, one that a light's plane cuts by the
-part before it. Left to rays are points inside an occluder or a spherical light, and occluders that
-reach into one.
+An occluder that is wholly in front of the light counts by its outline; of an occluder that the
+plane of the light cuts, the part in front counts. Distributed rays are used for points inside an
+occluder or inside a spherical light, and for occluders that intersect a spherical light.
 """
 
 from __future__ import annotations
@@ -29,12 +29,17 @@ __all__ = ["hide"]
 
 
 NESTED = 0.3
-"""Of what partly hidden light takes: to find spheres that others hide."""
+"""Fraction of the work on partly hidden lights, for the progress bar, that finding nested spheres
+takes."""
 SHARED_LIGHT_RAYS = 1_024
-"""Rays to a light where no closed form is known."""
+"""Number of rays to a light where no closed form is known."""
 
 DROP, BALL, FLAT, CUT, RAYS = range(5)
-"""Occluders behind the light; spheres before it; quads; spheres that its plane cuts; the rest."""
+"""How an occluder is treated.
+
+In this order: ignored, because it is behind the light; a sphere in front of the light; a quad; a
+sphere that the plane of the light cuts; by distributed rays.
+"""
 
 
 def hide(
@@ -45,7 +50,14 @@ def hide(
     time: Array | float,
     factor: Array,
 ) -> None:
-    """Take from unblocked factors (n,) what the occluders of `pairs` hide in part, in place."""
+    """Replace irradiance factors (n,), in place, where the occluders `pairs` hide the light in
+    part.
+
+    Parameters
+    ----------
+    factor : unoccluded irradiance factors; changed at all points that have a pair.
+    time : shutter times, a number or (n,).
+    """
     some = np.zeros(factor.size, dtype=np.bool_)
     some[pairs.pixel] = True
     rows = some.nonzero()[0]
@@ -55,20 +67,21 @@ def hide(
 
 
 def _at(time: Array | float, rows: Ints) -> Array | float:
+    """Times at some points, of times (n,) or one number."""
     return time[rows] if isinstance(time, np.ndarray) else time
 
 
 def _partial(
     plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, time: Array | float
 ) -> Array:
-    """Factors (n,) of points each of which has a pair that may hide part of the light."""
+    """Factors (n,) of points that all have a pair that may hide part of the light."""
     count = surface.item.size
     factor = np.zeros(count)
     kind = _place(plan, surface, light, pairs, _at(time, pairs.pixel))
     rays = np.zeros(count, dtype=np.bool_)
     rays[pairs.pixel[kind == RAYS]] = True
     if light.kind == SPHERE:
-        # from within a ball that shines no cone holds it
+        # from inside a spherical light no cone contains it
         to = light.moved(time) - surface.point
         rays |= np.sqrt(dot(to, to)) <= light.radius
     keep = (kind != DROP) & ~rays[pairs.pixel]
@@ -76,13 +89,13 @@ def _partial(
     with part_of_call(0.0, NESTED):
         keep[balls] = ~nested(plan, surface, pairs.take(balls), _at(time, pairs.pixel[balls]))
     chosen, kind = pairs.take(keep), kind[keep]
-    # points with as many occluders of each kind go together
+    # group points with equal numbers of occluders of each treatment
     key = np.zeros(count, dtype=np.int64)
     for each in (BALL, FLAT, CUT):
         number = np.bincount(chosen.pixel[kind == each], minlength=count)
         key = key * (number.max(initial=0) + 1) + number
     key[rays] = -1
-    # arcs meet each other: the work grows by the square of their number
+    # arcs intersect each other: the work grows with the square of their number
     work = np.bincount(chosen.pixel, minlength=count).astype(np.float64) ** 2 + 1.0
     done, most = 0.0, float(work.sum())
     for group in np.unique(key):
@@ -105,7 +118,7 @@ def _partial(
 def _closed(
     plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, kind: Ints, time: Array | float
 ) -> Array:
-    """Factors (n,) of points with equally many occluders of each kind."""
+    """Factors (n,) in closed form, of points with equally many occluders of each treatment."""
     n = surface.item.size
     when = time if isinstance(time, np.ndarray) else np.full(n, time)
     to = light.moved(time) - surface.point
@@ -133,7 +146,7 @@ def _closed(
 
 
 def _together(few: Array, many: Array) -> Array:
-    """Polygons of different numbers of corners in one array: the last corner is repeated."""
+    """Concatenate polygons with different numbers of corners: the last corner is repeated."""
     if not few.shape[0]:
         return many
     spare = np.repeat(few[:, -1:], many.shape[1] - few.shape[1], axis=1)
@@ -141,7 +154,10 @@ def _together(few: Array, many: Array) -> Array:
 
 
 def _place(plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, time: Array | float) -> Ints:
-    """How each occluder is counted: DROP, BALL, FLAT, CUT or RAYS (m,)."""
+    """Treatment of each occluder (m,).
+
+    One of `IGNORED`, `WHOLE_SPHERE`, `ANY_QUAD`, `CLIPPED_SPHERE` and `BY_RAYS`.
+    """
     kind = np.full(pairs.item.size, FLAT)
     point, center = columns(surface.point, pairs.pixel), light.moved(time)
     rows = (pairs.item < plan.sphere_count).nonzero()[0]
@@ -160,13 +176,14 @@ def _place(plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, time: Arr
 def _place_spheres(
     plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, time: Array | float
 ) -> Ints:
+    """Treatment of spherical occluders (m,)."""
     point = columns(surface.point, pairs.pixel)
     r = plan.spheres.radius[pairs.item]
     place, center = plan.spheres.moved(pairs.item, time), light.moved(time)
     v, gap = place - point, place - center
     enclosed = (pairs.item == surface.item[pairs.pixel]) | (dot(v, v) <= r * r)
     if light.kind == SPHERE:
-        # of two balls apart from each other a plane parts, the one on the point's side is before
+        # a plane separates two disjoint balls: the one on the side of the point is in front
         away = np.sqrt(dot(gap, gap))
         before = dot(point - center, gap) > light.radius * away
         kind = np.where(away <= r + light.radius, RAYS, np.where(before, BALL, DROP))
@@ -177,7 +194,7 @@ def _place_spheres(
 
 
 def _distance(corner: Array, u: Array, v: Array) -> Array:
-    """Distance (m,) from the origin to rectangles; of sheared ones a lower bound's estimate."""
+    """Distance (m,) from the origin to rectangles; an estimate for sheared parallelograms."""
     nearest = corner
     for edge in (u, v):
         part = np.clip(-dot(nearest, edge) / np.maximum(dot(edge, edge), TINY), 0.0, 1.0)
@@ -188,7 +205,8 @@ def _distance(corner: Array, u: Array, v: Array) -> Array:
 def _by_rays(
     plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, time: Array | float, rows: Ints
 ) -> Array:
-    """Factors of the points `rows` by distributed rays, the same points of light for all."""
+    """Factors of the points `rows` by distributed rays, with the same points of the light for
+    all."""
     number = np.full(surface.item.size, -1)
     number[rows] = np.arange(rows.size)
     own = pairs.take(number[pairs.pixel] >= 0)

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Distributed light: equation 3 of the paper, with what is known in closed form kept.
+"""Distributed light: equation 3 of the paper as a ratio estimator (Heitz and others 2018).
 
-The mean of n points of light, I = (1/n) sum I_i, is taken as a ratio (Heitz and others 2018):
-the light's closed form, times what the visible points bring over what all points would. A light
-that all points see, or none, comes out exact, so distributing rays where nothing is hidden
-changes nothing. The sums go over all samples that a pixel takes of one light.
+The mean over n points of light, I = (1/n) sum I_i, is replaced by the closed form of the unoccluded
+light, times the sum over the visible points divided by the sum over all points. The result is exact
+where all points are visible, or none, so that distributed rays cause no error where nothing is
+hidden. The sums go over all samples that a pixel takes of one light.
 """
 
 from __future__ import annotations
@@ -28,27 +28,28 @@ __all__ = ["LightSums", "gather_light", "light_points", "ratio", "unblocked"]
 
 
 CHUNK = 1 << 17
-"""Rays at a time: their arrays fit the caches that batches of 65,536 pixels do."""
+"""Number of rays in a batch: their arrays fit the caches that batches of 65,536 pixels do."""
 
 
 @dataclass(frozen=True)
 class LightSums:
-    """Sums over samples, each (n, k): closed form, all points of light, visible points."""
+    """Sums over samples, each (n, k): closed form, all points of light, visible points of light."""
 
     closed: Array
     every: Array
     visible: Array
 
     def estimate(self) -> Array:
-        """(n,) the ratio estimate of the irradiance factor, summed over the k samples."""
+        """Ratio estimates (n,) of the irradiance factor, summed over the k samples."""
         closed, every = self.closed.sum(axis=1), self.every.sum(axis=1)
         return ratio(closed, every, self.visible.sum(axis=1))
 
 
 def ratio(closed: Array, every: Array, visible: Array) -> Array:
-    """closed * visible / every; where no point of light is above the horizon, closed.
+    """closed * visible / every; equal to `closed` where no point of light is above the horizon.
 
-    That leaves a sliver of light that no point met: its closed form is the better guess.
+    There a sliver of the light may be above the horizon although no point met it: its closed form
+    is the better estimate.
     """
     known = every > 0.0
     share: Array = np.where(known, visible, 1.0) / np.where(known, every, 1.0)
@@ -58,10 +59,10 @@ def ratio(closed: Array, every: Array, visible: Array) -> Array:
 def light_points(
     plan: Plan, pixel: Ints, light: int, samples: int, rays: int
 ) -> tuple[Array, Array]:
-    """Where on a light the rays of a pixel's samples go: two (n, samples * rays) in [0, 1).
+    """Points on a light for the rays of a pixel's samples: two (n, samples * rays) in [0, 1).
 
-    One sample: Fibonacci's lattice. Many: the last two of five dimensions, the first three
-    being the samples' time and place in the pixel.
+    A single sample uses Fibonacci's lattice. More samples use the last two of five dimensions, of
+    which the first three are the samples' time and position in the pixel.
     """
     if samples == 1:
         a, b = points(plan.settings.seed, pixel, 1 + light, rays, 2)
@@ -86,10 +87,10 @@ def gather_light(
     surface : n points.
     light : shape of the light; its shadows come from `plan.shadow_light`.
     pairs : occluders, sorted by point.
-    spots : where on the light, two (n, k s) arrays, s rays for each of k samples; None for a
-        light without size.
+    spots : points on the light, two (n, k s) arrays, s rays for each of k samples; None for a light
+    without size.
     time : shutter times of the samples, a number (k = 1) or (n, k).
-    used : (n, k) which samples count; the others come out as 0.
+    used : (n, k) samples that count; the sums of the others are 0.
 
     Returns
     -------
@@ -130,6 +131,7 @@ def _gather(
     spots: tuple[Array, Array] | None,
     time: Array | float,
 ) -> tuple[Array, Array, Array]:
+    """Sums of one batch, each of a shape that broadcasts to (n, k)."""
     center = light.moved(time)
     if center.ndim == 2:
         center = center[:, :, None]
@@ -153,13 +155,15 @@ def _gather(
 
 
 def unblocked(light: Emitter, shape: Emitter, center: Array, surface: Surface) -> Array:
-    """Irradiance factors (n,) of a light that nothing but the points' own horizons hide.
+    """Irradiance factors (n,) of a light that only the horizons of the points' own surfaces hide.
 
-    Without penumbrae (`shape` is the light's centre) a light is there if its centre is.
+    With hard shadows (`shape` is the center of the light) a light counts as a whole if its center
+    is above the horizon, else not at all.
     """
     factor = irradiance_factor(light, center, surface.point, surface.normal)
     if light.kind == QUAD and light.touching is not None:
-        # surfaces in the light's own plane see none of it, on whichever side rounding puts them
+        # surfaces in the plane of the light receive none of it, on whichever side rounding puts
+        # them
         factor = np.where(light.touches(surface.item), 0.0, factor)
     if light.extended and not shape.extended and light.casts_shadow:
         factor = np.where(dot(surface.normal, center - surface.point) > 0.0, factor, 0.0)
@@ -167,7 +171,7 @@ def unblocked(light: Emitter, shape: Emitter, center: Array, surface: Surface) -
 
 
 def _closed_form(plan: Plan, light: Emitter, center: Array, surface: Surface) -> Array:
-    """Irradiance factors (n, 1) or, where the light moves, (n, k)."""
+    """Unoccluded irradiance factors (n, 1) or, if the light moves, (n, k)."""
     k, shape = center.shape[2], plan.shadow_light(light)
     if k == 1:
         return unblocked(light, shape, center[:, :, 0], surface)[:, None]

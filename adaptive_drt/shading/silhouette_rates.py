@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How far the outlines of occluders move over a light, as seen from a patch: angles by axis."""
+"""Angles by which the outlines of occluders move over a light, as seen from a patch, by axis."""
 
 from __future__ import annotations
 
@@ -33,39 +33,45 @@ __all__ = [
 
 
 NEAREST = 2.0**-20
-"""Of the distance to a light: an outline nearer to the point than that is as good as there."""
+"""Least distance from the point to an outline, as a fraction of the distance to the light; nearer
+outlines count as that near."""
 ROUNDING = 2.0**-48
-"""Radians: directions to outlines and lights are rounded by that, counted generously. An outline
-that moves over the light by less over a patch is where rounding puts it: no split would settle it.
-A light metres from an occluder is seen so from a point 1e29 m away. In a scene of common sizes a
-cell of 2^-24 pixels is a thousand times that."""
+"""Rounding error of directions to outlines and lights, in radians, an upper estimate. An outline
+that moves over the light by less than this across a patch lies where rounding puts it, and no
+subdivision would resolve it. A light metres from an occluder is seen so from a point 1e29 m away.
+In a scene of common sizes a cell of 2^-24 pixels is a thousand times that."""
 BEYOND = 0.3
-"""Of a shadow: what counts of one that only the margin of a patch meets."""
+"""Weight of a shadow that only meets the margin around a patch, as a fraction of its depth."""
 TOUCH = 1.7
-"""Power of a shadow whose round outline meets a straight one or one half as round as it: of two
-circles of radii a and b that touch, 4/3 (2 r)^(1/2) u^(3/2) is common where they overlap by u, with
-1/r = 1/a + 1/b, or 1/a - 1/b where one is inside the other. That over pi a^2, with a, the smaller,
-for a width of 2 a, is 1.7 (r / a)^(1/2)."""
+"""Coefficient of the power 3/2 with which a shadow begins whose round outline meets a straight one,
+or one half as round. Of two circles of radii a and b that overlap by u, the common area is 4/3 (2
+r)^(1/2) u^(3/2), with 1/r = 1/a + 1/b, or 1/a - 1/b where one is inside the other. That over pi
+a^2, with the smaller radius a, for a width of 2 a, is 1.7 (r / a)^(1/2)."""
 HASTE = 0.75
-"""Radians, or steps of that part of the distance: with more, nothing is known of where it ends."""
+"""Largest relative step, in radians or as a fraction of the distance, that enters the extrapolation
+of an outline's motion; for larger steps nothing is known of where the outline ends up."""
 SHARPEST = 1e3
-"""Half extents in units of a shadow's width: sharper than that makes no difference."""
+"""Largest ratio of a patch's half extent and a shadow edge's width; a sharper edge makes no
+difference."""
 
 
 @dataclass(frozen=True)
 class Shadows:
-    """Shadows of m occluders over patches.
+    """Shadow edges of m occluders over patches.
 
     Attributes
     ----------
-    depth : (m,) part of the light that one hides at most; 0 where none of its bounds comes near.
-    shifts : (3, m) radians that its outline moves over the light, by axis.
-    width : (m,) radians between where it begins and where it is whole.
-    ends : (m,) whether such a bound, a kink, runs through the patch.
-    power : (m,) what it begins with there, or nearest to it: `power` u^(3/2) of `depth`, u in
-        units of `width`; inf where it is a ramp.
-    away : (m,) radians from the patch's middle to that bound, and no less than to its side.
-    covers : (m,) whether it hides the light from the whole patch.
+    depth : (m,) largest fraction of the light that the occluder hides; 0 where neither bound of its
+    shadow edge comes near the patch.
+    shifts : (3, m) radians by which its outline moves over the light, by axis.
+    width : (m,) radians between the beginning of the shadow edge and its end, where the shadow is
+    complete.
+    ends : (m,) whether such a bound, a kink, lies within the patch.
+    power : (m,) coefficient of the shadow's beginning at the nearest bound: `power` u^(3/2) as a
+    fraction of `depth`, with u in units of `width`; inf where it is a linear ramp.
+    away : (m,) radians from the middle of the patch to that bound, and no less than to the side of
+    the patch.
+    covers : (m,) whether the occluder hides the light from the whole patch.
     """
 
     depth: Array
@@ -78,16 +84,17 @@ class Shadows:
 
 
 def at_most(angle: Array) -> Array:
-    """Angles (m,) by which outlines move at most, given those by which they would move evenly.
+    """Largest angles (m,) by which outlines move, given the angles `angle` at constant speed.
 
-    What is steps of a good part of the distance away comes nearer with them, and moves the faster.
+    An outline at a distance of few steps comes nearer with each of them, and moves the faster.
     """
     most: Array = angle / (1.0 - np.minimum(angle, HASTE))
     return most
 
 
 def half_angle(light: Emitter, distance: Array) -> Array:
-    """Half the angle (n,) under which a light's ball is seen."""
+    """Half the angle (n,) of the bounding ball of a light, in radians; of a disk that faces the
+    point."""
     if light.kind == POINT:
         return np.zeros_like(distance)
     if light.kind == DISK:
@@ -103,9 +110,10 @@ def outline_shifts(
 
     Parameters
     ----------
-    steps : (3, m) metres each.  toward : (3, m) unit vector across the outline.
-    axis : (3, m) to the light.  rate : (m,) radians a metre.
-    angle : (m,) from the light's centre to the occluder's: sideways steps count by their square.
+    steps : (3, m) metres each.  toward : (3, m) unit vector normal to the outline.
+    axis : (3, m) unit vectors to the light.  rate : (m,) radians per metre.
+    angle : (m,) between the centers of light and occluder: steps along the outline have an effect
+    of second order.
     """
     moved = np.zeros((3, rate.size))
     for number, step in steps.items():
@@ -119,9 +127,11 @@ def outline_shifts(
 def rates(
     plan: Plan, light: Emitter, patch: Patch, pairs: Pairs, near: Array, far: Array
 ) -> tuple[Array, dict[int, Array]]:
-    """Radians a metre at which an outline at a distance `near` moves over a light at `far`.
+    """Rates, in radians per metre, at which an outline at a distance `near` moves over a light at
+    `far`.
 
-    Returns with it the steps by axis as if the point alone moved: (3, m) each.
+    Returns with them the steps by axis, (3, m) each: where objects move, the equivalent step of a
+    point that alone moves.
     """
     rate = np.abs(1.0 / np.maximum(near, TINY) - 1.0 / far)
     steps = {axis: columns(patch.steps[axis], pairs.pixel) for axis in patch.axes}
@@ -143,7 +153,7 @@ def rates(
 
 
 def extent(light: Emitter, toward: Array, far: Array) -> Array:
-    """Half the angle (m,) a light fills along a direction across the view."""
+    """Half the angle (m,) of a light along a direction normal to the line of sight, in radians."""
     if light.kind == QUAD:
         wide = np.abs(dot(light.half_u, toward)) + np.abs(dot(light.half_v, toward))
         flat: Array = np.arctan2(wide, far)

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Quads that stand in a patch like walls on a floor: which of their edges cast shadows there.
+"""Quads that intersect a patch like a wall stands on a floor: which of their edges cast shadows.
 
-Of such a patch the part behind the quad is dark where the part before it is lit, or the other way
-round. But where the camera is before the quad, it hides all that is behind it, and what is seen is
-shadowed by nothing but the edges that do not touch the patch.
+The patch is cut in two by such a quad: the part behind it is dark where the part before it is lit,
+or the other way round. But if the camera is before the quad, the quad also hides the part behind
+it, and the only shadows in the visible part are cast by the edges that do not touch the patch.
 """
 
 from __future__ import annotations
@@ -23,8 +23,9 @@ __all__ = ["free_edges"]
 
 
 GAP = 2.0**-10
-"""Of a patch's reach, how high over its plane an edge may be and count as in it: under the edge
-light comes in over no more of the patch, times the sine of its height."""
+"""Height of an edge over the patch's plane, as a fraction of the patch's radius, up to which the
+edge counts as lying in the plane. Light that passes under the edge reaches no more of the patch
+than that, divided by the sine of the light's elevation."""
 
 
 def free_edges(
@@ -37,28 +38,31 @@ def free_edges(
     drift: Array,
     through: Array,
 ) -> tuple[Mask, Mask]:
-    """Of quads that stand in patches: where only some edges count, and which those are.
+    """Find the quads of which only some edges cast shadows into the visible part of a patch.
 
     Parameters
     ----------
     pairs : (m) patches and the quads that touch them.
-    corners : where their edges start from the points, and where they go: (3, m) metres each.
-    unit : (3, m) the quads' normals, away from the points.  height : (m,) metres from the points.
-    drift : (3, m) metres that the quads move over half the patches' stretch of time.
-    through : (3, m) metres that the patches reach through the quads' planes, by axis.
+    corners : start points of the edges, relative to the points, and edge vectors: (3, m) metres
+    each.
+    unit : (3, m) unit normals of the quads, away from the points.  height : (m,) metres, distances
+    of the points from the quads' planes.
+    drift : (3, m) metres, motion of the quads over half the patches' time interval.
+    through : (3, m) metres, extents of the patches normal to the quads' planes, by axis.
 
     Returns
     -------
-    walls : (m,) what is seen of the patch is all before the quad, or all before its own plane.
+    walls : (m,) whether only some edges count: the visible part of the patch is on one side of the
+    quad, or the quad is all behind the surface and hides nothing.
     free : (4, m) the edges whose shadows count there.
     """
     point, normal = columns(surface.point, pairs.pixel), columns(surface.normal, pairs.pixel)
     reach, flat = patch.reach[pairs.pixel], patch.bend[pairs.pixel] == 0.0
     lift = np.abs(dot(columns(patch.steps[TIME], pairs.pixel) - drift, normal))
-    # how far before the quad's plane the camera is, at all times
+    # least distance of the camera before the quad's plane, over the time interval
     before = height + dot(point, unit) - np.abs(dot(drift, unit))
     slant = before / np.maximum(np.sqrt(dot(point, point)), TINY)
-    # rays to the far side of the patch pass the plane no farther than that from its point
+    # largest distance from the point at which rays to the far side of the patch pass the plane
     wide = reach + np.sqrt(dot(drift, drift)) + through.sum(axis=0) / np.maximum(slant, FLAT)
     walls, behind, free = height > 0.0, flat.copy(), []
     for start, edge in zip(*corners, strict=True):
@@ -67,5 +71,5 @@ def free_edges(
         free.append(~under)
         walls &= under | (distance_to_edge(start, edge) > wide)
         behind &= under
-    # all of it behind the surface: it hides nothing
+    # a quad that is all behind the surface hides nothing
     return walls | behind, np.array(free)

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How far one sample of light may be from its mean over a patch where no occluder hides it.
+"""Estimates of how far one sample of unoccluded light may be from its mean over a patch.
 
-What changes there is the distance to the light, the turn of the surface, and what passes through
-a plane: the light through the surface's horizon, the patch through the plane of a quad light.
-Estimates by kind and by axis, as in `variation`.
+Unoccluded light varies with the distance to the light and with the orientation of the surface, and
+where something crosses a plane: the light crosses the horizon of the surface, or the patch crosses
+the plane of a quad light. The estimates are given by kind and by axis, as in `variation`.
 """
 
 from __future__ import annotations
@@ -25,36 +25,47 @@ __all__ = ["open_variation"]
 
 
 NEAR = 0.8
-"""Irradiance over the half extent in units of the distance to the light: the factor of its square
-(second derivatives of cos / d^2 are at most some 3 to 6 in that unit, over 6)."""
+"""Deviation of the irradiance factor by falloff, as a fraction of the factor times the squared
+ratio of half extent and distance to the light (second derivatives of cos / d^2 are at most some 3
+to 6 in that unit, over 6)."""
 STEEP, PEAKED = 0.3, 1.0
-"""Half a patch's extent over the distance to the light: from where on stars leave as much of how
-light falls off as of a power of 3/2, and as of a kink: its peak is hardly wider than the patch.
-(Point lights over planes, 40,000 random patches, RMS: of what is foreseen of a square they leave
-0.002 at 0.15, 0.017 at 0.35, 0.05 at 0.6, 0.09 at 0.85 and 0.13 at 1.2.)"""
+"""Ratios of half a patch's extent and the distance to the light, from which falloff counts as
+another kind of deviation.
+
+From `FALLOFF_ROOT_RATIO` on the nodes of the cubature leave as much of the deviation by falloff as
+of a power of
+3/2, and from `FALLOFF_KINK_RATIO` on as much as of a kink: the peak is hardly wider than the
+patch. (Point
+lights over planes, 40,000 random patches, RMS: of what is foreseen of a square they leave 0.002 at
+0.15, 0.017 at 0.35, 0.05 at 0.6, 0.09 at 0.85 and 0.13 at 1.2.)
+"""
 NEAREST = 0.3
-"""Of the distance to such a light: how near it may be elsewhere in the patch, at least. (Without
-that one patch in a hundred was off by 28 times what was foreseen, with it by 3.)"""
+"""Least distance to the light anywhere in a patch with such a steep falloff, as a fraction of the
+distance at its middle. (Without that one patch in a hundred was off by 28 times what was foreseen,
+with it by 3.)"""
 ROUND = 1.0 / 6.0
-"""The same for the turn of the normal over the half extent."""
+"""Deviation by the curvature of the surface, as a fraction of the largest irradiance factor times
+the square of the angle, in radians, by which the normal turns over the half extent."""
 SET = 1.0 / 12.0
-"""Where a light goes down behind the surface's own horizon: of the square of the turn over the
-light's half angle (the slope then changes over twice that angle), or of the turn of a kink."""
+"""Deviation where a light crosses the horizon of the surface, as a fraction of the largest
+irradiance factor times either the squared turn over the light's half angle (the slope then changes
+over twice that angle), or the turn, if that is larger and causes a kink."""
 RIM = 0.3
-"""Half a patch's extent over twice its distance from the rim of a sphere (0.5: it reaches the
-rim): from there on the root with which the surface turns is no parabola. Of the centroid's
-deviation a star leaves 0.04 at 0.25 and 0.18 at 0.5, and less with the gains of `limb_correction`:
-as of a power of 3/2."""
+"""Ratio of half a patch's extent and twice its distance from the limb of a sphere (0.5: the patch
+reaches the limb), from which the normal, which turns with a square root there, is not well
+approximated by a parabola. Of the centroid's deviation the nodes of the cubature leave 0.04 at 0.25
+and 0.18 at 0.5, and less with the gains of `limb_correction`: as of a power of 3/2."""
 
 
 def open_variation(
     light: Emitter, center: Array, surface: Surface, patch: Patch, factor: Array
 ) -> Array:
-    """Of a light that nothing hides but the surface's own horizon: deviations (4, 3, n).
+    """Deviations (4, 3, n) of a light that only the horizon of the surface hides.
 
     Parameters
     ----------
-    center : (3, n) or (3, 1) the light's centre.  factor : (n,) unblocked, of `irradiance_factor`.
+    center : (3, n) or (3, 1) center of the light.  factor : (n,) unoccluded, from
+    `irradiance_factor`.
     """
     to = center - surface.point
     square = np.maximum(dot(to, to), TINY)
@@ -90,7 +101,7 @@ def open_variation(
 
 
 def _head_on(light: Emitter, square: Array, half: Array) -> Array:
-    """The factor (n,) of a light that faces the point at normal incidence, roughly."""
+    """Approximate irradiance factor (n,) of a light that faces the point, at normal incidence."""
     if light.kind == POINT:
         most: Array = 1.0 / square
         return most
@@ -103,18 +114,19 @@ def _head_on(light: Emitter, square: Array, half: Array) -> Array:
 
 
 def _add_falloff(result: Array, size: Array, near: Array, sine: Array) -> None:
-    """Add what a light's falling off brings about, in place.
+    """Add deviations by the falloff of light with distance, in place.
 
     Parameters
     ----------
-    size : (3, n) by the light at the centroids.  near : (n,) half the patch's extent over the
-        light's distance.  sine : (n,) of its height over the plane.
+    size : (3, n) deviations, for the distance and factor at the centroids.  near : (n,) half the
+    patch's extent over the distance to the light.  sine : (n,) of the light's elevation over the
+    surface.
     """
     steep = near >= STEEP
     if not steep.any():
         result[BENDS] += size
         return
-    # its peak may be in the patch: no nearer than it is above the plane
+    # the peak may be within the patch: bound the least distance by the height over the plane
     least = np.maximum(np.maximum(np.abs(sine), 1.0 - near), NEAREST)
     size = np.where(steep, size / (least * least), size)
     peaked = near >= PEAKED
@@ -126,11 +138,15 @@ def _add_falloff(result: Array, size: Array, near: Array, sine: Array) -> None:
 def _add_rim(
     result: Array, rows: Ints, patch: Patch, to: Array, surface: Surface, most: Array, bent: Array
 ) -> None:
-    """Add what spheres' ever faster turn at their rims brings about, at some points, in place."""
+    """Add deviations by the rapid turn of normals at the limbs of spheres, in place.
+
+    rows : points with curved surfaces.  most : (n,) largest irradiance factors.  bent : (3, n)
+    radians by which the normals turn over the half extents.
+    """
     if not rows.size:
         return
     to, view, slant = columns(to, rows), columns(surface.point, rows), patch.slant[rows]
-    # there the normal turns to the viewer, or from him
+    # at the limb the normal turns towards the camera or away from it
     toward = np.abs(dot(to, view)) / np.maximum(np.sqrt(dot(to, to) * dot(view, view)), TINY)
     slope = np.sqrt(np.maximum(1.0 - slant**2, 0.0)) * patch.bend[rows] / slant**2
     near = np.minimum(columns(patch.cross, rows) * slope, 1.0)
@@ -140,12 +156,13 @@ def _add_rim(
 
 
 def _add_setting(result: Array, sine: Array, half: Array, most: Array, turns: Array) -> None:
-    """Add what a light brings about that passes through a plane, in place.
+    """Add deviations by a light that crosses a plane, in place.
 
     Parameters
     ----------
-    sine : (n,) of its height over the plane.  half : (n,) half its angle.  most : (n,) its factor.
-    turns : (3, n) radians that it moves against the plane over the half extents.
+    sine : (n,) of the light's elevation over the plane.  half : (n,) half its angle.  most : (n,)
+    its largest irradiance factor.
+    turns : (3, n) radians by which it moves relative to the plane over the half extents.
     """
     turn = np.sqrt(dot(turns, turns))
     rows = ((np.abs(sine) < turn + np.sin(half)) & (most > 0.0)).nonzero()[0]

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How far one sample of light may be from its mean over a patch: estimates, axis by axis.
+"""Estimates of how far one sample of light may be from its mean over a patch, by axis.
 
-Not bounds but sizes: what a midpoint is off by where the integrand bends (second derivatives,
-1/6 of the half width squared each) and where it steps (the deviation of a step at a random
-place). They come from where the outlines of occluders stand to the light, so a shadow's edge is
-found before any sample has met it.
+The estimates are typical deviations and not bounds. They are the error of a midpoint sample where
+the integrand is curved (second derivatives, times 1/6 of the squared half extent) and where it has
+a step (the standard deviation of a step at a random position). They follow from the position of the
+occluders' outlines relative to the light, so that the edge of a shadow is found before any sample
+has hit it.
 """
 
 from __future__ import annotations
@@ -29,41 +30,52 @@ __all__ = ["BENDS", "KINKS", "ROOTS", "STEPS", "no_variation", "shadow_variation
 
 
 BEND = 0.5
-"""Of a shadow's depth and of its square of (half extent / width): a midpoint over a smooth step is
-off by h^2/24 V'', and V'' = 6 - 12 u over a width of 1 has a mean square of 12."""
+"""Deviation caused by a smooth shadow edge within a patch, as a fraction of the shadow's depth
+times the squared ratio of half extent and width. A midpoint over a smooth step is off by h^2/24
+V'', and V'' = 6 - 12 u over a width of 1 has a mean square of 12."""
 KINK = 0.14
-"""Of (half extent / width), where a shadow begins or is whole within the patch: a ramp's kink at a
-random place in a cell of h leaves its midpoint off by 0.07 h times the slope, RMS."""
+"""Deviation caused by the beginning or end of a linear shadow edge within a patch, as a fraction of
+the shadow's depth times (half extent / width). The kink of a ramp at a random position in a cell of
+size h causes a midpoint error of 0.07 h times the slope, RMS."""
 ROOT = 0.15
-"""The same of a shadow that begins as c u^(3/2), of c (half extent / width)^(3/2): at a random
-place in a cell of h that leaves the midpoint off by 0.052 h^(3/2), RMS."""
+"""Deviation caused by a shadow edge that begins as c u^(3/2) within a patch, as a fraction of the
+shadow's depth times c (half extent / width)^(3/2). At a random position in a cell of size h it
+causes a midpoint error of 0.052 h^(3/2), RMS."""
 AWAY = 0.125
-"""Of c (half extent / width)^2 over the root of the distance u to where it begins: a midpoint is
+"""Deviation caused by a shadow edge that begins as c u^(3/2) outside a patch, at a distance of u
+widths, as a fraction of the shadow's depth times c (half extent / width)^2 / sqrt(u). A midpoint is
 off by h^2/24 V'', and V'' = 3/4 c u^(-1/2)."""
 STEP = 0.29
-"""Of a step's height: the deviation of its midpoint sample at a random place, 1 / sqrt(12). An edge
-that crosses cells at one angle would leave errors of one sign; `nodes` turns their stars."""
+"""Deviation caused by a step within a patch, as a fraction of its height: the standard deviation of
+a midpoint sample for a step at a random position, 1 / sqrt(12). An edge that crosses many cells at
+the same angle would give errors of the same sign; `cubature.nodes` rotates the nodes against
+that."""
 ROUGH = 0.5
-"""Of a shadow's width: a half extent from which the shadow is a step within the cell."""
+"""Half extent of a patch, as a fraction of the shadow edge's width, from which the edge counts as a
+step within the cell."""
 
 
 KINDS = 4
+"""Number of kinds of deviations."""
 BENDS, ROOTS, KINKS, STEPS = range(KINDS)
-"""Kinds of deviations: of what bends (they add up, and fall with the square of the extent), of
-what begins with the power 3/2 at a random place, has a kink there, or steps (their signs are
-random)."""
+"""Kinds of deviations, by the behavior of the integrand within the patch.
+
+It is smooth (such errors add linearly, and fall with the square of the extent), begins with a power
+of 3/2 at a random position, has a kink there, or a step (the last three have random signs).
+"""
 
 
 def no_variation(count: int) -> Array:
-    """Nothing varies at n points: deviations (4, 3, n), by kind and by axis x, y, t."""
+    """Zero deviations (4, 3, n) of n points, by kind and by axis x, y, t."""
     return np.zeros((KINDS, 3, count))
 
 
 def standing(steps: Array) -> Array:
-    """Of steps (3, n), what those across the picture leave once the shutter is averaged.
+    """Deviations that are left of steps (3, n) across the picture after averaging over the shutter.
 
-    What moves farther in the shutter than a pixel is wide is spread over that distance: a share a
-    of x and y beside one of b in time falls to a^2 / b at most. Returns (n,).
+    A step that moves farther in the shutter time than a pixel is wide is spread over that distance:
+    a deviation a along x and y together with one of b along time falls to a^2 / b at most. Returns
+    (n,).
     """
     x, y, along = steps
     across = x + y
@@ -80,16 +92,17 @@ def shadow_variation(
     pairs: Pairs,
     time: Array | float,
 ) -> tuple[Array, Mask]:
-    """Of the part of a light that is seen past occluders, relative to the unblocked factor.
+    """Deviations of the visible fraction of a light, relative to the unoccluded irradiance factor.
 
     Parameters
     ----------
-    light : as it casts shadows.  pairs : (m) candidate occluders, sorted by point, that serve
-        the whole patches.  time : (m,) or a number, shutter times of the points.
+    light : as it casts shadows.  pairs : (m) candidate occluders, sorted by point, for the whole
+    patches.  time : (m,) or a number, shutter times of the points of the pairs.
 
     Returns
     -------
-    deviations : (4, 3, n); hidden : (n,) one occluder hides the light from the whole patch.
+    deviations : (4, 3, n); hidden : (n,) whether a single occluder hides the light from the whole
+    patch.
     """
     count = surface.item.size
     total = no_variation(count)
@@ -112,6 +125,7 @@ def shadow_variation(
 
 
 def _joined(parts: list[Shadows]) -> Shadows:
+    """Concatenate shadows of several batches."""
     each = (
         np.concatenate([getattr(part, one.name) for part in parts], axis=-1)
         for one in fields(Shadows)
@@ -120,7 +134,7 @@ def _joined(parts: list[Shadows]) -> Shadows:
 
 
 def _collect(total: Array, pixel: Ints, shadow: Shadows) -> None:
-    """Add the deviations of shadows to their points'."""
+    """Add the deviations caused by shadows to those of their points, in place."""
     live = (shadow.depth > 0.0).nonzero()[0]
     pixel, depth, shifts = pixel[live], shadow.depth[live], columns(shadow.shifts, live)
     width = np.maximum(shadow.width[live], shifts.max(axis=0) / SHARPEST)
@@ -131,7 +145,7 @@ def _collect(total: Array, pixel: Ints, shadow: Shadows) -> None:
     power, away = shadow.power[live], shadow.away[live] / np.maximum(width, TINY)
     round_ = np.isfinite(power)
     ends = shadow.ends[live] & ~step
-    # as 3/2 where that is less than a ramp
+    # a power of 3/2 where that gives less than a ramp
     root = ROOT * power * np.sqrt(extent)
     kink = ends & ~(root < KINK)
     root = np.where(kink, KINK, root) * extent

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How far a sample of light may be from its mean over a patch by quads that cast shadows.
+"""Shadow edges that quads cast over patches.
 
-The sharpest edge across the light counts. See `variation`.
+Of a quad's edges, the one whose shadow is sharpest relative to the patch counts. See `variation`.
 """
 
 from __future__ import annotations
@@ -38,15 +38,16 @@ __all__ = ["past_quads"]
 
 
 ALIKE = 1.0 + 2.0**-20
-"""Edges of a quad as sharp as that times another are equally sharp: before a point all are, and the
-first of them counts, not the one that rounding chooses."""
+"""Ratio of the sharpness of two edges up to which they count as equally sharp. In front of a point
+all edges of a quad are, and then the first of them counts, so that rounding does not decide."""
 
 
 @dataclass(frozen=True)
 class _View:
-    """Quads as m points see them, and a light: (3, m) metres from the points.
+    """Quads and a light as seen from m points: (3, m) metres, relative to the points.
 
-    `planes`, `normal` and `height` are those of `edge_planes`, `edges` those of `edges_of`.
+    `to` points to the center of the light; `planes`, `normal` and `height` are those of
+    `edge_planes`, and `edges` those of `edges_of`.
     """
 
     to: Array
@@ -56,7 +57,7 @@ class _View:
     edges: tuple[Planes, Planes]
 
     def take(self, rows: Ints) -> _View:
-        """Those of some of the points."""
+        """Select points by index."""
         planes, *edges = (
             (columns(a, rows), columns(b, rows), columns(c, rows), columns(d, rows))
             for a, b, c, d in (self.planes, *self.edges)
@@ -66,7 +67,7 @@ class _View:
 
     @property
     def sides(self) -> tuple[Array, Array, Array]:
-        """Corners (3, m) and edges from there."""
+        """A corner of each quad (3, m), and the two edge vectors from there."""
         (corner, *_), (v, u, *_) = self.edges
         return corner, u, v
 
@@ -74,7 +75,7 @@ class _View:
 def past_quads(
     plan: Plan, surface: Surface, patch: Patch, light: Emitter, pairs: Pairs, time: Array | float
 ) -> Shadows:
-    """Of quads: the sharpest edge across the light, before its centre or beyond, counts."""
+    """Shadow edges of quads: for each quad its sharpest edge across the light or beside it."""
     point, ids = columns(surface.point, pairs.pixel), pairs.item - plan.sphere_count
     q = plan.quads.moved(ids, time) - point
     u, v = columns(plan.quads.edge_u, ids), columns(plan.quads.edge_v, ids)
@@ -92,14 +93,16 @@ def past_quads(
     walls, through = _past_walls(plan, surface, patch, light, pairs, view, stands, shadows)
     before[stands[walls]] = True
     depth, shifts, width = shadows.depth, shadows.shifts, shadows.width
-    # a quad that the light lies on this side of hides nothing of it
+    # a quad hides nothing if the point and the light are on one side of its plane,
+    # or if the point is in that plane
     beyond = dot(view.to, normal) - height
     depth[own | ~(height > 0.0) | (before & (beyond + light.radius * size < -light_slack))] = 0.0
     covers = shadows.covers & before & (beyond - light.radius * size > light_slack)
     covers &= (height > 0.0) & ~own
     edge_on = cut[~touched]
     if edge_on.size:
-        # its plane cuts the patch: from there it is seen edge-on, and what its edges say turns over
+        # the plane of the quad cuts the patch but the quad does not: at the cut it is seen edge-on,
+        # and the edge functions change sign
         some = pairs.take(edge_on), view.take(edge_on)
         moved, half = _edge_on(plan, patch, light, *some, near[~touched])
         reached = (moved.max(axis=0) > 0.0) & (depth[edge_on] == 0.0)
@@ -108,7 +111,7 @@ def past_quads(
         width[edge_on] = 2.0 * half[reached]
     cut = stands[~walls]
     if cut.size:
-        # it stands in the patch: lit on one side, dark on the other
+        # the quad itself cuts the patch, which is lit on one side and dark on the other: a step
         depth[cut], width[cut], shifts[:, cut] = 1.0, 0.0, columns(through, ~walls)
     return Shadows(depth, shifts, width, shadows.ends, shadows.power, shadows.away, covers)
 
@@ -123,11 +126,14 @@ def _past_walls(
     stands: Ints,
     shadows: Shadows,
 ) -> tuple[Mask, Array]:
-    """Which of the quads that stand in patches are walls there; their shadows, in place.
+    """Replace shadows, in place, of quads that stand in patches and of which only some edges count.
 
-    stands : (k,) the pairs in question.  shadows : (m) of all pairs.
+    Returns the mask (k,) of these quads, and the extents (3, k) of patches normal to quads, by
+    axis.
 
-    Returns with it how far (3, k) the patches reach through the quads, by axis.
+    Parameters
+    ----------
+    stands : (k,) indices of the pairs to be examined.  shadows : (m) of all pairs.
     """
     if not stands.size:
         return np.zeros(0, dtype=np.bool_), np.zeros((3, 0))
@@ -153,9 +159,9 @@ def _past_edges(
     view: _View,
     free: Mask | None = None,
 ) -> Shadows:
-    """By the planes through the points and the edges alone: (3, m) their normals, inwards.
+    """Shadow edges of quads, from the planes through the points and the quads' edges alone.
 
-    free : (4, m) which edges count; all of them if not given.
+    free : (4, m) the edges that count; all of them if not given.
     """
     count = pairs.item.size
     far = np.maximum(np.sqrt(dot(view.to, view.to)), TINY)
@@ -200,11 +206,12 @@ def _past_edges(
 def _edge_on(
     plan: Plan, patch: Patch, light: Emitter, pairs: Pairs, view: _View, near: Array
 ) -> tuple[Array, Array]:
-    """How far (3, m) quads' outlines move over the light, by axis; 0 where they come nowhere near.
+    """Angles (3, m) by which outlines of quads that are seen edge-on move over the light, by axis.
+
+    They are 0 where the outline comes nowhere near the light. Returns with them half the angles
+    (m,) of the light.
 
     near : (m,) metres to the quads.
-
-    Returns with it half the angles (m,) under which the light is seen.
     """
     (corner, u, v), to = view.sides, view.to
     center = corner + 0.5 * (u + v)
@@ -226,7 +233,7 @@ def _edge_on(
 
 
 def _drift(plan: Plan, patch: Patch, pairs: Pairs) -> Array:
-    """How far (3, m) quads move over half the patches' stretch of time."""
+    """Motion (3, m) of quads over half the patches' time interval."""
     d = plan.quads.displacement
     if d is None:
         return np.zeros((3, pairs.item.size))
@@ -235,14 +242,15 @@ def _drift(plan: Plan, patch: Patch, pairs: Pairs) -> Array:
 
 
 def _reach(plan: Plan, patch: Patch, pairs: Pairs) -> Array:
-    """How far (m,) patches reach towards quads, which may come towards them."""
+    """Radii (m,) of patches, plus the motion of quads over half the patches' time interval."""
     drift = _drift(plan, patch, pairs)
     reach: Array = patch.reach[pairs.pixel] + np.sqrt(dot(drift, drift))
     return reach
 
 
 def _through(plan: Plan, patch: Patch, pairs: Pairs, normal: Array) -> Array:
-    """How far (3, m) patches reach through the planes of quads, by axis."""
+    """Extents (3, m) of patches normal to the planes of quads, relative to their motion, by
+    axis."""
     steps = [columns(patch.steps[axis], pairs.pixel) for axis in range(3)]
     steps[2] = steps[2] - _drift(plan, patch, pairs)
     through: Array = np.abs(np.array([dot(step, normal) for step in steps]))
@@ -252,7 +260,8 @@ def _through(plan: Plan, patch: Patch, pairs: Pairs, normal: Array) -> Array:
 def _plane_slack(
     plan: Plan, patch: Patch, light: Emitter, pairs: Pairs, normal: Array
 ) -> tuple[Array, Array]:
-    """How far points and light move against the planes of quads, times |normal|: (m,) each."""
+    """Motion of points, and of the light, normal to the planes of quads, times |normal|: (m,)
+    each."""
     point = np.zeros(pairs.item.size)
     for axis in patch.axes:
         point += np.abs(dot(columns(patch.steps[axis], pairs.pixel), normal))

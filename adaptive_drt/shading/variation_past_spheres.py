@@ -1,8 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How far a sample of light may be from its mean over a patch by spheres that cast shadows.
-
-See `variation`.
-"""
+"""Shadow edges that spheres cast over patches. See `variation`."""
 
 from __future__ import annotations
 
@@ -32,13 +29,14 @@ __all__ = ["past_spheres"]
 
 
 SMALLEST = 2.0**-52
-"""Of an occluder's angle: a light narrower than that is a point."""
+"""Least ratio of the angles of light and occluder; a light with a smaller angle counts as a
+point."""
 
 
 def past_spheres(
     plan: Plan, surface: Surface, patch: Patch, light: Emitter, pairs: Pairs, time: Array | float
 ) -> Shadows:
-    """Of spheres."""
+    """Shadow edges of spheres, from the angles between their outlines and that of the light."""
     point = columns(surface.point, pairs.pixel)
     r = plan.spheres.radius[pairs.item]
     v = plan.spheres.moved(pairs.item, time) - point
@@ -58,7 +56,8 @@ def past_spheres(
     shifts = outline_shifts(steps, toward, axis, rate, angle)
     within = shifts.sum(axis=0)
     whole = at_most(within) * patch.margin
-    # it neither clears the light, nor hides all of it, nor lies within it, from the whole patch
+    # the outlines cross somewhere in the patch: it is not so that the sphere misses the light,
+    # hides all of it, or lies within its outline, from all of the patch
     farthest = angle + half
     if light.kind == QUAD:
         farthest = np.hypot(farthest, extent(light, cross(axis, toward), far))
@@ -85,9 +84,13 @@ def past_spheres(
 def _touch(
     light: Emitter, bounds: Array, whole: Array, half: Array, opening: Array
 ) -> tuple[Array, Array, Mask]:
-    """Powers of the bounds that matter most, how far they are, and whether they are in the patch.
+    """Coefficients of the powers 3/2 at the bounds that matter most.
 
-    bounds : (3, m) radians to where the shadow begins, holds the light, and lies within it.
+    Returns with them the distances of these bounds in radians, and whether any bound is within the
+    patch.
+
+    bounds : (3, m) radians to where the shadow begins, where the sphere hides the whole light, and
+    where the sphere's outline lies within the light's.
     """
     least = np.maximum(np.minimum(half, opening), TINY)
     if light.kind == QUAD:
@@ -105,9 +108,9 @@ def _touch(
 def _holds(
     plan: Plan, surface: Surface, patch: Patch, light: Emitter, pairs: Pairs, v: Array, to: Array
 ) -> Mask:
-    """Whether spheres hold all of a patch and nothing of a light: (m,).
+    """Whether spheres contain the whole patch, and nothing of the light: (m,).
 
-    v, to : (3, m) from the points to the centres of the spheres and of the light.
+    v, to : (3, m) from the points to the centers of the spheres and of the light.
     """
     r, gap, eye = plan.spheres.radius[pairs.item], v - to, v + columns(surface.point, pairs.pixel)
     drift, carried = np.zeros(r.size), np.zeros(r.size)
@@ -118,7 +121,7 @@ def _holds(
         carried = np.sqrt(dot(light.displacement, light.displacement)) * patch.time[pairs.pixel]
     apart = np.sqrt(dot(gap, gap)) - (drift + carried) > r + light.radius
     within = np.sqrt(dot(v, v)) + patch.reach[pairs.pixel] + drift < r
-    # seen from within, a sphere is so all over
+    # for a camera inside a sphere, all of its visible surface is its inside
     lined = surface.inside[pairs.pixel] & (pairs.item == surface.item[pairs.pixel])
     lined &= (drift == 0.0) | (np.sqrt(dot(eye, eye)) + drift < r)
     holds: Mask = apart & (within | lined)
@@ -126,10 +129,11 @@ def _holds(
 
 
 def _room(light: Emitter, axis: Array, v: Array, far: Array, round_: Array) -> Array:
-    """The angle (m,) from directions v (3, m) to a light's outline, less than 0 outside it.
+    """Angles (m,) from directions v (3, m) to the light's outline, negative outside it.
 
-    Of a quad light to the nearest of its sides: how far it extends towards a place says nothing of
-    a side that the place is beside. `round_` is what holds for other lights.
+    For a quad light, it is the angle to the nearest side: the light's extent towards a direction
+    does not tell the distance to a side that the direction is beside. `round_` holds the angles for
+    other lights.
     """
     if light.kind != QUAD:
         return round_

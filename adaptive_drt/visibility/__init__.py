@@ -1,2 +1,3 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is visible along lines through pixel and shutter, between exact events."""
+"""Visibility along lines through boxes in pixel and shutter time, between exactly computed
+events."""

@@ -1,16 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where along lines objects may change places in depth: roots of polynomials.
+"""Events along lines at which two objects may exchange their depth order: roots of polynomials.
 
-A ray w meets the plane n.P = k at P = k w / f, f = n.w; it does so on a sphere of centre v and
-radius r where
+A ray w meets the plane n.P = k at P = k w / f with f = n.w. That point lies on a sphere of center v
+and radius r where
 
     Q = k^2 (w.w) - 2 k f (w.v) + f^2 (v.v - r^2) = 0.
 
-Along x, y and t that is a quadratic for a quad's plane. Spheres meet in their radical plane, where
-k = (power of one - power of the other) / 2 and n is the vector between their centres: a quadratic
-along x and y, of degree four along t. Two planes have equal depth where k1 f2 = k2 f1. A sphere's
-own depth jumps where the camera enters it. Roots that belong to hidden sides only cut a span in
-two.
+Along x, y and t this is quadratic for the plane of a quad. Two spheres intersect in their radical
+plane, for which k = (power of one - power of the other) / 2 and n is the vector between their
+centers; Q is then quadratic along x and y and of degree four along t. Two planes have equal depth
+where k1 f2 = k2 f1. The depth of a sphere is discontinuous where the camera enters it. Roots on
+hidden sides of an object are not removed: they only split a span in two.
 """
 
 from __future__ import annotations
@@ -30,32 +30,34 @@ __all__ = ["by_candidate", "find_crossings"]
 Polynomial: TypeAlias = list[Array]
 
 DOUBLE = 2.0**-36
-"""Of the terms of a quadratic's discriminant: so near to 0, two roots are one. An event where there
-is none costs a span, no more."""
+"""Largest negative discriminant of a quadratic that still counts as zero, as a fraction of the
+discriminant's terms: the two roots are then one double root. An event that is not real costs one
+more span and nothing else."""
 NOWHERE = 0.5
-"""The end of a line: an event there changes nothing."""
+"""Position of an event that does not exist: the end of a line, where an event has no effect."""
 LEAST_LEAD = 2.0**-48
-"""Of the largest coefficient: a quartic's first is at least that, so that its roots are finite."""
+"""Least leading coefficient of a quartic, as a fraction of its largest coefficient. It keeps the
+roots finite."""
 
 
 def find_crossings(table: Array, is_ball: Mask, met: Met, lattice: Lattice) -> Array:
-    """Places (events, rows, columns, n) along lines; spans between them keep their order.
+    """Events (events, rows, columns, n) along lines; between them depth orders do not change.
 
     Parameters
     ----------
-    table : (11, rows, columns, k n) of k candidates by item, all boxes' first ones first, as
-        `line_intervals.depth_along` gives it.
-    is_ball : (k n,).
-    met : the pairs that may change places.
+    table : (11, rows, columns, k n) of k candidates by item, the first candidates of all boxes
+    first, from `line_intervals.depth_coefficients`.
+    is_ball : (k n,) whether a candidate is a sphere.
+    met : the pairs of candidates whose depth order is not known.
 
-    Two spheres are left out along t, unless there is but one line: choose another axis where
-    they may cross.
+    Pairs of spheres are left out along t unless there is a single line: choose another axis where
+    spheres may intersect.
     """
     n, timed = met.boxes, lattice.axis == TIME
     parts = [*_roots(*table[8:])] if timed else []
     one, other = (each * n + met.box for each in (met.one, met.other))
     balls = is_ball[one].astype(np.int64) + is_ball[other]
-    # as many for any two, or the boxes of a group were not alike
+    # each pair has room for the same number of events, whichever its kinds: boxes stay alike
     most = 4 if timed and _single(lattice) else 2
     events = np.full((most, *table.shape[1:3], met.room * n), NOWHERE)
     for kind, find in enumerate((_flats, _ball_and_flat, _balls)):
@@ -68,11 +70,13 @@ def find_crossings(table: Array, is_ball: Mask, met: Met, lattice: Lattice) -> A
 
 
 def by_candidate(values: Array, n: int) -> Array:
-    """(rows, columns, k n), all boxes' first ones first, as (k, rows, columns, n)."""
+    """Reshape (rows, columns, k n), the first candidates of all boxes first, to (k, rows, columns,
+    n)."""
     return values.reshape(*values.shape[:2], -1, n).transpose(2, 0, 1, 3)
 
 
 def _single(lattice: Lattice) -> bool:
+    """Whether the lattice is a single line."""
     return lattice.rows * lattice.columns == 1
 
 
@@ -101,19 +105,19 @@ def _balls(one: Array, other: Array, lattice: Lattice) -> Sequence[Array]:
 
 
 def _plane(table: Array, timed: bool) -> tuple[Polynomial, Polynomial]:
-    """k and f of a quad's plane."""
+    """k and f of the plane of a quad."""
     return ([table[0], table[1]], [table[5]]) if timed else ([table[0]], [table[5], table[6]])
 
 
 def _radical(one: Array, other: Array, timed: bool) -> tuple[Polynomial, Polynomial]:
-    """k and f of the plane in which two spheres meet."""
+    """k and f of the radical plane of two spheres."""
     powers = range(8, 11 if timed else 9)
     k = [0.5 * (other[p] - one[p]) for p in powers]
     return k, [other[0] - one[0], other[1] - one[1]]
 
 
 def _on_sphere(table: Array, k: Polynomial, f: Polynomial, timed: bool) -> Polynomial:
-    """Q of a plane with a sphere."""
+    """Coefficients of Q for a plane and a sphere; see the module."""
     square = [table[5]] if timed else [table[5], table[6], table[7]]
     gap = [table[8], table[9], table[10]] if timed else [table[8]]
     mixed = _product(_product(k, f), [table[0], table[1]])
@@ -124,6 +128,7 @@ def _on_sphere(table: Array, k: Polynomial, f: Polynomial, timed: bool) -> Polyn
 
 
 def _product(a: Polynomial, b: Polynomial) -> Polynomial:
+    """Coefficients of the product of two polynomials."""
     total = [np.zeros(np.broadcast_shapes(a[0].shape, b[0].shape))] * (len(a) + len(b) - 1)
     for i, first in enumerate(a):
         for j, second in enumerate(b):
@@ -132,12 +137,13 @@ def _product(a: Polynomial, b: Polynomial) -> Polynomial:
 
 
 def _at(polynomial: Polynomial, power: int) -> Array:
+    """Coefficient of a power; zeros beyond the degree."""
     return polynomial[power] if power < len(polynomial) else np.zeros(polynomial[0].shape)
 
 
 def _roots(c: Array, slope: Array, a: Array) -> tuple[Array, Array]:
-    """Roots of c + slope s + a s^2 within a line, `NOWHERE` for others."""
-    # only their ratios count: of the size of one, they square without leaving float64's range
+    """Roots of c + slope s + a s^2 within a line; `NO_EVENT` where there is none."""
+    # scale the coefficients to at most 1, so that their squares stay within float64's range
     largest = np.maximum(np.maximum(np.abs(a), np.abs(slope)), np.abs(c))
     largest = np.where(largest > 0.0, largest, 1.0)
     a, b, c = a / largest, 0.5 * slope / largest, c / largest
@@ -147,14 +153,17 @@ def _roots(c: Array, slope: Array, a: Array) -> tuple[Array, Array]:
     q = np.where(b < 0.0, root - b, -b - root)
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):  # see FLAT_TERM
         roots = q / a, np.where(q == 0.0, 0.0, c / q)
-    # seen from the plane in which two spheres meet, the seam is a double root
+    # from a camera in the radical plane of two spheres, their intersection is a double root
     real = square >= -DOUBLE * (b * b + np.abs(a * c))
     low, high = (np.where(real & (np.abs(r) < 0.5), r, NOWHERE) for r in roots)
     return low, high
 
 
 def _quartic_roots(coefficients: Polynomial) -> list[Array]:
-    """Real parts of a quartic's roots within a line, by its companion matrix: one line a box."""
+    """Real parts of the roots of a quartic within a line; `NO_EVENT` outside it.
+
+    They are eigenvalues of the companion matrix, which pays for a single line a box.
+    """
     c = np.array(coefficients)
     largest = np.maximum(np.max(np.abs(c), axis=0), np.finfo(np.float64).tiny)
     c = c / largest

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The order in depth of objects, where it is the same for all rays of a box.
+"""Depth order of objects, where it is the same for all rays of a box.
 
-Two objects on either side of a plane are seen in one order from anywhere off it: the one on the
-camera's side first. Such planes are that of a quad, and for two spheres that do not meet their
-radical plane, where the squared lengths of the tangents are equal. All else moves linearly in time,
-so the ends of a box's time decide.
+Two objects on opposite sides of a plane have the same depth order for every camera off that plane:
+the object on the camera's side is in front. Separating planes are the plane of a quad and, for two
+spheres that do not intersect, their radical plane, where the tangents to both have equal length.
+All else moves linearly in time, so that the ends of a box's time interval decide.
 """
 
 from __future__ import annotations
@@ -22,25 +22,28 @@ __all__ = ["find_ranks"]
 
 
 TOUCH = 2.0**-30
-"""Of the size of what is compared: objects that touch may overlap by rounding, to no visible
-effect. A scene a million of its sizes away is rounded to some 2^-33 of its size."""
+"""Overlap up to which two objects count as touching and not as intersecting, as a fraction of the
+size of what is compared. Objects that touch may overlap by rounding, to no visible effect. A scene
+at a distance of a million times its size is rounded to some 2^-33 of its size."""
 
 
 def find_ranks(
     plan: Plan, boxes: Boxes, pairs: Pairs, cover: Cover, number: Ints
 ) -> tuple[Ints, Mask, Mask, tuple[Ints, Ints]]:
-    """How many of a box's candidates are in front of each, and where that is an order.
+    """Rank of each candidate in the depth order of its box, and whether that order is known.
 
     Parameters
     ----------
-    pairs : (m,) sorted by box and then `cover.near`.  number : (n,) candidates of each box.
+    pairs : (m,) candidates, sorted by box and then by `cover.near`.  number : (n,) candidates of
+    each box.
 
     Returns
     -------
-    rank : (m,) from 0, all different within a settled box.
-    settled : (n,)
-    balls : (n,) whether the order of two spheres is not known.
-    unsure : (p,) and (p,) candidates whose order is not known.
+    rank : (m,) number of candidates of the box that are in front, from 0; all are different within
+    a box whose order is known.
+    settled : (n,) whether the depth order is known.
+    balls : (n,) whether the box has two spheres whose order is not known.
+    unsure : (p,) and (p,) pairs of candidates whose order is not known.
     """
     box, m = pairs.pixel, pairs.item.size
     rank = np.zeros(m, dtype=np.int64)
@@ -61,7 +64,7 @@ def find_ranks(
     settled[box[one]] = False
     spheres = np.maximum(pairs.item[one], pairs.item[other]) < plan.sphere_count
     balls[box[one[spheres]]] = True
-    # going round in a circle is no order: then two have the same rank
+    # a cycle of objects has no depth order: two of them then have the same rank
     start = np.cumsum(number) - number
     order = np.lexsort((rank, box))
     settled[box[rank[order] != np.arange(m) - start[box]]] = False
@@ -91,7 +94,7 @@ def _compare(plan: Plan, boxes: Boxes, box: Ints, a: Ints, b: Ints) -> Ints:
 
 
 def _balls(plan: Plan, a: Ints, b: Ints, times: tuple[Array, Array]) -> Ints:
-    """`_compare` of spheres."""
+    """`_compare` for two spheres, by their radical plane."""
     spheres = plan.spheres
     radius = spheres.radius
     (a0, a1), (b0, b1) = ([spheres.moved(i, t) for t in times] for i in (a, b))
@@ -101,7 +104,8 @@ def _balls(plan: Plan, a: Ints, b: Ints, times: tuple[Array, Array]) -> Ints:
     closest = start + np.clip(part, 0.0, 1.0) * turn
     reach = (radius[a] + radius[b]) * (1.0 - TOUCH)
     apart = dot(closest, closest) >= reach * reach
-    # the difference of the powers is a quadratic in time: off the chord by a quarter of its bend
+    # the difference of the powers is quadratic in time: it leaves the chord by a quarter of its
+    # leading coefficient at most
     extra = (radius[a] - radius[b]) * (radius[a] + radius[b])
     powers = [dot(q - p, q + p) + extra for p, q in ((a0, b0), (a1, b1))]
     bend = 0.25 * np.abs(dot(b1 - b0, b1 - b0) - dot(a1 - a0, a1 - a0))
@@ -112,7 +116,7 @@ def _balls(plan: Plan, a: Ints, b: Ints, times: tuple[Array, Array]) -> Ints:
 
 
 def _side(plan: Plan, a: Ints, b: Ints, times: tuple[Array, Array]) -> Ints:
-    """`_compare` of objects with quads b, by the quads' planes."""
+    """`_compare` for objects a and quads b, by the planes of the quads."""
     quads, ids = plan.quads, b - plan.sphere_count
     normal = cross(columns(quads.edge_u, ids), columns(quads.edge_v, ids))
     size = np.sqrt(dot(normal, normal))
@@ -122,7 +126,7 @@ def _side(plan: Plan, a: Ints, b: Ints, times: tuple[Array, Array]) -> Ints:
         corner = quads.moved(ids, time)
         height = dot(normal, corner)
         low, high = _extent(plan, a, time, normal)
-        # towards the camera is positive
+        # signed distances from the plane, positive on the side of the camera
         side = np.where(height < 0.0, -1.0, 1.0)
         least = np.minimum(least, np.where(side > 0.0, height - high, low - height))
         most = np.maximum(most, np.where(side > 0.0, height - low, high - height))
@@ -135,13 +139,13 @@ def _side(plan: Plan, a: Ints, b: Ints, times: tuple[Array, Array]) -> Ints:
 
 
 def _size(plan: Plan, item: Ints) -> Array:
-    """Radii (m,) of balls around objects."""
+    """Radii (m,) of bounding balls of objects."""
     radius: Array = np.concatenate([plan.spheres.radius, plan.quads.bounds[1]])[item]
     return radius
 
 
 def _extent(plan: Plan, item: Ints, time: Array, normal: Array) -> tuple[Array, Array]:
-    """Least and greatest product of objects' points with vectors (3, m)."""
+    """Least and greatest dot product (m,) of the points of objects with vectors (3, m)."""
     low, high = np.empty(item.size), np.empty(item.size)
     rows = (item < plan.sphere_count).nonzero()[0]
     middle = dot(plan.spheres.moved(item[rows], time[rows]), columns(normal, rows))

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Boxes in which no outline meets the beginning or the end of the box's time, nor another outline.
+"""Boxes in which the times of visibility events are smooth functions of the ray.
 
-There the moment at which an object comes or goes changes smoothly from ray to ray: a few lines
-along t tell its mean, and no kink can hide between them.
+In such a box no outline crosses the start or the end of the box's time interval, nor another
+outline. The time at which an object appears or disappears then varies smoothly from ray to ray: its
+mean follows from a few lines along t, and there is no kink between them.
 """
 
 from __future__ import annotations
@@ -17,11 +18,14 @@ __all__ = ["find_smooth"]
 
 
 def find_smooth(forms: Forms, full: Mask, box: Ints, count: int) -> Mask:
-    """Whether the times at which m candidates are seen change smoothly across boxes: (count,).
+    """Whether the times at which m candidates are seen vary smoothly across each box: (count,).
 
-    Never a false yes for boxes whose candidates are in order of depth.
+    The answer is conservative, with no false positives, for boxes whose candidates are in order of
+    depth.
 
-    full : (m,) candidates that cover their boxes.  box : (m,) whose they are.
+    Parameters
+    ----------
+    full : (m,) candidates that cover their boxes.  box : (m,) the box of each candidate.
     """
     always, once = full.copy(), np.zeros_like(full)
     for row, (stays, turns) in (
@@ -37,7 +41,7 @@ def find_smooth(forms: Forms, full: Mask, box: Ints, count: int) -> Mask:
 
 
 def _at(form: Array, time: float) -> Array:
-    """A form (T, k, m) at a time: (1, k, m)."""
+    """Restrict polynomials (T, k, m) to a time: (1, k, m)."""
     value = form[-1:]
     for power in range(form.shape[0] - 2, -1, -1):
         value = form[power : power + 1] + time * value
@@ -45,25 +49,38 @@ def _at(form: Array, time: float) -> Array:
 
 
 def _ends(form: Array) -> tuple[tuple[Mask, Mask], tuple[Mask, Mask]]:
-    """Whether a form is above 0 all over, and below it all over, at each end: (m,) each."""
+    """Whether polynomials are positive everywhere, and negative everywhere, at each end of the
+    time.
+
+    Returns (positive at the start, at the end), (negative at the start, at the end), (m,) each.
+    """
     ranges = [form_range(_at(form, end)) for end in ENDS]
     above = ranges[0][0] > 0.0, ranges[1][0] > 0.0
     return above, (ranges[0][1] < 0.0, ranges[1][1] < 0.0)
 
 
 def _balls(balls: Balls) -> tuple[Mask, Mask]:
-    """Which spheres are seen all the time or never, and which come or go at simple roots."""
+    """Classify spheres: those that are hit always, and those that appear or disappear smoothly.
+
+    Returns two masks (m,): spheres that all rays hit at all times, and spheres whose discriminant
+    has simple roots in time for all rays, either a single one, or two where it is negative at both
+    ends.
+    """
     above, below = _ends(balls.discriminant)
     ahead = _ends(balls.along)[0]
     plain = ahead[0] & ahead[1] & (form_range(balls.gap)[0] > 0.0)
-    # D is concave in t: between two ends above 0 it is, and from below to above it passes once
+    # the discriminant is concave in t: positive at both ends it is so between, and it changes sign
+    # once from negative to positive
     within = form_range(_at(balls.discriminant, 0.0))[0] > 0.0
     turns = (above[0] & below[1]) | (below[0] & above[1]) | (below[0] & below[1] & within)
     return plain & above[0] & above[1], plain & turns
 
 
 def _flats(flats: Flats) -> tuple[Mask, Mask]:
-    """The same of quads: edge functions are linear in t, and all but one must keep their sign."""
+    """Classify quads like `_classify_spheres` does spheres.
+
+    Edge functions are linear in t; for a smooth event all but one of them must keep their sign.
+    """
     low, high = form_range(flats.facing)
     sure = (low > 0.0) | (high < 0.0)
     side = np.where(low > 0.0, 1.0, -1.0)

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Regions: the parts of boxes in pixel and time in which each object is the nearest.
+"""Visible fragments: the parts of boxes in pixel and time in which each object is the nearest.
 
-Lines run through a box along the axis that lies most across the outlines in it, from exact event
-to exact event (outlines, and seams where two objects are equally deep); only the other axes are
-sampled, at the middles of a lattice's cells. Along those the length of what is seen is continuous
-with kinks, so the error falls with the square of the lines an axis (Billen and Dutre 2016;
-Gribel, Barringer and Akenine-Moller 2011).
+Lines run through a box along the axis that is most nearly normal to the outlines in it, and are
+divided at exactly computed events (outlines, and points where two objects have equal depth). Only
+the other axes are sampled, at the middles of the cells of a lattice. Along those axes the visible
+length is continuous with kinks, so that the error falls with the square of the number of lines an
+axis (Billen and Dutre 2016; Gribel, Barringer and Akenine-Moller 2011).
 """
 
 from __future__ import annotations
@@ -32,41 +32,51 @@ __all__ = ["CROWDED", "Boxes", "Regions", "find_regions", "no_regions"]
 
 
 BACKGROUND = -1
+"""Item of the fragment in which nothing is hit."""
 LEAST_LINES = 4
-"""An axis: fewer show no second differences."""
+"""Least number of lines an axis: fewer have no second differences, from which errors are
+estimated."""
 CROWDED = 4
-"""Candidates: boxes with more get no more lines than those. They cost with the square of what is in
-a box, and parts of it see less (25 moving spheres that overlap, 1 %: 9.7 s, and 4.6 s)."""
+"""Number of candidates above which a box gets no more than the least number of lines. The cost
+grows with the square of the number of candidates, and parts of the box have fewer (25 moving
+spheres that overlap, 1 %: 9.7 s, and 4.6 s)."""
 STEEPEST = 4.0
-"""Steeper outlines count as that steep: they are left to what the lines find of them."""
+"""Largest slope of outlines against the lines that is assumed in advance, as change along the lines
+per change across them. Errors of steeper outlines are left to what the lines measure."""
 FLATTEST = 0.05
-"""The same of outlines that lie straight across the lines, as far as can be told."""
+"""Least slope of outlines against the lines that is assumed, even if they seem normal to the
+lines."""
 ALIKE = 1.0 - 2.0**-20
-"""Of the best axis' component: axes from there on are equally good, and the first of them is taken,
-not the one that rounding chooses."""
+"""Fraction of the best axis' component from which another axis counts as equally good. The first of
+them is taken, so that rounding does not decide."""
 JUMP = 0.3
-"""Of a cell between lines: the deviation of a step at a random place, 1 / sqrt(12)."""
+"""Standard deviation of a step at a random position, 1 / sqrt(12), as a fraction of the step in a
+cell between lines."""
 LONGEST = 0.5
-"""Of a box: the deviation of points in it is at most half its size."""
+"""Largest standard deviation of points in a box, as a fraction of its size."""
 SEAM_PROBE = (np.full((1, 1, 1), -0.25), np.full((1, 1, 1), 0.25))
-"""Where along the axes of a box two depths are compared, to see which way they change."""
+"""Normalized coordinates at which the depths of two objects are compared, to find along which axis
+the difference changes most."""
 CHUNK = 1 << 18
-"""Candidates times lines at a time: bounds memory; with fewer, threads wait for each other."""
+"""Number of candidates times lines times spans in one batch. It bounds memory; with smaller
+batches, threads wait for each other."""
 
 
 @dataclass(frozen=True)
 class Regions:
-    """Regions, sorted by box, then item.
+    """Visible fragments, sorted by box, then item.
 
     Attributes
     ----------
-    box, item : (m,) the box and the nearest object, -1 where nothing is hit.
-    weight : (m,) fraction of the box; they sum to 1 in each box.
+    box, item : (m,) the box, and the nearest object, -1 where nothing is hit.
+    weight : (m,) fraction of the box; the weights in a box sum to 1.
     place : (3, m) centroids in x, y, t.
-    spread : (6, m) lower triangular root of the second moments about them: xx, yx, yy, tx, ty, tt.
+    spread : (6, m) lower triangular Cholesky factor of the central second moments: xx, yx, yy, tx,
+    ty, tt.
     error : (m,) estimate of the absolute error of the weight.
-    missed : (n,) weight in each box that may belong to objects of which no line met any.
-    late : (n,) the same, and error, by outlines that move too fast for lines across the picture.
+    missed : (n,) estimate of the largest weight, in each box, of an object that no line met.
+    late : (n,) the same for objects that appear and disappear sooner than they cross the box, and
+    at least the error from outlines that move too fast for lines in the picture plane.
     """
 
     box: Ints
@@ -80,29 +90,30 @@ class Regions:
 
 
 def no_regions() -> Regions:
-    """The regions of no box."""
+    """Empty fragments, of no box."""
     none, number = np.zeros(0), np.zeros(0, dtype=np.int64)
     return Regions(number, number, none, np.zeros((3, 0)), np.zeros((6, 0)), none, none, none)
 
 
 @dataclass(frozen=True)
 class _Candidates:
-    """What may be seen in n boxes: m candidates, sorted by box and then in order of depth,
-    or where that is not settled by item.
+    """The m candidates that may be visible in n boxes.
 
-    Boxes are turned: their x and y change places where lines run along y.
+    They are sorted by box and then by depth or, where the depth order is not known, by item. In
+    boxes with lines along y, x and y are exchanged, so that lines run along the first axis.
 
     Attributes
     ----------
-    number, start : (n,) how many candidates a box has, and its first.
-    settled : (n,) whether their order in depth is the same for all rays.
-    meets : those whose order is not.
-    closed : (n,) whether one covers the box, so that the background is not seen.
-    wide : (3, n) sides of the box that matter: with a length; t only where a candidate moves.
-    turned : (n,) whether x and y changed places.
-    timed : (n,) whether lines run along t, not along the first axis.
-    steep : (n,) how steep outlines may be against the lines, from `FLATTEST` to `STEEPEST`.
-    fast : (n,) where lines along t are not allowed: how steep outlines are by their motion alone.
+    number, start : (n,) number of candidates of each box, and index of the first.
+    settled : (n,) whether the depth order is the same for all rays.
+    meets : the pairs whose depth order is not known.
+    closed : (n,) whether a candidate covers the box, so that the background is not visible.
+    wide : (3, n) axes along which the box extends; t only where a candidate moves.
+    turned : (n,) whether x and y are exchanged.
+    timed : (n,) whether lines run along t and not along the first axis.
+    steep : (n,) slope of outlines against the lines, from `MIN_SLOPE` to `MAX_SLOPE`.
+    fast : (n,) slope of outlines against the lines by their motion alone, where lines along t are
+    not allowed; else 0.
     """
 
     pairs: Pairs
@@ -123,15 +134,17 @@ class _Candidates:
 def find_regions(
     plan: Plan, boxes: Boxes, pairs: Pairs, accuracy: Array | float, most: int = 32
 ) -> Regions:
-    """Find what is nearest in each part of each box.
+    """Find which object is the nearest in each part of each box.
 
     Parameters
     ----------
-    pairs : candidates (box, object) in any order: at least all objects that may be seen.
-    accuracy : absolute error of a weight to aim at, a number or (n,), where few objects meet.
-    most : lines an axis at most, of the axes that lines do not run along; at least 4 are taken.
+    pairs : candidates (box, object) in any order: at least all objects that may be visible.
+    accuracy : absolute error of a weight to aim at, a number or (n,). Boxes with more than
+    `MAX_REFINED_CANDIDATES` candidates are not refined to it.
+    most : largest number of lines an axis, of the axes that lines do not run along; at least 4 are
+    taken.
 
-    A box's regions do not depend on what other boxes there are, to the last bit.
+    The fragments of a box do not depend on what other boxes there are, to the last bit.
     """
     count = boxes.low.shape[1]
     found = _candidates(plan, boxes, pairs)
@@ -155,13 +168,15 @@ def find_regions(
 
 
 def _candidates(plan: Plan, boxes: Boxes, pairs: Pairs) -> _Candidates:
+    """Remove hidden candidates, find the depth order and choose the axis of the lines."""
     forms, cover = make_forms(plan, boxes, pairs)
     count = boxes.low.shape[1]
     front = np.full(count, np.inf)
     full = cover.full.nonzero()[0]
     np.minimum.at(front, pairs.pixel[full], cover.far[full])
     kept = (cover.some & (cover.near <= front[pairs.pixel])).nonzero()[0]
-    # where two begin equally deep, what ends first: the scene's own order has no say
+    # of equal lower bounds the candidate with the lesser upper bound is first, whatever the order
+    # in the scene
     by = (pairs.item, cover.far, cover.near, pairs.pixel)
     kept = kept[np.lexsort([key[kept] for key in by])]
     forms, cover, pairs = forms.take(kept), cover.take(kept), pairs.take(kept)
@@ -174,11 +189,12 @@ def _candidates(plan: Plan, boxes: Boxes, pairs: Pairs) -> _Candidates:
     wide = boxes.size > 0.0
     wide[TIME] &= moving
     overlap = ((box[1:] == box[:-1]) & ~settled[box[1:]]).nonzero()[0]
-    # along t the seam of two spheres has degree four: only where there is no other axis
+    # along t the equal-depth events of two spheres have degree four: only where there is no other
+    # axis
     allowed = wide.copy()
     allowed[TIME] &= ~balls | ~(wide[0] | wide[1])
     axis, steep = _axis(forms, cover, box, overlap, allowed)
-    # of objects equally deep the first wins
+    # by item where the order is not known: of objects equally deep the first wins
     order = np.lexsort((np.where(settled[box], rank, pairs.item), box))
     forms, cover, pairs = forms.take(order), cover.take(order), pairs.take(order)
     now = np.empty(order.size, dtype=np.int64)
@@ -189,7 +205,7 @@ def _candidates(plan: Plan, boxes: Boxes, pairs: Pairs) -> _Candidates:
     held = (wide[TIME] & ~allowed[TIME])[box].nonzero()[0]
     slope = cover.across[TIME, held] / np.maximum(cover.across[axis[box[held]], held], DUST)
     np.maximum.at(fast, box[held], slope)
-    # lines along x and along y go together: half as many groups of boxes
+    # exchange x and y, so that boxes with lines along x and along y are in one group
     turned, timed = axis == 1, axis == TIME
     own = turned[box].nonzero()[0]
     if own.size:
@@ -203,7 +219,16 @@ def _candidates(plan: Plan, boxes: Boxes, pairs: Pairs) -> _Candidates:
 
 
 def _axis(forms: Forms, cover: Cover, box: Ints, overlap: Ints, wide: Mask) -> tuple[Ints, Array]:
-    """The axis (n,) whose least component across outlines and seams is largest; see `steep`."""
+    """Choose the axis of the lines in each box, and estimate the slope of outlines against them.
+
+    It is the axis whose least component, over the normals of outlines and of surfaces of equal
+    depth, is largest. Returns the axis (n,) and the slope (n,); see `_Candidates.steep`.
+
+    Parameters
+    ----------
+    overlap : (p,) candidates whose depth order against the next one may change.
+    wide : (3, n) allowed axes.
+    """
     across = np.where(wide, 1.0, -1.0)
     for k in range(3):
         np.minimum.at(across[k], box, cover.across[k])
@@ -213,7 +238,7 @@ def _axis(forms: Forms, cover: Cover, box: Ints, overlap: Ints, wide: Mask) -> t
         for k in range(3):
             lattice = Lattice(k, 1, 1)
             tables = depth_along(one, lattice), depth_along(other, lattice)
-            with np.errstate(invalid="ignore", over="ignore"):  # depths at infinity: see `near`
+            with np.errstate(invalid="ignore", over="ignore"):  # infinite depths: see `near`
                 gaps = [depth(tables[0], s) - depth(tables[1], s) for s in SEAM_PROBE]
                 slopes[k] = np.abs(gaps[1] - gaps[0])[0, 0] / (SEAM_PROBE[1] - SEAM_PROBE[0])
                 middle = np.abs(gaps[0] + gaps[1])[0, 0] / 2.0
@@ -229,33 +254,36 @@ def _axis(forms: Forms, cover: Cover, box: Ints, overlap: Ints, wide: Mask) -> t
 
 
 def _steepness(cover: Cover, box: Ints, best: Array) -> Array:
-    """Steepness (n,) against lines along an axis of which outlines have `best` at least.
+    """Slope (n,) of outlines against lines along an axis; `best` is the least component of their
+    normals.
 
-    It is known at the middles of boxes; towards their sides outlines turn, and where two of them
-    cross there is a corner.
+    The normals are known at the middles of boxes. The outlines turn towards the sides, and where
+    two outlines cross there is a corner.
     """
     straight = np.sqrt(np.maximum(1.0 - best * best, 0.0)) / np.maximum(best, TINY)
     turn = np.zeros(best.size)
     np.maximum.at(turn, box, cover.turn)
     turn[np.bincount(box[~cover.full], minlength=turn.size) > 1] = 1.0
-    # 1 for an outline that goes as much across all three axes; with several, none may suit them all
+    # 1 for an outline with equal components along all three axes; with several outlines no axis may
+    # suit all of them
     steep: Array = np.clip(straight / np.sqrt(2.0) + turn, FLATTEST, STEEPEST)
     return steep
 
 
 def _refine(plan: Plan, found: _Candidates, goal: Array, most: int, todo: Ints, sums: Sums) -> None:
-    """Lay lines through the boxes `todo`, more until the goal is met."""
+    """Measure the boxes `todo` along lines; double the number of lines an axis until `goal` is
+    met."""
     m, box = found.pairs.item.size, found.pairs.pixel
     key = (found.number * 2 + found.timed) * 2 + found.settled
     key = ((key * 2 + found.wide[0]) * 2 + found.wide[1]) * 2 + found.wide[2]
     key = key * (1 + found.meets.room.max(initial=0)) + found.meets.room
     lines = LEAST_LINES
     crowded = found.number > CROWDED
-    # one line sees all there is; where nothing has a kink, few do
+    # one sampled axis at most, or no kinks: few lines are enough
     few = (found.wide.sum(axis=0) < 2) | crowded | _smooth(found, todo, goal)
     while todo.size:
         last = 2 * lines > most
-        # with fewer lines a kink next to the box's side could stay unseen
+        # with fewer lines a kink next to the side of the box could remain undetected
         ready = goal[todo] * (lines * lines) >= KINK * found.steep[todo]
         ready |= few[todo] | last
         for some in _groups(key, todo[ready]):
@@ -270,7 +298,8 @@ def _refine(plan: Plan, found: _Candidates, goal: Array, most: int, todo: Ints, 
 
 
 def _smooth(found: _Candidates, todo: Ints, goal: Array) -> Mask:
-    """The boxes (n,) in which lines along t find no kinks, as far as it matters."""
+    """Boxes (n,) in which visible lengths along t have no kinks, among those where that saves
+    lines."""
     count = found.number.size
     asked = np.zeros(count, dtype=np.bool_)
     asked[todo] = goal[todo] * LEAST_LINES**2 < KINK * found.steep[todo]
@@ -283,14 +312,14 @@ def _smooth(found: _Candidates, todo: Ints, goal: Array) -> Mask:
 
 
 def _groups(key: Ints, some: Ints) -> Iterator[Ints]:
-    """The boxes `some` by equal keys."""
+    """Split the boxes `some` into groups of equal keys."""
     order = some[np.argsort(key[some], kind="stable")]
     if order.size:
         yield from np.split(order, np.diff(key[order]).nonzero()[0] + 1)
 
 
 def _measure(found: _Candidates, group: Ints, goal: Array, lines: int, sums: Sums) -> None:
-    """Lay lines through boxes that are alike in number, axis, order and sides."""
+    """Measure boxes with the same number of candidates, axis, kind of order and extended sides."""
     first = int(group[0])
     k, settled = int(found.number[first]), bool(found.settled[first])
     axis = TIME if found.timed[first] else 0
@@ -310,7 +339,7 @@ def _measure(found: _Candidates, group: Ints, goal: Array, lines: int, sums: Sum
         sums.add(seen, lattice, place)
         if rows * columns > 1:
             sums.add_unseen(found.cover, index, wide, axis, lines)
-        # one place in so many is beside the outermost lines
+        # an outline at a random position is beyond the outermost lines in one case of `lines`
         along = (found.steep[some] >= STEEPEST) & (goal[some] < JUMP / lines**1.5)
         along &= sums.error[place].max(axis=0) <= goal[some]
         along = along.nonzero()[0]
@@ -323,12 +352,15 @@ def _measure(found: _Candidates, group: Ints, goal: Array, lines: int, sums: Sum
 def _look_beside(
     found: _Candidates, some: Ints, place: Ints, length: Array, lattice: Lattice, sums: Sums
 ) -> None:
-    """Look for outlines that run along the lines, between the outermost and the boxes' sides.
+    """Detect outlines parallel to the lines, between the outermost lines and the sides of the box.
 
-    Between two lines such an outline shows as a jump.
+    Such an outline shows as a jump between the outermost line and one on the side. Errors are
+    increased in place.
 
-    place : (k + 1, n) candidates in `sums`, and the background.
-    length : (k + 1, rows, columns, n) seen of them.
+    Parameters
+    ----------
+    place : (k + 1, n) entries of the candidates in `sums`, and of the background.
+    length : (k + 1, rows, columns, n) visible lengths.
     """
     k, flat = len(place) - 1, place[:-1].ravel()
     part, full = found.forms.take(flat), found.cover.full[flat]
@@ -344,7 +376,7 @@ def _look_beside(
 
 
 def _regions(boxes: Boxes, found: _Candidates, sums: Sums, late: Array) -> Regions:
-    """What has a weight, sorted, with weights that sum to one."""
+    """Fragments with a weight, sorted, with weights normalized to a sum of 1 in each box."""
     count, pairs = boxes.low.shape[1], found.pairs
     every = np.concatenate([pairs.pixel, np.arange(count)])
     item = np.concatenate([pairs.item, np.full(count, BACKGROUND)])
@@ -363,7 +395,8 @@ def _regions(boxes: Boxes, found: _Candidates, sums: Sums, late: Array) -> Regio
     total = np.bincount(box, weight, minlength=count)
     missed = np.zeros(count)
     unseen = (sums.weight <= DUST).nonzero()[0]
-    # what comes and goes sooner than it moves across the box is for shorter times to tell
+    # an object that appears and disappears sooner than it crosses the box is resolved by shorter
+    # times
     own = (unseen < pairs.item.size).nonzero()[0]
     x, y, t = columns(found.cover.across, unseen[own])
     soon = np.zeros(unseen.size, dtype=np.bool_)
@@ -374,7 +407,7 @@ def _regions(boxes: Boxes, found: _Candidates, sums: Sums, late: Array) -> Regio
 
 
 def _root(second: Array, place: Array) -> Array:
-    """Lower triangular roots (6, m) of second moments about centroids, given those about 0."""
+    """Cholesky factors (6, m) of central second moments, from centroids and moments about 0."""
     x, y, t = place
     xx, yx, yy, tx, ty, tt = second - np.array([x * x, x * y, y * y, t * x, t * y, t * t])
     out = np.zeros_like(second)
@@ -385,5 +418,5 @@ def _root(second: Array, place: Array) -> Array:
     b = np.maximum(out[2], DUST)
     out[4] = (ty - out[1] * out[3]) / b
     out[5] = np.sqrt(np.maximum(tt - out[3] ** 2 - out[4] ** 2, 0.0))
-    # rounding of thin regions: no arm longer than the box allows
+    # rounding in thin fragments must not give a deviation that the box does not allow
     return np.clip(out, -LONGEST, LONGEST)

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Lines through boxes: where along each an object is hit, and how deep.
+"""Lines through boxes: the interval in which each line hits an object, and the depth of the hit.
 
-A line runs along one axis of the box (x, y or t), at a lattice of places (u, v) on the others, and
-s from -1/2 to 1/2 along it. What a line meets of an object is one interval: the directions that
-meet a sphere or a quad are a convex cone; and a point moving in a straight line stays for one
-interval in a capsule (sphere) or a prism (quad) drawn out along the ray. The ends of the
-intervals are roots of polynomials of degree one or two.
+A line runs along one axis of the box (x, y or t); its parameter s runs from -1/2 to 1/2. The lines
+lie on a lattice of positions (u, v) on the other two axes. A line meets an object in a single
+interval: the directions that hit a sphere or a quad form a convex cone, and a point in linear
+motion is within the capsule (sphere) or prism (quad) swept along the ray for a single interval of
+time. The ends of the intervals are roots of polynomials of degree one or two.
 """
 
 from __future__ import annotations
@@ -21,16 +21,20 @@ __all__ = ["ENDS", "FLAT_TERM", "TIME", "Lattice", "Sides", "depth", "depth_alon
 
 
 TIME = 2
-"""The axis t."""
+"""Index of the time axis t; pixel x and y are 0 and 1."""
 ENDS: Array = np.array([-0.5, 0.5])
-"""Of a box's axis."""
+"""Normalized coordinates of the two sides of a box along an axis."""
 FLAT_TERM = 1e-300
-"""Stands in for a quadratic's leading coefficient of zero: sends one root to infinity."""
+"""Magnitude that replaces a leading coefficient of zero in a quadratic. It moves one root to
+infinity, so that the linear case needs no branch."""
 
 
 @dataclass(frozen=True)
 class Lattice:
-    """Lines along `axis` at the middles of rows x columns cells of the other axes, in order."""
+    """Lines along `axis`, through the middles of rows x columns cells over the other two axes.
+
+    The other axes keep their order: rows divide the first of them, columns the second.
+    """
 
     axis: int
     rows: int
@@ -38,32 +42,41 @@ class Lattice:
 
     @property
     def u(self) -> Array:
-        """(rows, 1, 1) places on the first of the other axes."""
+        """Positions of the lines on the first of the other axes, (rows, 1, 1)."""
         return ((np.arange(self.rows) + 0.5) / self.rows - 0.5)[:, None, None]
 
     @property
     def v(self) -> Array:
-        """(1, columns, 1) places on the second of the other axes."""
+        """Positions of the lines on the second of the other axes, (1, columns, 1)."""
         return ((np.arange(self.columns) + 0.5) / self.columns - 0.5)[None, :, None]
 
 
 @dataclass(frozen=True)
 class Sides(Lattice):
-    """Of a lattice that has so many rows or columns otherwise, lines on two sides of the box."""
+    """Lines on two opposite sides of the box along each axis that `rows` or `columns` of 2 stand
+    for.
+
+    Along the other axis the lines stay at the middles of the cells, of which there must not be two.
+    """
 
     @property
     def u(self) -> Array:
-        """(2, 1, 1) the sides, if there are two rows."""
+        """Positions (rows, 1, 1): the sides of the box if there are two rows, else middles of
+        cells."""
         return ENDS[:, None, None] if self.rows == 2 else super().u
 
     @property
     def v(self) -> Array:
-        """(1, 2, 1) the sides, if there are two columns."""
+        """Positions (1, columns, 1): the sides of the box if there are two columns, else middles of
+        cells."""
         return ENDS[None, :, None] if self.columns == 2 else super().v
 
 
 def restrict(form: Array, lattice: Lattice) -> list[Array]:
-    """Coefficients of s^0, s^1, s^2 along the lines; each broadcasts to (rows, columns, m)."""
+    """Restrict polynomials to lines.
+
+    Returns the coefficients of s^0, s^1, s^2; each broadcasts to (rows, columns, m).
+    """
     u, v, axis = lattice.u, lattice.v, lattice.axis
     if axis == TIME:
         return [_at_place(part, u, v) for part in form]
@@ -82,7 +95,7 @@ def restrict(form: Array, lattice: Lattice) -> list[Array]:
 
 
 def _horner(coefficients: Array, v: Array) -> Array:
-    """A polynomial in v with coefficients (T, m): (1, columns, m), or (m,) if constant."""
+    """Value of polynomials in v with coefficients (T, m): (1, columns, m), or (m,) if T is 1."""
     value: Array = coefficients[-1]
     for coefficient in coefficients[-2::-1]:
         value = coefficient + v * value
@@ -90,7 +103,7 @@ def _horner(coefficients: Array, v: Array) -> Array:
 
 
 def _at_place(part: Array, u: Array, v: Array) -> Array:
-    """A form's part (k, m) at x = u, y = v."""
+    """Value at x = u, y = v of the coefficients (k, m) of one power of t."""
     value: Array = part[0]
     if part.shape[0] == 3:
         value = part[0] + u * part[1] + v * part[2]
@@ -101,9 +114,13 @@ def _at_place(part: Array, u: Array, v: Array) -> Array:
 
 
 def intervals(forms: Forms, full: Mask, lattice: Lattice) -> tuple[Array, Array]:
-    """Where each line meets each candidate: low <= high within [-1/2, 1/2], (rows, columns, m).
+    """Intervals in which lines hit candidates: low <= high within [-1/2, 1/2], (rows, columns, m).
 
-    full : (m,) candidates that cover their box. What is missed has low = high.
+    Parameters
+    ----------
+    full : (m,) candidates that cover their box; their interval is the whole line.
+
+    A candidate that a line misses has low = high.
     """
     shape = (lattice.rows, lattice.columns, full.size)
     low, high = np.full(shape, -0.5), np.full(shape, 0.5)
@@ -122,8 +139,9 @@ def intervals(forms: Forms, full: Mask, lattice: Lattice) -> tuple[Array, Array]
 
 
 def _meet_ball(balls: Balls, lattice: Lattice) -> tuple[Array, Array]:
+    """Ends of the intervals in which lines hit spheres, not yet clipped to the box."""
     first, last = _meet_cone(balls, lattice)
-    # around the camera: a moving sphere may hold it for a while
+    # a moving sphere may contain the camera for a part of the time
     low = balls.gap[0, 0].copy()
     if balls.gap.shape[0] > 1:
         low -= 0.5 * np.abs(balls.gap[1, 0])
@@ -135,7 +153,7 @@ def _meet_ball(balls: Balls, lattice: Lattice) -> tuple[Array, Array]:
 
 
 def _meet_cone(balls: Balls, lattice: Lattice) -> tuple[Array, Array]:
-    """Interval of D >= 0 where the sphere is ahead, from outside it."""
+    """Interval where the discriminant is >= 0 and the sphere is ahead, for a camera outside it."""
     shape = (lattice.rows, lattice.columns, balls.row.size)
     d = restrict(balls.discriminant, lattice)
     p = restrict(balls.along, lattice)
@@ -167,7 +185,7 @@ def _meet_cone(balls: Balls, lattice: Lattice) -> tuple[Array, Array]:
 
 
 def _add_inside(balls: Balls, lattice: Lattice, first: Array, last: Array) -> None:
-    """Widen intervals by where the camera is inside the sphere, in place."""
+    """Extend intervals by those in which the camera is inside the sphere, in place."""
     rows = balls.row
     g = restrict(balls.gap, lattice)
     shape = (lattice.rows, lattice.columns, rows.size)
@@ -183,13 +201,13 @@ def _add_inside(balls: Balls, lattice: Lattice, first: Array, last: Array) -> No
     enter = np.where(still, np.where(c < 0.0, -np.inf, np.inf), (-b - root) / safe)
     leave = np.where(still, np.where(c < 0.0, np.inf, -np.inf), (-b + root) / safe)
     held = np.broadcast_to(leave > enter, shape)
-    # on a line that enters the sphere, what is ahead is cut where the centre passes the camera
+    # on a line that enters the sphere, the part ahead ends where the center passes the camera
     p0, p1 = restrict(balls.along, lattice)
     d0, d1, d2 = restrict(balls.discriminant, lattice)
     half = -0.5 * d1
     turn = np.where(d2 < 0.0, d2, -FLAT_TERM)
     spread = np.sqrt(np.maximum(half * half - turn * d0, 0.0))
-    with np.errstate(over="ignore", divide="ignore", invalid="ignore"):  # not turning: no end
+    with np.errstate(over="ignore", divide="ignore", invalid="ignore"):  # zero p1 or d2: no end
         cut = -p0 / p1
         low, high = (half + spread) / turn, (half - spread) / turn
     low = np.where(p1 > 0.0, np.fmax(low, cut), low)
@@ -201,9 +219,11 @@ def _add_inside(balls: Balls, lattice: Lattice, first: Array, last: Array) -> No
 
 
 def _meet_flat(flats: Flats, lattice: Lattice) -> tuple[Array, Array]:
-    """Interval where all edge functions have the sign of the side that the camera is on.
+    """Interval where all edge functions have the sign of the side of the quad that the camera is
+    on.
 
-    Along t that side is settled by the ray: a hit ahead has q.normal on the side of w.normal.
+    Along t that side follows from the ray: for a hit in front of the camera, q.normal has the sign
+    of w.normal.
     """
     shape = (lattice.rows, lattice.columns, flats.row.size)
     first, last = np.full(shape, -np.inf), np.full(shape, np.inf)
@@ -218,8 +238,8 @@ def _meet_flat(flats: Flats, lattice: Lattice) -> tuple[Array, Array]:
         if len(bound) == 1:
             np.copyto(first, np.inf, where=start < 0.0)
             continue
-        slope = side * bound[1] + 0.0  # no -0
-        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):  # parallel: no end
+        slope = side * bound[1] + 0.0  # turn -0 into +0, so that `end` has a definite sign
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):  # zero slope: no end
             end = -start / slope
         rising = slope >= 0.0
         first = np.fmax(first, np.where(rising, end, -np.inf))
@@ -230,10 +250,11 @@ def _meet_flat(flats: Flats, lattice: Lattice) -> tuple[Array, Array]:
 
 
 def depth_along(forms: Forms, lattice: Lattice) -> Array:
-    """What `depth` needs of the candidates along the lines: (11, rows, columns, m).
+    """Coefficients (11, rows, columns, m) from which `evaluate_depth` computes ray parameters.
 
-    depth = (p0 + p1 s -+ sqrt(d0 + d1 s + d2 s^2)) / (q0 + q1 s + q2 s^2), plus inside a sphere,
-    where g0 + g1 s + g2 s^2 < 0.
+    depth = (p0 + p1 s -+ sqrt(d0 + d1 s + d2 s^2)) / (q0 + q1 s + q2 s^2), where the sign of the
+    root is plus if the camera is inside a sphere, that is where g0 + g1 s + g2 s^2 < 0. The order
+    in the table is p0, p1, d0, d1, d2, q0, q1, q2, g0, g1, g2.
     """
     shape = (lattice.rows, lattice.columns, forms.place.size)
     table = np.zeros((11, *shape))
@@ -254,7 +275,10 @@ def depth_along(forms: Forms, lattice: Lattice) -> Array:
 
 
 def depth(table: Array, s: Array) -> Array:
-    """Ray parameters at s, of candidates that are hit there; table (11, ...) broadcasts with s."""
+    """Ray parameters of hits at s; valid for candidates that are hit there.
+
+    The table (11, ...) of `depth_coefficients` broadcasts with s.
+    """
     p0, p1, d0, d1, d2, q0, q1, q2, g0, g1, g2 = table
     root = np.sqrt(np.maximum(d0 + s * (d1 + s * d2), 0.0))
     inside = g0 + s * (g1 + s * g2) < 0.0

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is nearest along lines through boxes, span by span between exact events.
+"""Nearest objects along lines through boxes, in each span between exactly computed events.
 
-Where the order in depth of a box's candidates is settled, the nearest paints over what is behind.
-Elsewhere depths are compared in each span between events, seams among them.
+Where the depth order of a box's candidates is known and the same for all rays, the first candidate
+that is present in a span is the nearest. Elsewhere depths are compared in each span; the events
+then include those at which two candidates have equal depth.
 """
 
 from __future__ import annotations
@@ -20,15 +21,20 @@ __all__ = ["fold", "paint"]
 
 
 TWELFTH = 1.0 / 12.0
-"""The second moment of a length of one about its middle."""
+"""Second moment of an interval of length 1 about its middle."""
 WHOLE = np.array([1.0, 0.0, TWELFTH])[:, None, None, None]
-"""Length and moments of a whole line."""
+"""Length, first and second moment of a whole line about the middle of the box."""
 SLIVER = 2.0**-40
-"""Of a box: spans too short to count, whichever object is nearest."""
+"""Length, as a fraction of the box, up to which the depths of rivals in a span are not compared: it
+is too short to matter which of them is nearest."""
 
 
 def fold(values: Array, axis: int = 0) -> Array:
-    """Sum over an axis, in an order that no other axis has a say in (as it has in `sum`)."""
+    """Sum over an axis by repeated halving.
+
+    The order of summation depends only on the length of that axis, unlike in `numpy.sum`, where the
+    other axes influence it.
+    """
     if axis:
         values = values.transpose(axis, *(other for other in range(values.ndim) if other != axis))
     while values.shape[0] > 1:
@@ -42,13 +48,15 @@ def fold(values: Array, axis: int = 0) -> Array:
 
 
 def paint(forms: Forms, full: Mask, lattice: Lattice, k: int, met: Met | None) -> Array:
-    """Lengths of what is seen along lines, and their first two moments about the box's middle.
+    """Lengths of visible parts along lines, and their first two moments about the middle of the
+    box.
 
     Parameters
     ----------
-    forms, full : k candidates of each of n boxes, (k n,), all boxes' first ones first: in order
-        of depth where that is settled, else by item (of objects equally deep the first wins).
-    met : the pairs of candidates that may change places; None where their order is settled.
+    forms, full : k candidates of each of n boxes, (k n,), the first candidates of all boxes first.
+    The candidates of a box are in order of depth where that is known, else by item (of objects
+    equally deep the first wins).
+    met : the pairs of candidates whose depth order is not known; None where every order is known.
 
     Returns
     -------
@@ -68,7 +76,7 @@ def paint(forms: Forms, full: Mask, lattice: Lattice, k: int, met: Met | None) -
             rest -= sums[:, 1]
         sums[:, k] = rest
         return sums
-    # what is missed ends no span
+    # move the empty intervals of missed candidates to the end of the line, where they add no event
     missed = low >= high
     low[missed] = high[missed] = 0.5
     table = events = None
@@ -77,7 +85,7 @@ def paint(forms: Forms, full: Mask, lattice: Lattice, k: int, met: Met | None) -
         events = find_crossings(table, forms.is_ball, met, lattice)
     start, end = _spans(low, high, events)
     nearest = _nearest(low, high, start, end, table)
-    # span after span in each line, whatever other lines there are
+    # bincount adds the spans of a line in order, whatever other lines there are: the same bits
     lines = low[0].size
     place = (nearest.reshape(-1, lines) * lines + np.arange(lines)).ravel()
     for total, part in zip(sums, _moments(start, end), strict=True):
@@ -95,8 +103,11 @@ def _moments(low: Array, high: Array) -> Array:
 
 
 def _spans(low: Array, high: Array, events: Array | None) -> tuple[Array, Array]:
-    """Starts and ends of the spans between all ends (k, ...) of intervals and other events, but
-    those without length at the ends of all lines."""
+    """Starts and ends of the spans between consecutive events along each line.
+
+    Events are the ends `low` and `high` (k, ...) of the intervals, `events` if given, and the ends
+    of the line. Spans that are empty at the end of every line are left out.
+    """
     side = np.full((1, *low.shape[1:]), 0.5)
     parts = [-side, low, high, side] if events is None else [-side, low, high, events, side]
     ends = np.concatenate(parts)
@@ -106,15 +117,16 @@ def _spans(low: Array, high: Array, events: Array | None) -> tuple[Array, Array]
 
 
 def _nearest(low: Array, high: Array, start: Array, end: Array, table: Array | None) -> Ints:
-    """Which of k candidates is nearest in spans; k where there is none.
+    """Index of the nearest of k candidates in each span; k where there is none.
 
-    Without a table (see `line_intervals.depth`) the first that is there, else the first of the
-    least depth.
+    Without a table (see `line_intervals.evaluate_depth`) the first candidate that is present wins.
+    With one,
+    the candidate of the least depth wins, and of those equally deep the first.
     """
     k, middle = low.shape[0], 0.5 * (start + end)
     nearest: Ints = np.full(middle.shape, k)
     rivals = np.zeros(middle.shape, dtype=np.int16)
-    # what is missed begins and ends at the end of the line
+    # missed candidates have empty intervals at the end of the line and are never present
     for j in range(k - 1, -1, -1):
         here = (low[j] <= middle) & (middle <= high[j])
         np.copyto(nearest, j, where=here)
@@ -124,7 +136,7 @@ def _nearest(low: Array, high: Array, start: Array, end: Array, table: Array | N
     index = np.flatnonzero((rivals > 1) & (end - start > SLIVER))
     n, size = low.shape[-1], low[0].size
     line, at = index % size, middle.take(index)
-    # of the candidates' own lines: all boxes' first ones first
+    # index into the table, which has the first candidates of all boxes first
     own = line // n * (k * n) + line % n
     best, winner, table = np.full(at.shape, np.inf), nearest.take(index), table.reshape(11, -1)
     for j in range(k):

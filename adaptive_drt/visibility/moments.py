@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What lines through boxes found, summed: weights, moments, and how far weights may be off."""
+"""Weights and moments of visible parts of boxes, summed over lines, with error estimates."""
 
 from __future__ import annotations
 
@@ -16,29 +16,33 @@ __all__ = ["DUST", "KINK", "SQUARES", "Sums"]
 
 
 KINK = 0.125
-"""Of slope times a cell's width squared: the most that a kink within a cell can hide from its
-middle. A smooth length's own error is a third of it; that of a jump at most half the jump, which
-differs twice, so that three estimates cover it too."""
+"""Largest error of the midpoint of a cell that a kink within it can cause, as a fraction of the
+change of slope times the squared width of the cell. The error of a smooth length is a third of it.
+The error of a jump is at most half the jump, which shows in two second differences, so that three
+estimates cover it too."""
 UNSEEN = 0.5
-"""Of the area of an object that falls between the lines: its weight is off by about that."""
+"""Error of the weight of an object that is smaller than the spacing of the lines, as a fraction of
+its area: lines may miss it."""
 MISSED = 0.25
-"""Of a cell between lines: what may be seen there of an object that none of them meets. An outline
-that runs along the lines may do so in many cells."""
+"""Weight of an object that no line meets, as a fraction of a cell between lines. An outline that
+runs along the lines may be missed in many cells."""
 SQUARES = (0, 2, 5)
+"""Indices of the second moments xx, yy, tt in the lower triangle xx, yx, yy, tx, ty, tt."""
 PRODUCTS = {(0, 1): 1, (1, 0): 1, (0, 2): 3, (2, 0): 3, (1, 2): 4, (2, 1): 4}
-"""Where second moments stand in a lower triangle: xx, yx, yy, tx, ty, tt."""
+"""Indices of the mixed second moments of two axes in the lower triangle xx, yx, yy, tx, ty, tt."""
 DUST = 2.0**-40
-"""Of a box. What the rounding of sums leaves of regions that are not there."""
+"""Weight, as a fraction of the box, that counts as zero: it comes from the rounding of sums."""
 
 
 @dataclass(frozen=True)
 class Sums:
-    """What lines found, of m candidates and then the background of n boxes; filled in place.
+    """Sums over lines for m candidates, followed by the backgrounds of n boxes; filled in place.
 
     Attributes
     ----------
-    weight, error : (m + n,).  moment : (3, m + n) of the weight, in sizes of the box.
-    second : (6, m + n) of its second moments: xx, yx, yy, tx, ty, tt.
+    weight, error : (m + n,) visible fraction of the box, and estimate of its absolute error.
+    moment : (3, m + n) first moments, in units of the box's size.
+    second : (6, m + n) second moments: xx, yx, yy, tx, ty, tt.
     """
 
     weight: Array
@@ -48,11 +52,15 @@ class Sums:
 
     @classmethod
     def of(cls, size: int) -> Sums:
-        """Nothing found yet, of so many."""
+        """Zero sums for `size` entries."""
         return cls(np.zeros(size), np.zeros((3, size)), np.zeros((6, size)), np.zeros(size))
 
     def add(self, seen: Array, lattice: Lattice, place: Ints) -> None:
-        """Sum lengths and moments (3, k, rows, columns, n) over the lattice into `place` (k, n)."""
+        """Sum lengths and moments (3, k, rows, columns, n) over the lattice into entries `place`
+        (k, n).
+
+        The error is estimated from second differences between neighboring lines.
+        """
         share = 1.0 / (lattice.rows * lattice.columns)
         a, (b, c) = lattice.axis, (other for other in range(3) if other != lattice.axis)
         by_row = fold(seen, 3)
@@ -64,7 +72,7 @@ class Sums:
             (b, lattice.rows, u, by_row),
             (c, lattice.columns, v, None),
         ):
-            # within a cell of the lattice what is seen counts as spread evenly
+            # within a cell of the lattice the visible part is taken to be uniformly distributed
             inner = 1.0 / 12.0 / count**2
             if count == 1:
                 self.second[SQUARES[other], place] = total[0] * inner
@@ -80,7 +88,8 @@ class Sums:
         if min(lattice.rows, lattice.columns) > 1:
             both = fold(length * v, 2)
             self.second[PRODUCTS[b, c], place] = fold(both * u, 1) * share
-        # kinks lie at random places and add up as such; what bends adds up, to a third of that
+        # kinks lie at random positions and add in quadrature; curvature adds linearly, a third as
+        # much
         kinks, bends = np.zeros(place.shape), np.zeros(place.shape)
         for axis in (1, 2):
             if length.shape[axis] > 2:
@@ -91,7 +100,13 @@ class Sums:
         self.error[place] = (KINK * share) * (np.sqrt(kinks) + bends / 3.0)
 
     def add_unseen(self, cover: Cover, index: Ints, wide: Mask, axis: int, lines: int) -> None:
-        """Widen the errors of candidates (k, n) that may hide between the lines."""
+        """Increase the errors of candidates `index` (k, n) that may be hidden between the lines.
+
+        Parameters
+        ----------
+        wide : (3,) the axes along which the boxes extend.  axis : the axis of the lines.
+        lines : number of lines along each of the other axes.
+        """
         x, y = cover.reach[0, index], cover.reach[1, index]
         small = ((x < 1.0 / lines) & wide[0]) | ((y < 1.0 / lines) & wide[1])
         area = np.pi * np.minimum(x, 1.0) * np.minimum(y, 1.0)

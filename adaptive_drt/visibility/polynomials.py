@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Objects over boxes in pixel x, y and shutter time t, as polynomials.
+"""Objects seen through boxes in pixel x, y and shutter time t, written as polynomials.
 
-Within a box, x, y and t run from -1/2 to 1/2. A ray's direction is linear in x and y, an object's
-place is linear in t, so a sphere's discriminant has degree two in (x, y) and in t, and the edge
-functions of a quad have degree one in either. A form of shape (T, k, m) holds the coefficients of
-t^0, t^1, t^2 (T of them) times 1, x, y, xx, xy, yy (k of them) for m candidates. Expanded about
-the box's middle they lose nothing: outlines are off by some 1e-12 of a pixel.
+Within a box, the normalized coordinates x, y and t run from -1/2 to 1/2. A ray's direction is
+linear in x and y and an object's position is linear in t. The discriminant of a ray and a sphere
+therefore has degree two in (x, y) and degree two in t, and the edge functions of a quad have degree
+one in (x, y) and degree one in t. A polynomial is stored as an array of shape (T, k, m): for m
+candidates, the coefficients of t^0, t^1, t^2 (T of them) times those of 1, x, y, xx, xy, yy (k of
+them). The expansion about the middle of the box keeps precision: outlines are off by some 1e-12 of
+a pixel.
 """
 
 from __future__ import annotations
@@ -24,20 +26,22 @@ __all__ = ["Balls", "Boxes", "Cover", "Flats", "Forms", "form_range", "make_form
 
 
 DEGREES = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
-"""Of the monomials in (x, y), in the order of a form."""
+"""Degrees in (x, y) of the k monomials of a polynomial, in the order of storage."""
 TURNED = ((1, 2), (3, 5))
-"""What changes places with x and y: x, xx and y, yy, of forms of three and of six coefficients."""
+"""Pairs of coefficients that are exchanged when x and y are exchanged: x with y and xx with yy. A
+polynomial of three coefficients has only the first pair."""
 IN_TIME = np.array([[0.0], [0.0], [1.0]])
-"""Across an event that all rays have at once: the camera enters a sphere or crosses a plane."""
+"""Unit normal, in (x, y, t), of an event that happens for all rays at the same time: the camera
+enters a sphere or crosses the plane of a quad."""
 
 
 @dataclass(frozen=True)
 class Boxes:
-    """Boxes in pixel x, y (picture coordinates) and shutter time t; a side may have no length.
+    """Boxes in pixel x, y (picture coordinates) and shutter time t; a side may have length 0.
 
     Attributes
     ----------
-    low, high : (3, n) least and greatest x, y, t.
+    low, high : (3, n) lower and upper bounds on x, y, t.
     """
 
     low: Array
@@ -45,20 +49,29 @@ class Boxes:
 
     @property
     def middle(self) -> Array:
-        """(3, n)"""
+        """Centers of the boxes, (3, n)."""
         middle: Array = 0.5 * (self.low + self.high)
         return middle
 
     @property
     def size(self) -> Array:
-        """(3, n)"""
+        """Lengths of the sides of the boxes, (3, n)."""
         size: Array = self.high - self.low
         return size
 
 
 @dataclass(frozen=True)
 class Balls:
-    """Sphere candidates; `gap` is the squared distance of the centre less the squared radius."""
+    """Sphere candidates as polynomials; v is the center relative to the camera, w the direction.
+
+    Attributes
+    ----------
+    row : (m,) positions among all candidates.
+    discriminant : of the ray and the sphere, positive where the line meets the sphere.
+    along : w.v, positive where the center is ahead of the camera.
+    square : w.w.
+    gap : v.v less the squared radius, negative where the camera is inside the sphere.
+    """
 
     row: Ints
     discriminant: Array
@@ -67,16 +80,23 @@ class Balls:
     gap: Array
 
     def take(self, index: Ints, row: Ints) -> Balls:
-        """Some of them, with new rows."""
+        """Select candidates by index and give them new rows."""
         parts = (self.discriminant, self.along, self.square, self.gap)
         return Balls(row, *(columns(part, index, -1) for part in parts))
 
 
 @dataclass(frozen=True)
 class Flats:
-    """Quad candidates: four edge functions, w.normal and q.normal (as `parallelogram.edge_planes`).
+    """Quad candidates as polynomials; q is a corner relative to the camera, w the direction.
 
-    A hit has the sign of `height` for all four, and of `facing`.
+    A ray hits the quad where all four edge functions and `facing` have the sign of `height`.
+
+    Attributes
+    ----------
+    row : (m,) positions among all candidates.
+    edges : four edge functions, linear in w, as in `parallelogram.edge_planes`.
+    facing : w.normal.
+    height : q.normal.
     """
 
     row: Ints
@@ -85,7 +105,7 @@ class Flats:
     height: Array
 
     def take(self, index: Ints, row: Ints) -> Flats:
-        """Some of them, with new rows."""
+        """Select candidates by index and give them new rows."""
         a, b, c, d = (columns(edge, index, -1) for edge in self.edges)
         return Flats(
             row, (a, b, c, d), columns(self.facing, index, -1), columns(self.height, index, -1)
@@ -94,16 +114,17 @@ class Flats:
 
 @dataclass(frozen=True)
 class Cover:
-    """How m candidates lie to their boxes.
+    """How m candidates cover their boxes, by bounds, and the orientation of their outlines there.
 
     Attributes
     ----------
-    some, full : (m,) whether some ray of the box may hit the object, whether all do.
-    near, far : (m,) bounds on the ray parameter of those hits.
-    across : (3, m) how much x, y and t go across what may be seen of the outline: components of
-        a unit vector, ones where no outline is seen.
-    reach : (2, m) half the size of the object as seen, in sizes of the box.
-    turn : (m,) radians, about, by which the outline turns within half the box, at most 1.
+    some, full : (m,) whether some ray of the box may hit the object, and whether all rays do.
+    near, far : (m,) lower and upper bounds on the ray parameters of those hits.
+    across : (3, m) components in x, y and t of a unit normal of the outline, absolute values, over
+    the part that may be seen; ones where no outline is seen.
+    reach : (2, m) half the apparent size of the object, in units of the box's size.
+    turn : (m,) approximate angle in radians, at most 1, by which the outline turns within half the
+    box.
     """
 
     some: Mask
@@ -115,7 +136,7 @@ class Cover:
     turn: Array
 
     def take(self, rows: Ints) -> Cover:
-        """The candidates at an index."""
+        """Select candidates by index."""
         return Cover(
             self.some[rows],
             self.full[rows],
@@ -129,7 +150,14 @@ class Cover:
 
 @dataclass(frozen=True)
 class Forms:
-    """Candidates as polynomials: `place` (m,) is the position of each among balls or flats."""
+    """Candidates as polynomials, spheres and quads apart.
+
+    Attributes
+    ----------
+    is_ball : (m,) whether the candidate is a sphere.
+    place : (m,) position of each candidate in `balls` or `flats`.
+    balls, flats : the sphere candidates and the quad candidates.
+    """
 
     is_ball: Mask
     place: Ints
@@ -137,7 +165,7 @@ class Forms:
     flats: Flats
 
     def take(self, rows: Ints) -> Forms:
-        """The candidates at an index, renumbered."""
+        """Select candidates by index and renumber their rows."""
         is_ball, place = self.is_ball[rows], self.place[rows]
         ball, flat = is_ball.nonzero()[0], (~is_ball).nonzero()[0]
         index = np.empty(rows.size, dtype=np.int64)
@@ -150,7 +178,7 @@ class Forms:
         )
 
     def turn(self, some: Mask) -> None:
-        """Let x and y change places for candidates (m,), in place."""
+        """Exchange x and y for the candidates chosen by a mask (m,), in place."""
         balls, flats = self.balls, self.flats
         for row, forms in (
             (balls.row, (balls.discriminant, balls.along, balls.square)),
@@ -165,7 +193,8 @@ class Forms:
 
 
 def make_forms(plan: Plan, boxes: Boxes, pairs: Pairs) -> tuple[Forms, Cover]:
-    """The candidates `pairs` (box, object) as polynomials over their boxes, and how they lie."""
+    """Write the candidates `pairs` (box, object) as polynomials, and bound how they cover the
+    boxes."""
     m = pairs.item.size
     cover = Cover(
         np.zeros(m, dtype=np.bool_),
@@ -198,7 +227,7 @@ def make_forms(plan: Plan, boxes: Boxes, pairs: Pairs) -> tuple[Forms, Cover]:
 
 
 def _directions(plan: Plan, middle: Array, size: Array) -> tuple[Array, Array, Array]:
-    """Directions through the boxes' middles and their change over the boxes, (3, m) each."""
+    """Ray directions through the middles of boxes and their changes over x and y, (3, m) each."""
     lens = plan.lens
     w = lens.directions(middle[0], middle[1])
     return w, size[0] * lens.right[:, None], size[1] * lens.up[:, None]
@@ -207,7 +236,11 @@ def _directions(plan: Plan, middle: Array, size: Array) -> tuple[Array, Array, A
 def _placed(
     place: Array, displacement: Array | None, boxes: Boxes, box: Ints, ids: Ints
 ) -> tuple[Array, Array | None]:
-    """Places in the middle of the boxes' times and their change over them, None if none moves."""
+    """Positions (3, m) in the middle of the boxes' times, and their changes (3, m) over those
+    times.
+
+    The changes are None if no object moves.
+    """
     if displacement is None:
         return columns(place, ids), None
     move = columns(displacement, ids)
@@ -229,7 +262,10 @@ def _square_form(a: tuple[Array, Array, Array], b: tuple[Array, Array, Array]) -
 def _balls(
     plan: Plan, boxes: Boxes, pairs: Pairs, row: Ints, ray: tuple[Array, Array, Array]
 ) -> Balls:
-    """With w x v = c + t e, D = r^2 |w|^2 - |c|^2 - 2 t c.e - t^2 |e|^2."""
+    """Polynomials of spheres.
+
+    With w x v = c + t e, the discriminant is r^2 |w|^2 - |c|^2 - 2 t c.e - t^2 |e|^2.
+    """
     spheres = plan.spheres
     v, change = _placed(spheres.center, spheres.displacement, boxes, pairs.pixel, pairs.item)
     rr = spheres.radius[pairs.item] ** 2
@@ -249,7 +285,11 @@ def _balls(
 def _flats(
     plan: Plan, boxes: Boxes, pairs: Pairs, row: Ints, ray: tuple[Array, Array, Array]
 ) -> Flats:
-    """Edges w.(b x q) and w.(q x a), and what is left of w.(a x b) beyond them."""
+    """Polynomials of quads with edges a and b from the corner q.
+
+    The first two edge functions are w.(b x q) and w.(q x a); each of the others is w.(a x b) less
+    one of these.
+    """
     quads, ids = plan.quads, pairs.item - plan.sphere_count
     q, change = _placed(quads.corner, quads.displacement, boxes, pairs.pixel, ids)
     a, b = columns(quads.edge_u, ids), columns(quads.edge_v, ids)
@@ -271,7 +311,7 @@ def _flats(
 
 
 def form_range(form: Array) -> tuple[Array, Array]:
-    """Bounds (m,) on a form over the box."""
+    """Lower and upper bounds (m,) on polynomials over the box, term by term."""
     low, high = form[0, 0].copy(), form[0, 0].copy()
     for power in range(form.shape[0]):
         for k in range(form.shape[1]):
@@ -290,19 +330,20 @@ def form_range(form: Array) -> tuple[Array, Array]:
 
 
 def _slopes(form: Array) -> Array:
-    """Change (3, m) of a form across the box along x, y, t at its middle."""
+    """Absolute changes (3, m) of polynomials across the box along x, y, t, at its middle."""
     time = form[1, 0] if form.shape[0] > 1 else np.zeros(form.shape[2])
     return np.array([np.abs(form[0, 1]), np.abs(form[0, 2]), np.abs(time)])
 
 
 def _unit(slopes: Array) -> Array:
-    """Components of the unit vectors along slopes (3, m); ones where there is none."""
+    """Unit vectors along `slopes` (3, m); all components are 1 where a slope is zero."""
     length = np.sqrt(dot(slopes, slopes))
     unit: Array = np.where(length > 0.0, slopes, 1.0) / np.where(length > 0.0, length, 1.0)
     return unit
 
 
 def _cover_balls(balls: Balls, cover: Cover) -> None:
+    """Fill in the coverage by spheres, all but `reach` and `turn`, in place."""
     row = balls.row
     low, high = form_range(balls.discriminant)
     along_low, along_high = form_range(balls.along)
@@ -323,6 +364,7 @@ def _cover_balls(balls: Balls, cover: Cover) -> None:
 
 
 def _cover_flats(flats: Flats, cover: Cover) -> None:
+    """Fill in the coverage by quads, all but `reach`, in place."""
     row = flats.row
     height_low, height_high = form_range(flats.height)
     sure = (height_low > 0.0) | (height_high < 0.0)
@@ -344,19 +386,20 @@ def _cover_flats(flats: Flats, cover: Cover) -> None:
     near = np.where(facing_high > 0.0, first, 0.0) / np.where(facing_high > 0.0, facing_high, 1.0)
     cover.near[row] = near
     ahead = sure & (facing_low > 0.0)
-    with np.errstate(over="ignore"):  # seen edge-on: as far as can be
+    with np.errstate(over="ignore"):  # overflow where the quad is seen edge-on: no upper bound
         cover.far[row] = np.where(ahead, last, np.inf) / np.where(ahead, facing_low, 1.0)
     cover.across[:, row] = np.where(sure, across, IN_TIME)
-    # edges are straight, corners are not
+    # a single straight edge does not turn; at a corner the outline does
     cover.turn[row] = np.where(sure & (crossing < 2), 0.0, 1.0)
 
 
 def _set_reach(plan: Plan, pairs: Pairs, middle: Array, size: Array, cover: Cover) -> None:
-    """Half the size of a ball around the object as seen from the camera, in sizes of the box."""
+    """Set `cover.reach` from the angular size of a ball around each object as seen from the
+    camera."""
     center, radius = plan.quads.bounds
     centers = np.concatenate([plan.spheres.center, center], axis=1)
     away = np.maximum(np.sqrt(dot(centers, centers)), np.finfo(np.float64).tiny)
-    with np.errstate(over="ignore"):  # the camera is at its middle: as wide as can be
+    with np.errstate(over="ignore"):  # overflow where the camera is at its center
         ratio = np.concatenate([plan.spheres.radius, radius]) / away
     lens = plan.lens
     w = lens.directions(middle[0], middle[1])

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pairs of a box's candidates that may change places in depth: those whose order is not known.
+"""Pairs of a box's candidates whose depth order is not known, so that it may change.
 
-Of sixteen spheres that form a molecule, each meets a few: 120 pairs, and some 20 events.
+They are few: of sixteen spheres that form a molecule each meets only some others, which gives some
+20 events for 120 pairs.
 """
 
 from __future__ import annotations
@@ -17,18 +18,19 @@ __all__ = ["Meets", "Met"]
 
 
 FEW = 3
-"""Candidates up to which all pairs get room: so more boxes are alike, and are measured together."""
+"""Number of candidates up to which a box gets room for all its pairs. More boxes are then alike and
+can be measured in one batch."""
 
 
 @dataclass(frozen=True)
 class Met:
-    """The pairs of n boxes that are alike, numbered from 0.
+    """Unordered pairs of n boxes that have the same layout; the boxes are numbered from 0.
 
     Attributes
     ----------
-    boxes, room : how many there are, n, and how many pairs each is given room for.
-    box, slot : (p,) the box of each, and its number among the box's pairs.
-    one, other : (p,) which of the box's candidates they are, `one` the first of them.
+    boxes, room : number of boxes n, and number of pairs for which each has room.
+    box, slot : (p,) the box of each pair, and its index among the pairs of that box.
+    one, other : (p,) indices of the two candidates within the box, `one` less than `other`.
     """
 
     boxes: int
@@ -41,13 +43,13 @@ class Met:
 
 @dataclass(frozen=True)
 class Meets:
-    """The pairs of n boxes, sorted by box.
+    """Unordered pairs of n boxes, sorted by box.
 
     Attributes
     ----------
-    number, start : (n,) how many a box has, and its first.
-    room : (n,) how many it is given room for: the same for boxes that are alike.
-    one, other : (p,) candidates.
+    number, start : (n,) number of pairs of each box, and index of its first pair.
+    room : (n,) number of pairs for which a box has room: the same for boxes of the same layout.
+    one, other : (p,) indices of the two candidates among all.
     """
 
     number: Ints
@@ -58,13 +60,17 @@ class Meets:
 
     @classmethod
     def of(cls, pair: tuple[Ints, Ints], box: Ints, candidates: Ints) -> Meets:
-        """Of pairs (p,) of candidates in any order; `box` (m,) of each candidate, and how many
-        (n,) each box has."""
+        """Sort pairs (p,) of candidates, given in any order.
+
+        Parameters
+        ----------
+        box : (m,) the box of each candidate.  candidates : (n,) number of candidates of each box.
+        """
         one, other = np.minimum(*pair), np.maximum(*pair)
         order = np.lexsort((other, one))
         one, other = one[order], other[order]
         number = np.bincount(box[one], minlength=candidates.size)
-        # powers of 2, as long as there are so many
+        # round up to powers of 2, at most the number of all pairs: few different layouts
         every = candidates * (candidates - 1) // 2
         power = 1 << np.ceil(np.log2(np.maximum(number, 1))).astype(np.int64)
         some = np.where(candidates <= FEW, every, np.minimum(power, every))
@@ -72,7 +78,10 @@ class Meets:
         return cls(number, np.cumsum(number) - number, room, one, other)
 
     def among(self, some: Ints, first: Ints) -> Met:
-        """The pairs of boxes `some` (n,) that are alike, whose first candidates (n,) are given."""
+        """Pairs of the boxes `some` (n,), which have the same layout.
+
+        first : (n,) index of the first candidate of each of these boxes.
+        """
         number = self.number[some]
         box = np.repeat(np.arange(some.size), number)
         rows = runs(self.start[some], number)
