@@ -77,8 +77,7 @@ class Resolver:
     # --- one camera ray -------------------------------------------------------------------
 
     def plain(self) -> None:
-        """Resolve the pixels that keep their camera ray; light rays are distributed in penumbrae.
-        """
+        """Resolve pixels that keep their camera ray; light rays are distributed in penumbrae."""
         plan, center, mask = self.plan, self.center, self.flags.mask
         keep = (~(mask[1, center.rows] | mask[2, center.rows])).nonzero()[0]
         rows = center.rows[keep]
@@ -141,6 +140,7 @@ class Resolver:
         self._class((~edge & motion).nonzero()[0], moves=True, spreads=False)
 
     def _class(self, pixels: Ints, moves: bool, spreads: bool) -> None:
+        """Resolve pixels by samples over the shutter (`moves`), the square (`spreads`) or both."""
         plan, settings = self.plan, self.plan.settings
         if not pixels.size:
             return
@@ -164,6 +164,7 @@ class Resolver:
                 self._chunk(pixels[first : first + step], local, count, moves, spreads)
 
     def _chunk(self, pixels: Ints, pairs: Pairs, count: int, moves: bool, spreads: bool) -> None:
+        """Resolve some of these pixels with `count` samples each; `pairs` are their candidates."""
         plan = self.plan
         rays = _Rays.make(plan, self.tile, self.center, pixels, count, moves, spreads)
         still = self.lean and not spreads

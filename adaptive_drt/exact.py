@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Method 'EXACT' over threads: the first pass by tiles, the error goal, then adaptive refinement.
-"""
+"""Method 'EXACT' over threads: first pass by tiles, error goal, adaptive refinement."""
 
 from __future__ import annotations
 
@@ -128,8 +127,7 @@ class Exact:
         self.error_estimate = frame.estimate()
 
     def _survey(self, wide: Plan, first: int, step: int) -> list[Call]:
-        """Calls that trace the first pass over every `step`-th row of blocks, from row `first` on.
-        """
+        """Calls that trace the first pass over every `step`-th row of blocks, from row `first`."""
         side = SQUARES[0]
         rough = coarse(wide, side)
         fine = screen_bounds(wide)

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Render driver: runs the chosen method over threads, and yields progress until the film is done.
-"""
+"""Render driver: runs the chosen method over threads and yields progress."""
 
 from __future__ import annotations
 
@@ -36,6 +35,7 @@ ALLOCATOR_HINT = 33_000_000
 twice the largest block it has ever unmapped (at most 32 MiB); freeing this one spares 17 of 18
 thousand page faults a picture."""
 READING = "Reading the scene"
+"""Name of the first stage, for the user."""
 CREWS_PIXELS = 32_768
 """Number of pixels of a picture from which worker processes are started, which takes each 0.3 s."""
 TRACED, DETECTED, SHADED = 0.05, 0.3, 0.6
@@ -64,6 +64,8 @@ class Progress:
 
 @dataclass
 class _TileResult:
+    """Results of method RAYS for one tile, and the seconds of each stage."""
+
     tile: Tile
     pixels: Pixels
     mask: NDArray[np.bool_]
@@ -115,6 +117,7 @@ def render(scene: Scene, settings: Settings | None = None) -> Generator[Progress
 
 
 def _read(scene: Scene, settings: Settings) -> tuple[Scene, Plan]:
+    """Validate a scene and compile it for rendering."""
     scene = validate(scene)
     return scene, make_plan(scene, settings)
 
@@ -176,8 +179,7 @@ def render_image(scene: Scene, settings: Settings | None = None) -> Film:
 
 
 def _tile_count(plan: Plan) -> int:
-    """Number of tiles of at most `batch` pixels, a multiple of the number of threads if possible.
-    """
+    """Number of tiles of at most `batch` pixels, if possible a multiple of the threads' number."""
     left, bottom, right, top = plan.region
     height = top - bottom
     most = max(1, plan.settings.batch // (right - left))
@@ -188,6 +190,7 @@ def _tile_count(plan: Plan) -> int:
 def _render_tile(
     plan: Plan, occluders: Occluders, bounds: NDArray[np.int64], first: int, step: int
 ) -> _TileResult:
+    """Trace, detect and resolve one tile: every `step`-th row of the picture from row `first`."""
     clock = Clock()
     tile = Tile.make(plan, first, step)
     center = trace_center(plan, tile.x, tile.y, find_pairs(plan, bounds, tile))
@@ -208,12 +211,14 @@ def _render_tile(
 
 
 def _flags(plan: Plan, occluders: Occluders, center: Center, clock: Clock) -> Flags:
+    """Which domains are distributed in which pixels: by detection, or everywhere."""
     if plan.settings.distribution == "EVERYWHERE":
         return everywhere(plan, center)
     return detect(plan, occluders, center, clock)
 
 
 def _write(film: Film, result: _TileResult) -> int:
+    """Copy the results of a tile into the film; returns its number of pixels."""
     rows = slice(result.tile.first, None, result.tile.step)
     pixels = result.pixels
     shape = (-1, film.width)

@@ -235,8 +235,8 @@ def _worth(parts: Parts, foreseen: Array, axes: Ints, box: Mask) -> tuple[Mask, 
     lasting = parts.half[TIME] > 0.0
     with np.errstate(over="ignore"):  # lights of 1e30 beside a picture of 1e-214
         each = parts.stake * foreseen.sum(axis=(0, 1))
-        # errors are predicted less well under motion: those at nodes with a moving occluder were 3
-        # times as large as predicted
+        # errors are predicted less well under motion: with a moving occluder node values were 3
+        # times as far off
         needed = each * np.sqrt(parts.crowd) > np.where(lasting, 0.0, NEEDED)
         # a region with an extent in time may be in several pieces, some far from the centroid
         needed |= lasting & ~box

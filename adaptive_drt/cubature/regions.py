@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Integration cells: boxes in pixel x, y and shutter time, with their mean radiance and its error.
-"""
+"""Integration cells: boxes in pixel x, y and shutter time, with mean radiance and its error."""
 
 from __future__ import annotations
 

@@ -35,8 +35,7 @@ with factors of 2 and 1/3 they are 0.1 to 0.4, for 2 % more points.)"""
 
 
 class Blocks:
-    """Blocks of one side that contain pixels to be resolved and have one visibility key throughout.
-    """
+    """Blocks of one side that contain pixels to be resolved and have a uniform visibility key."""
 
     def __init__(self, points: Points, side: int) -> None:
         """Find the candidate blocks; no node values are requested yet."""

@@ -98,8 +98,8 @@ class Frame:
         self.samples, self.error = np.ones(n, dtype=np.int32), np.zeros(n)
         # pixels that need no refinement, and those that are being refined already
         self.settled, self._held = np.zeros((2, n), dtype=np.bool_)
-        # for pixels with outlines: whether their regions are shaded, and may use the multi-node
-        # rule
+        # for pixels with outlines: whether their regions are shaded, whether those may use the
+        # multi-node rule, and their errors of shape
         self.begun, self._star = np.zeros((2, n), dtype=np.bool_)
         self._across, self._edge = np.zeros((2, n))
         # pixels traced by a ray of their own; the predicted errors of the first pass are 0
@@ -216,8 +216,7 @@ class Frame:
         return index
 
     def lit(self, rows: Mask) -> bool:
-        """Whether any pixel of the region itself, in the rows given by a mask, is known to be lit.
-        """
+        """Whether any pixel of the region itself, in the rows given by a mask, is known lit."""
         return bool(self._in_rows(self.color, rows).any())
 
     def some(self, rows: Mask) -> Ints:
@@ -240,8 +239,7 @@ class Frame:
         return inside.ravel()
 
     def chosen(self, goal: Goal) -> Mask:
-        """Mask (n,) of the pixels to be refined, without those that are settled or being refined.
-        """
+        """Mask (n,) of pixels to be refined, without those settled or being refined already."""
         chosen: Mask = (self._unknown | (self.error > goal.error)) & self.inner()
         chosen &= ~(self.settled | self._held)
         return chosen
@@ -294,9 +292,7 @@ class Frame:
         return [(part, self._task(part, goal, whole and self.plan.edges)) for part in parts]
 
     def crowd(self, rows: Ints) -> float:
-        """Sum over pixels of the squared number of candidate objects: the cost of finding their
-        regions.
-        """
+        """Sum over pixels of the squared number of candidate objects: a cost of finding regions."""
         return float((self._crowd[rows].astype(np.float64) ** 2).sum())
 
     @property
@@ -370,8 +366,7 @@ class Frame:
             setattr(film, name, self._part(getattr(self, name)))
 
     def _in_rows(self, color: Array, rows: Mask) -> Array:
-        """Colours (3, rows, width) of the region, in the rows given by a mask, from colours (3, n).
-        """
+        """Colours (3, rows, width) of the region in the rows of a mask, from colours (3, n)."""
         part, own = self._part(color), rows[self.own[0]]
         return part if own.all() else part[:, own]
 

@@ -29,8 +29,7 @@ LINE: Array = np.cos(np.pi * (7.0 - 2.0 * np.arange(4)) / 8.0)
 """(4,) Chebyshev nodes of the interval from -1 to 1."""
 DEGREES = np.arange(4)[:, None]
 TO_SERIES = np.cos(DEGREES * np.arccos(LINE)) * np.where(DEGREES == 0, 0.25, 0.5)
-"""(4, 4) matrix from values at the nodes of an interval to the coefficients of its Chebyshev
-series."""
+"""Matrix (4, 4) from values at the nodes of an interval to its Chebyshev coefficients."""
 FALL = 2.0
 """Factor by which the decay of a series' coefficients may be slower than the ratio of its last
 two."""
@@ -85,8 +84,7 @@ class Squares:
         return Squares(side, x[inside], y[inside], pairs)
 
     def within(self, bounds: Ints) -> Squares:
-        """Blocks of side 1, without the pairs of objects whose `screen_bounds` exclude the pixel.
-        """
+        """Blocks of side 1, without pairs of objects whose `screen_bounds` exclude the pixel."""
         x, y, item = self.x[self.pairs.pixel], self.y[self.pairs.pixel], self.pairs.item
         left, bottom, right, top = bounds
         inside = (x >= left[item]) & (x < right[item]) & (y >= bottom[item]) & (y < top[item])
@@ -108,8 +106,7 @@ def coarse(plan: Plan, side: int) -> Plan:
 
 
 def coarse_bounds(bounds: Ints, side: int) -> Ints:
-    """Bounds (4, objects) in blocks of a side that contain pixel bounds, both as `screen_bounds`.
-    """
+    """Bounds (4, objects) in blocks of a side, given bounds in pixels; both as `screen_bounds`."""
     first = bounds[:2] // side
     last = np.where(bounds[2:] > bounds[:2], -(-bounds[2:] // side), first)
     return np.concatenate([first, last])

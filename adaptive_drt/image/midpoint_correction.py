@@ -108,8 +108,7 @@ class Middles:
         return alike
 
     def _alike_beyond(self, index: Ints, step: int) -> Mask:
-        """Whether pixels show the same object as those two steps before and after, if those exist.
-        """
+        """Whether pixels show the same object as those two steps before and after, if any."""
         y, x = np.divmod(index, self.width)
         place, count = (x, self.width) if step == 1 else (y, self.item.size // self.width)
         alike: Mask = (place >= 2) & (place < count - 2)

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Prediction of the work in the stages of an exact render, used only to make a progress bar linear.
-"""
+"""Predicted work in the stages of an exact render, used only to make a progress bar linear."""
 
 from __future__ import annotations
 

@@ -177,8 +177,7 @@ def _lawn(
     error: Array,
     moving: Mask,
 ) -> Lawn:
-    """Smooth blocks of the chosen squares, sorted by object, given their pixel means (3, s, s, n).
-    """
+    """Smooth blocks of the chosen squares, by object, given their pixel means (3, s, s, n)."""
     side = squares.side
     x, y = squares.x[chosen], squares.y[chosen]
     depth, normal = np.full(mean.shape[1:], np.inf), np.zeros_like(mean)
