@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The paper's cost model, section 2.2: what adaptivity should save, from three figures.
+"""Cost model of adaptive distribution from section 2.2 of the paper.
 
 a : distributed pixels / all pixels.
 b : time of a pixel traced with derivatives and detection / time of a plainly traced pixel.
@@ -12,10 +12,10 @@ __all__ = ["pays", "predicted_ratio"]
 
 
 def predicted_ratio(a: float, b: float, c: float) -> float:
-    """Time of the adaptive picture over that of distributing everywhere: equation 10."""
+    """Predicted time of adaptive distribution over that of distributing everywhere: equation 10."""
     return (a * c + b - a) / c
 
 
 def pays(a: float, b: float, c: float) -> bool:
-    """Whether adaptivity is faster at all: equation 11."""
+    """Whether adaptive distribution is predicted to be faster: equation 11."""
     return b < c - a * (c - 1.0)

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Resolves pixels: one ray where nothing was flagged, distributed rays where something was.
+"""Method 'RAYS': one ray for pixels that are not flagged, distributed rays for the others.
 
-Domains nest. A pixel flagged for a penumbra keeps its camera ray and distributes towards the
-lights; one flagged for motion takes samples over the shutter, one flagged for edges over its
-square, and each such sample sends its share of the light rays (Cook and others 1984), so the
-counts multiply only up to the largest of them.
+The distributed domains nest. A pixel flagged for a penumbra keeps its camera ray and distributes
+rays towards the lights; one flagged for motion takes samples over the shutter, one flagged for
+edges over its square. Each such sample sends its share of the light rays (Cook and others 1984), so
+the number of rays is that of the largest domain, not the product of all.
 """
 
 from __future__ import annotations
@@ -32,12 +32,16 @@ __all__ = ["Pixels", "resolve"]
 
 
 PLAIN_OBJECTS = 64
-"""Up to so many objects a plain shadow ray tests them all; beyond, candidates are found first."""
+"""Largest number of objects for which a shadow ray without results of detection tests all of them;
+beyond, candidate occluders are found first."""
 
 
 @dataclass
 class Pixels:
-    """Resolved pixels of a tile: `color` (3, n), `alpha` (n,), `samples` (n,), and rays by kind."""
+    """Resolved pixels of a tile.
+
+    `color` is (3, n), `alpha` and `samples` are (n,), `rays` counts the rays traced by kind.
+    """
 
     color: Array
     alpha: Array
@@ -45,17 +49,21 @@ class Pixels:
     rays: dict[str, int] = field(default_factory=dict)
 
     def count(self, kind: str, rays: int) -> None:
-        """Add to the rays traced of a kind."""
+        """Add to the number of rays of a kind."""
         self.rays[kind] = self.rays.get(kind, 0) + int(rays)
 
 
 class Resolver:
-    """Resolves the pixels of one tile."""
+    """Resolves the pixels of one tile.
+
+    `lean` tells whether results of detection are reused; if not, samples are traced and shaded
+    anew.
+    """
 
     def __init__(
         self, plan: Plan, occluders: Occluders, tile: Tile, center: Center, flags: Flags
     ) -> None:
-        """Start with the background everywhere."""
+        """Start with the background in all pixels."""
         n = tile.index.size
         self.plan, self.occluders, self.tile = plan, occluders, tile
         self.center, self.flags = center, flags
@@ -69,7 +77,7 @@ class Resolver:
     # --- one camera ray -------------------------------------------------------------------
 
     def plain(self) -> None:
-        """Pixels that keep their camera ray; penumbrae are distributed over the lights."""
+        """Resolve pixels that keep their camera ray; light rays are distributed in penumbrae."""
         plan, center, mask = self.plan, self.center, self.flags.mask
         keep = (~(mask[1, center.rows] | mask[2, center.rows])).nonzero()[0]
         rows = center.rows[keep]
@@ -85,7 +93,7 @@ class Resolver:
         self.out.samples[red] = plan.settings.light_rays
 
     def _direct(self, index: int, light: Emitter, hits: Surface, keep: Ints, rows: Ints) -> Array:
-        """Irradiance factors (n,) of one light at hits of centre rays."""
+        """Irradiance factors (n,) of one light at hits of camera rays through pixel centres."""
         plan = self.plan
         shape = plan.shadow_light(light)
         factor = unblocked(light, shape, light.center, hits)
@@ -115,7 +123,7 @@ class Resolver:
         return factor
 
     def _plain_pairs(self, shape: Emitter, hits: Surface) -> Pairs:
-        """Occluders of a tracer that knows nothing beforehand."""
+        """Candidate occluders of points, without results of detection."""
         if not shape.casts_shadow:
             return Pairs(np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64))
         if self.plan.object_count > PLAIN_OBJECTS:
@@ -125,13 +133,14 @@ class Resolver:
     # --- many camera rays -----------------------------------------------------------------
 
     def distributed(self) -> None:
-        """Pixels flagged for motion or edges."""
+        """Resolve the pixels flagged for motion or edges."""
         motion, edge = self.flags.mask[1], self.flags.mask[2]
         self._class((edge & ~motion).nonzero()[0], moves=False, spreads=True)
         self._class((edge & motion).nonzero()[0], moves=True, spreads=True)
         self._class((~edge & motion).nonzero()[0], moves=True, spreads=False)
 
     def _class(self, pixels: Ints, moves: bool, spreads: bool) -> None:
+        """Resolve pixels by samples over the shutter (`moves`), the square (`spreads`) or both."""
         plan, settings = self.plan, self.plan.settings
         if not pixels.size:
             return
@@ -155,6 +164,7 @@ class Resolver:
                 self._chunk(pixels[first : first + step], local, count, moves, spreads)
 
     def _chunk(self, pixels: Ints, pairs: Pairs, count: int, moves: bool, spreads: bool) -> None:
+        """Resolve some of these pixels with `count` samples each; `pairs` are their candidates."""
         plan = self.plan
         rays = _Rays.make(plan, self.tile, self.center, pixels, count, moves, spreads)
         still = self.lean and not spreads
@@ -172,7 +182,7 @@ class Resolver:
         if self.lean:
             total += self._kept_light(rays, kept, light_rays) / count
         else:
-            # the paper's tracer knows nothing beforehand: it shades each sample anew
+            # the paper's tracer reuses nothing: it shades each sample anew
             row, sample = np.nonzero(kept)
             again = rays.surfaces(plan, depth, item, row, sample)
             total += self._flat_light(rays, again, row, sample, light_rays) / count
@@ -182,7 +192,9 @@ class Resolver:
         self.out.count("time" if moves else "pixel", pixels.size * count)
 
     def _kept_light(self, rays: _Rays, kept: Mask, light_rays: int) -> Array:
-        """Radiance (3, n) summed over the samples that hit what the pixel sees standing still."""
+        """Radiance (3, n), summed over the samples that hit the still surface at the pixel's
+        centre.
+        """
         plan = self.plan
         total = np.zeros((3, rays.pixel.size))
         rows = kept.any(axis=1).nonzero()[0]
@@ -217,9 +229,10 @@ class Resolver:
         return total
 
     def _busy_pairs(self, shape: Emitter, hits: Surface) -> tuple[Pairs, Mask]:
-        """Occluders whose shadow on hits may change or is partial, and which hits are hidden.
+        """Occluders whose shadow on hits may be partial or change, and which hits are fully
+        occluded.
 
-        What stands still and hides none or all of a light that does needs no ray.
+        Still occluders that hide all or nothing of a still light need no rays.
         """
         plan = self.plan
         pairs = self.occluders.find(shape, hits)
@@ -236,7 +249,7 @@ class Resolver:
     def _flat_light(
         self, rays: _Rays, flat: Surface, row: Ints, sample: Ints, light_rays: int
     ) -> Array:
-        """Radiance (3, n) summed over all other samples that hit something."""
+        """Radiance (3, n), summed over given samples, each shaded at its own hit."""
         plan = self.plan
         n = rays.pixel.size
         total = np.zeros((3, n))
@@ -266,9 +279,9 @@ class Resolver:
         return total
 
     def _patch_pairs(self, shape: Emitter, flat: Surface, row: Ints) -> Pairs:
-        """Occluders for samples, found for the ball around each pixel's samples at once.
+        """Candidate occluders of samples, found once for a ball around each pixel's samples.
 
-        `row` (m,) is ascending: the pixel of each sample.
+        row : (m,) the pixel of each sample, ascending.
         """
         starts = np.diff(row, prepend=-1).nonzero()[0]
         sizes = np.diff(starts, append=row.size)
@@ -276,7 +289,7 @@ class Resolver:
         high = np.maximum.reduceat(flat.point, starts, axis=1)
         span = high - low
         reach = 0.5 * np.sqrt(dot(span, span))
-        # no horizon and no own object: a pixel's samples may lie on several
+        # the ball has no normal and no object: the samples of a pixel may lie on several objects
         ball = Surface(
             0.5 * (low + high),
             np.zeros_like(low),
@@ -295,13 +308,18 @@ class Resolver:
 
 
 def _sum_by(row: Ints, values: Array, count: int) -> Array:
-    """Sums (count,) of the values of each row, in their order."""
+    """Sum values by group: (count,). `row` is the group of each value; they are added in their
+    order.
+    """
     return np.bincount(row, weights=values, minlength=count).astype(np.float64, copy=False)
 
 
 @dataclass(frozen=True)
 class _Rays:
-    """Distributed camera rays: n pixels of a tile, k samples each."""
+    """Distributed camera rays: k samples for each of n pixels of a tile.
+
+    `w` (3, n, k) are ray directions, `time` (n, k) shutter times.
+    """
 
     pixel: Ints
     count: int
@@ -330,7 +348,9 @@ class _Rays:
         return cls(pixel, count, w, time)
 
     def nearest(self, plan: Plan, pairs: Pairs, center: Center | None) -> tuple[Array, Ints]:
-        """Nearest hits (n, k): ray parameters and objects; `center` brings what stands still."""
+        """Nearest hits (n, k): ray parameters and objects; `center` provides the hits on still
+        objects.
+        """
         shape = (self.pixel.size, self.count)
         depth, item = np.full(shape, np.inf), np.full(shape, -1)
         if center is not None:
@@ -340,14 +360,14 @@ class _Rays:
             t = pair_hits(plan, columns(self.w, rows), ids, self.time[rows])
             before, which = depth[rows], item[rows]
             ids = ids[:, None]
-            # of equals the first object wins, as at the centre
+            # at equal depth the object of lower index is nearer, as at the centre
             closer = (t < before) | ((t == before) & np.isfinite(t) & (ids < which))
             depth[rows] = np.where(closer, t, before)
             item[rows] = np.where(closer, ids, which)
         return depth, item
 
     def surfaces(self, plan: Plan, depth: Array, item: Ints, row: Ints, sample: Ints) -> Surface:
-        """The surfaces that some of the rays hit."""
+        """Surfaces at the hits of some of the rays, given by row and sample."""
         return surface(
             plan,
             self.w[:, row, sample],
@@ -358,7 +378,7 @@ class _Rays:
 
 
 def resolve(plan: Plan, occluders: Occluders, tile: Tile, center: Center, flags: Flags) -> Pixels:
-    """Resolve the pixels of a tile."""
+    """Resolve all pixels of a tile."""
     resolver = Resolver(plan, occluders, tile, center, flags)
     resolver.plain()
     resolver.distributed()

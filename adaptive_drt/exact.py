@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Method 'EXACT' over threads: the first pass by tiles, then the pixels that need refining."""
+"""Method 'EXACT' over threads: first pass by tiles, error goal, adaptive refinement."""
 
 from __future__ import annotations
 
@@ -35,39 +35,44 @@ __all__ = ["Exact"]
 
 
 SURVEYED = 262_144
-"""Pixels surveyed at a time, at most: most of them lie in squares and take but a few points."""
+"""Largest number of pixels in one call of the first pass: most of them lie in smooth blocks and
+need only a few points."""
 SURVEYED_BATCHES = 8
-"""Batches surveyed at a time, at most: a window, whose batches are small, sees it move (a survey of
-1280 x 720 pixels took 5 % longer by 65,536 pixels than by `SURVEYED`)."""
+"""Largest number of batches in one call of the first pass: a viewport render, whose batches are
+small, then shows progress (a first pass of 1280 x 720 pixels took 5 % longer by 65,536 pixels than
+by `FIRST_PASS_PIXELS`)."""
 GOAL_ROWS = 32
-"""Rows of squares of the whole picture, at least, that the goal is taken from: so any border of a
-picture is rendered to the goal of the whole, and parts rendered apart join to the last bit."""
+"""Smallest number of rows of blocks, of the whole picture, that the error goal is computed from.
+The goal of any render region is that of the whole picture, so parts rendered separately join to the
+last bit."""
 RAISED = 4.0
-"""Times the goal that was set before outlines were looked into: what may come of it at most. Those
-rows may just have missed the hardest pixels."""
+"""Largest factor by which shading the outlines' regions may raise the goal that was set before: the
+rows that the goal is computed from may just have missed the hardest pixels."""
 GOAL_RIM = 2
-"""Pixels at the sides of such a row that do not count: second differences need their neighbours."""
+"""Pixels at both sides of such a row that are not used: second differences need their
+neighbours."""
 SHARED = 131_072
-"""Pixels from which threads share a survey: with fewer, two that wait for each other at every call
-of NumPy take longer than one (0.16 to 0.21 s) ..."""
+"""Number of pixels from which threads share a first pass: with fewer, two threads that wait for
+each other at every call of NumPy take longer than one (0.16 to 0.21 s) ..."""
 MANY_OBJECTS = 48
-"""... or objects: each pixel then takes so much that they pay sooner (1.8 to 1.35 s)."""
+"""... or number of objects: each pixel then takes so long that threads pay sooner (1.8 to 1.35
+s)."""
 LOOK = 1.0
-"""Tolerance where no centre is lit, until light is found: some 7 % of the errors foreseen. To ask
-a tolerance of darkness itself would split all of it to the end."""
+"""Tolerance used to search for light where no pixel centre is lit. It gives a goal of some 7 % of
+the predicted errors. The tolerance itself would split all of a dark picture to the limit."""
 
 
 @dataclass
 class Exact:
-    """One exact render, and what there is to say of it.
+    """One render by method 'EXACT', and its statistics.
 
     Attributes
     ----------
     plan, occluders : of the region itself.
-    goal : set once the first pass is done.
-    work : who does it, and what it took.
-    error_estimate : RMS error of the picture over its mean, as the renderer sees it.
-    stage : what is being done, in words.
+    goal : error goal, set once the first pass is done.
+    work : scheduler that runs the tasks and collects their statistics.
+    error_estimate : estimated RMS error of the picture, relative to its mean.
+    stage : what is being done, in words, for the user.
     """
 
     plan: Plan
@@ -77,11 +82,11 @@ class Exact:
     stage: str = "Looking at squares"
 
     def __post_init__(self) -> None:
-        """Nothing is done yet."""
+        """Make the scheduler; nothing is done yet."""
         self.work = Work(self.plan, self.occluders)
 
     def run(self, film: Film) -> Generator[float, None, None]:
-        """Fill a film; yields what part of the work is done, 0 to 1, at least once a heartbeat."""
+        """Fill a film; yields the fraction of the work done, 0 to 1, at least once a heartbeat."""
         with closing(self.work):
             yield from self._run(film)
 
@@ -91,7 +96,7 @@ class Exact:
         calls = self._survey(wide, 0, 1)
         parts: Parts = {}
         with closing(self.work.hands.results(calls, parts)) as results:
-            # workers are at it while the frame gets its memory
+            # memory for the frame is allocated while workers trace
             frame = Frame(wide, self.plan.region)
             frame.develop(film)
             for number in self._entered(frame, results, parts):
@@ -122,7 +127,7 @@ class Exact:
         self.error_estimate = frame.estimate()
 
     def _survey(self, wide: Plan, first: int, step: int) -> list[Call]:
-        """Calls that survey every `step`-th row of squares."""
+        """Calls that trace the first pass over every `step`-th row of blocks, from row `first`."""
         side = SQUARES[0]
         rough = coarse(wide, side)
         fine = screen_bounds(wide)
@@ -144,9 +149,9 @@ class Exact:
     def _entered(
         self, frame: Frame, results: Generator[tuple[int, Any] | None, None, None], parts: Parts
     ) -> Generator[float, None, None]:
-        """Enter what comes of a survey's calls; yields how many are done.
+        """Enter the results of the first pass; yields the number of calls done.
 
-        parts : what part is done of those that are being made.
+        parts : completed fractions of the calls in progress.
         """
         done = 0
         for result in results:
@@ -162,10 +167,13 @@ class Exact:
             yield done + sum(parts.copy().values())
 
     def _set_goal(self, frame: Frame) -> Generator[float, None, None]:
-        """Set the goal of the whole picture, whatever part of it this frame is.
+        """Set the error goal of the whole picture, whatever part of it this frame covers.
 
-        In still pictures outlines' regions are shaded first: what that leaves to do is known then,
-        and it is less than one must reckon with before (a quad light, 1 %: nothing is left).
+        In still pictures the visible regions of pixels with outlines are shaded first: then their
+        errors are known, and they are less than what has to be assumed before (a quad light, 1 %:
+        nothing is left to refine).
+
+        Yields the fraction of the work done.
         """
         width, height = self.plan.picture
         whole, own = (0, 0, width, height), frame
@@ -180,7 +188,7 @@ class Exact:
         if self.plan.region != whole:
             wide = widened(self.plan, whole)
             frame = Frame(wide, whole)
-            # the frame's first row of squares is the one below the picture
+            # the frame's first row of blocks is the one below the picture
             below = -(frame.bottom // side)
             calls = self._survey(wide, (first + below) % step, step)
             with closing(self.work.hands.results(calls)) as results:
@@ -210,7 +218,7 @@ class Exact:
         self.work.add(clock.seconds)
 
     def _begin(self, frame: Frame, rows: Ints) -> Generator[float, None, None]:
-        """Shade the regions of pixels with outlines; yields the part that is done."""
+        """Shade the visible regions of pixels with outlines; yields the fraction done."""
         tasks = frame.in_parts(rows, self.goal, self.work.part(rows.size), True)
         done = 0
         with closing(self.work.results(begin, tasks, "outlines")) as outcomes:
@@ -222,7 +230,7 @@ class Exact:
                 yield (done + self.work.under_way) / rows.size
 
     def _look(self, frame: Frame, inside: Mask) -> Generator[None, None, None]:
-        """Where no centre is lit, look for light before a tolerance is asked of darkness."""
+        """If no pixel centre is lit, search for light first and set the goal from what is found."""
         some = frame.some(inside)
         color, error, cut = columns(frame.color, some), frame.error[some], frame.outline[some]
         goal = make_goal(LOOK, color, error, error, cut)
@@ -240,13 +248,15 @@ class Exact:
                 yield
         pixels = np.concatenate([rows for rows, _ in found])
         color = np.concatenate([part for _, part in found], axis=1)
-        # what none of that finds is too dark to be told
+        # if no light is found, the picture is too dark to be resolved
         self.goal = frame.goal(inside, (pixels, color)) if color.any() else Goal(np.inf, 1.0)
 
     def _interpolate(self, frame: Frame) -> Generator[float, None, None]:
-        """Settle what motion leaves smooth, from points at the nodes of blocks.
+        """Resolve pixels under motion by interpolation between shutter means, where these are
+        smooth.
 
-        Yields the part that is done.
+        Pixels that no block can resolve are meanwhile refined in the background, if there are
+        workers. Yields the fraction done.
         """
         clock = Clock()
         points = Points(frame, self.goal)
@@ -274,7 +284,7 @@ class Exact:
     def _integrate(
         self, frame: Frame, points: Points, wanted: Ints
     ) -> Generator[float, None, None]:
-        """Integrate over the shutter at the middles of pixels; yields the part that is done."""
+        """Integrate over the shutter at pixel centres; yields the fraction done."""
         done = 0
         tasks = frame.point_tasks(wanted, self.goal, self.work.part(wanted.size))
         with closing(self.work.results(refine, tasks, "nodes of blocks")) as outcomes:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The driver: tiles over threads, a generator of progress that ends in a film."""
+"""Render driver: runs the chosen method over threads and yields progress."""
 
 from __future__ import annotations
 
@@ -31,25 +31,29 @@ from .tracing.occluder_culling import Occluders
 __all__ = ["Progress", "render", "render_image"]
 
 ALLOCATOR_HINT = 33_000_000
-"""Bytes. glibc keeps freed memory up to twice the largest block it has ever unmapped (at most
-32 MiB); freeing one such block, never touched, spares 17 of 18 thousand page faults a picture."""
+"""Bytes of a block that is allocated once and freed, never touched. glibc keeps freed memory up to
+twice the largest block it has ever unmapped (at most 32 MiB); freeing this one spares 17 of 18
+thousand page faults a picture."""
 READING = "Reading the scene"
+"""Name of the first stage, for the user."""
 CREWS_PIXELS = 32_768
-"""Pixels of a picture from which workers are worth starting, which takes each 0.3 s."""
+"""Number of pixels of a picture from which worker processes are started, which takes each 0.3 s."""
 TRACED, DETECTED, SHADED = 0.05, 0.3, 0.6
-"""Of a tile's work, roughly: what is done after its camera rays, detection, and penumbrae."""
+"""Fractions of the work of a tile that are done after its camera rays, after detection and after
+penumbrae, roughly; for a progress bar."""
 SAMPLE_ROWS = 8_192
-"""Pixels of the plain pass that measures t'n: enough that NumPy's calls do not dominate."""
+"""Number of pixels of the plain pass that measures t'n: enough that the overhead of NumPy calls
+does not dominate."""
 
 Result = TypeVar("Result")
 
 
 @dataclass(frozen=True)
 class Progress:
-    """How far a render is: `done` of `total` pixels. `film` holds what is finished.
+    """Progress of a render: `done` of `total` pixels. `film` holds what is finished.
 
-    `done` never falls. Where pixels are worked on more than once, it is the part of the work,
-    counted in pixels. `stage` says in words what is being done.
+    `done` never decreases. Where pixels are processed more than once, it is the fraction of the
+    work done, times the number of pixels. `stage` tells in words what is being done.
     """
 
     done: int
@@ -60,6 +64,8 @@ class Progress:
 
 @dataclass
 class _TileResult:
+    """Results of method RAYS for one tile, and the seconds of each stage."""
+
     tile: Tile
     pixels: Pixels
     mask: NDArray[np.bool_]
@@ -72,8 +78,8 @@ def render(scene: Scene, settings: Settings | None = None) -> Generator[Progress
     """Render a scene.
 
     Yields progress at once, after each tile, and every `HEARTBEAT` seconds, and returns the film.
-    Closing the generator cancels: work under way ends within a chunk of rays, and the last
-    progress' film stays valid.
+    Closing the generator cancels the render: work in progress ends within a chunk of rays, and the
+    film of the last progress stays valid.
 
     Raises
     ------
@@ -98,7 +104,7 @@ def render(scene: Scene, settings: Settings | None = None) -> Generator[Progress
     render_pixels = _exact if settings.method == "EXACT" else _by_rays
     with closing(render_pixels(plan, occluders, film, totals)) as steps:
         for done, stage in steps:
-            # what is under way may be entered a moment after it has ended
+            # completed fractions and finished results may be entered out of step
             most = max(most, done)
             yield Progress(most, size, stage, film)
     film.stats = totals.statistics(plan, film, scene.issues + _advice(plan))
@@ -111,6 +117,7 @@ def render(scene: Scene, settings: Settings | None = None) -> Generator[Progress
 
 
 def _read(scene: Scene, settings: Settings) -> tuple[Scene, Plan]:
+    """Validate a scene and compile it for rendering."""
     scene = validate(scene)
     return scene, make_plan(scene, settings)
 
@@ -118,7 +125,7 @@ def _read(scene: Scene, settings: Settings) -> tuple[Scene, Plan]:
 def _waiting(
     call: Generator[None, None, Result], stage: str, film: Film, done: int = 0
 ) -> Generator[Progress, None, Result]:
-    """Progress at each heartbeat of a call; returns what comes of it."""
+    """Yield progress at each heartbeat of a call, and return its result."""
     while True:
         try:
             next(call)
@@ -131,7 +138,7 @@ def _waiting(
 def _by_rays(
     plan: Plan, occluders: Occluders, film: Film, totals: _Totals
 ) -> Generator[tuple[int, str], None, None]:
-    """Method RAYS: pixels done, tile by tile, and the stage."""
+    """Method RAYS, tile by tile: yields the number of pixels done and the stage."""
     size, parts = film.width * film.height, Parts()
     done, tiles = 0, _tile_count(plan)
     share = Share((plan, occluders, screen_bounds(plan)))
@@ -148,7 +155,9 @@ def _by_rays(
 def _exact(
     plan: Plan, occluders: Occluders, film: Film, totals: _Totals
 ) -> Generator[tuple[int, str], None, None]:
-    """Method EXACT: work done, as if it were pixels, and the stage."""
+    """Method EXACT: yields the fraction of the work done, times the number of pixels, and the
+    stage.
+    """
     exact = Exact(plan, occluders)
     with closing(exact.run(film)) as steps:
         for done in steps:
@@ -159,7 +168,7 @@ def _exact(
 
 
 def render_image(scene: Scene, settings: Settings | None = None) -> Film:
-    """Render a scene to the end and return the film; raises as `render`."""
+    """Render a scene to the end and return the film; raises the errors of `render`."""
     steps = render(scene, settings)
     while True:
         try:
@@ -170,7 +179,7 @@ def render_image(scene: Scene, settings: Settings | None = None) -> Film:
 
 
 def _tile_count(plan: Plan) -> int:
-    """Tiles of at most `batch` pixels, the same number for every thread."""
+    """Number of tiles of at most `batch` pixels, if possible a multiple of the threads' number."""
     left, bottom, right, top = plan.region
     height = top - bottom
     most = max(1, plan.settings.batch // (right - left))
@@ -181,6 +190,7 @@ def _tile_count(plan: Plan) -> int:
 def _render_tile(
     plan: Plan, occluders: Occluders, bounds: NDArray[np.int64], first: int, step: int
 ) -> _TileResult:
+    """Trace, detect and resolve one tile: every `step`-th row of the picture from row `first`."""
     clock = Clock()
     tile = Tile.make(plan, first, step)
     center = trace_center(plan, tile.x, tile.y, find_pairs(plan, bounds, tile))
@@ -201,12 +211,14 @@ def _render_tile(
 
 
 def _flags(plan: Plan, occluders: Occluders, center: Center, clock: Clock) -> Flags:
+    """Which domains are distributed in which pixels: by detection, or everywhere."""
     if plan.settings.distribution == "EVERYWHERE":
         return everywhere(plan, center)
     return detect(plan, occluders, center, clock)
 
 
 def _write(film: Film, result: _TileResult) -> int:
+    """Copy the results of a tile into the film; returns its number of pixels."""
     rows = slice(result.tile.first, None, result.tile.step)
     pixels = result.pixels
     shape = (-1, film.width)
@@ -222,7 +234,7 @@ def _write(film: Film, result: _TileResult) -> int:
 
 @dataclass
 class _Totals:
-    """Sums over tiles."""
+    """Statistics summed over tiles."""
 
     rays: dict[str, int] = field(default_factory=dict)
     seconds: dict[str, float] = field(default_factory=dict)
@@ -235,7 +247,7 @@ class _Totals:
             self.seconds[stage] = self.seconds.get(stage, 0.0) + span
 
     def finish(self, film: Film, began: float) -> None:
-        """Put the seconds into the statistics; `began` is when the render did."""
+        """Write the times into the statistics; `began` is the time when the render began."""
         self.seconds["total"] = time.perf_counter() - began
         film.stats["seconds"] = {k: round(v, 6) for k, v in self.seconds.items()}
 
@@ -259,7 +271,7 @@ class _Totals:
 
 
 def _advice(plan: Plan) -> tuple[Issue, ...]:
-    """What a person should know of a scene that renders, but not to much."""
+    """Issues of a scene that renders, but cannot show anything."""
     advice = []
     if not plan.object_count:
         said = "there is no object to render: add a sphere or a plane"
@@ -271,11 +283,13 @@ def _advice(plan: Plan) -> tuple[Issue, ...]:
 
 
 def _sample_seconds(plan: Plan, occluders: Occluders) -> tuple[float, float]:
-    """What a pixel takes without derivatives, and its shading alone, on a sample of the rows.
+    """Measure the time of a pixel traced without derivatives, and of its shading alone.
+
+    It is measured on a sample of the picture's rows.
 
     Returns
     -------
-    plain : seconds a pixel in a tracer that knows nothing: one camera ray, one ray a light.
+    plain : seconds a pixel without results of detection: one camera ray, one ray a light.
     shading : seconds to shade a pixel whose lights are known to be visible.
     """
     settings = replace(plan.settings, distribution="EVERYWHERE", light_rays=1)
@@ -300,10 +314,11 @@ def _sample_seconds(plan: Plan, occluders: Occluders) -> tuple[float, float]:
 
 
 def _cost_model(film: Film, totals: _Totals, sample: tuple[float, float]) -> None:
-    """Put a, b, c and equation 10's prediction into the statistics.
+    """Write a, b, c and the prediction of equation 10 into the statistics.
 
-    b is t_n over t'_n: camera ray, detection and shading, nothing distributed, over the plain
-    tracer's pixel. Where rays are distributed everywhere no derivatives are carried: b = 1.
+    b is t_n over t'_n: the time of camera ray, detection and shading, nothing distributed, over
+    that of a pixel of the plain tracer. Where rays are distributed everywhere no derivatives are
+    computed: b = 1.
     """
     plain, shading = sample
     pixels = film.mask[0].size

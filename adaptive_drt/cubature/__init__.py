@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Adaptive integration over pixel and shutter, to an error goal."""
+"""Adaptive numerical integration over pixel and shutter, to an error goal for each pixel."""

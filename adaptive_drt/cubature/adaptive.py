@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Means over pixels and shutter, to a goal: cells are split where they are least sure.
+"""Globally adaptive integration over pixel and shutter: the cells of largest error are subdivided.
 
-A cell is a box of a pixel's square and the shutter. Lines with exact events cut it into regions,
-one for each object that is nearest somewhere in it, and each region is shaded once, exactly, at
-its centroid: that is right for radiance linear in x, y and t. How far it may be from that is
-estimated where it is shaded; the cells that matter most are split until their pixel's estimate
-meets its goal.
+A cell is a box in pixel x, pixel y and shutter time. Line samples with exact visibility events
+divide it into visible regions, one for each object that is nearest somewhere in the cell. The mean
+radiance of each region is estimated by a cubature rule, the simplest of which is one exact sample
+at the centroid, correct for radiance linear in x, y and t. The error is predicted where the region
+is shaded. Within each pixel the cells that contribute most are split until the error estimate of
+the pixel meets its goal.
 """
 
 from __future__ import annotations
@@ -35,57 +36,63 @@ __all__ = ["Begun", "Refined", "Task", "begin", "refine"]
 
 
 ROUNDS = 32
-"""Splits of a cell at most: an axis is cut into 2^32 parts at the very most."""
+"""Largest number of rounds, and so of successive splits of a cell."""
 ROUND = 0.3
-"""Of what is left of a call's work, about: what one round does. For a progress bar."""
+"""Fraction of the remaining work of a call that one round does, roughly; for a progress bar."""
 MOST_CELLS = 4096
-"""Cells of a pixel at most ..."""
+"""Largest number of cells of a pixel ..."""
 MORE_CELLS = 16_384
-"""... and where that many are likely to settle it. Hard shadows that move take them at 0.01 %."""
+"""... and the same where that many will probably meet the goal. Moving hard shadows need them at
+0.01 %."""
 NEARLY = 5.0
-"""Times its limit: the error of a pixel that four times as many cells settle (they leave a third of
-it, and the limit grows by half)."""
+"""Largest error of a pixel, as a multiple of its goal, that four times as many cells are expected
+to bring below it (they leave a third of the error, and the goal grows by half)."""
 CROWD = 1 << 20
-"""Cells at a time, about: bounds memory (some 300 bytes a cell)."""
+"""Approximate number of cells refined at a time; it bounds memory (some 300 bytes a cell)."""
 WORST = 0.29
-"""Of the worst cell's error in its pixel: cells from there on are split with it. No ratio that
-equal parts bring about (1/4, 1/8), or a step that stars met and did not meet (3/10), so that
-rounding does not choose."""
+"""Cells are split if their error is at least this fraction of the largest of their pixel. The value
+is no ratio that arises from equal parts (1/4, 1/8), or from a step that some nodes detected and
+others did not (3/10), so that rounding does not decide."""
 FAR = 16.0
-"""Times its goal: a pixel so far off has its cells cut into four, not two. (Steps in time that
-stars sample in halves are left at 0.007 of before, and at 0.07 in one of ten; from 7.3 on it
-takes up to 8 % more points at 1 %.)"""
+"""Error of a pixel, as a multiple of its goal, above which cells that are split along one axis are
+split into four parts, not two. (Steps in time that the multi-node rule samples in halves are left
+at 0.007 of their size before, and at 0.07 in one case of ten; thresholds of 7.3 and more take up to
+8 % more points at 1 %.)"""
 SLACK = 1.25
-"""Times its limit: what may be left of a pixel that has been split, where anything moves. A tenth
-of the pixels just miss their limits, and a round for them takes as long as it has calls. The goal
-is foreseen with it (see `REACHED`). Where nothing moves, it lasts a round or two in any case."""
+"""Error of a pixel that has been split, as a multiple of its goal, at which refinement stops if
+anything moves. A tenth of the pixels just miss their goals, and another round for so few takes a
+time set by its number of calls. The goal accounts for it (see `ACHIEVED_ERROR`). Where nothing
+moves, refinement takes only a round or two in any case."""
 DOMINANT = 0.5
-"""Of its pixel's error: that of a cell that is split even if there are `MOST_CELLS` of them: a
-few cells more settle it. (A pixel whose last split met what no other had: estimates of 489 times
-the tolerance at 0.01 %, and of 10 with this.)"""
+"""Fraction of its pixel's error above which a single cell counts as dominant: then the pixel is
+refined beyond `MAX_CELLS`, as a few more cells meet the goal. (A pixel whose last split revealed a
+new feature: the estimate was 489 times the tolerance at 0.01 %, and is 10 times with this.)"""
 AXIS = 0.4
-"""Of the worst axis' error in a cell: axes from there on are cut with it."""
+"""A cell is split along each axis whose error is at least this fraction of that of its worst
+axis."""
 STRAY = 0.5
-"""Of the contrast: how far a region may be off whose sample sees another object's place."""
+"""Error assigned to the fraction of a region's nodes that are hidden by another object, as a
+fraction of the contrast."""
 LINES = 16
-"""Lines an axis, at most, that show the shape of regions: with more, cells are better split."""
+"""Largest number of line samples an axis for the shape of regions; instead of taking more, it is
+better to split the cell."""
 EDGE_SHARE = 0.7
-"""Of the goal: what the shape of regions may add to a pixel's error."""
+"""Fraction of the goal that errors in the shape of regions may contribute to a pixel's error."""
 
 
 @dataclass(frozen=True)
 class Task:
-    """Pixels to refine.
+    """Pixels to be refined.
 
     Attributes
     ----------
-    cells : one root a pixel.
-    blank : (n,) whether that is yet to be shaded.
-    item : (n,) the object that fills a pixel that is not cut.
+    cells : one initial cell for each pixel.
+    blank : (n,) whether that cell has still to be shaded.
+    item : (n,) object that fills a pixel which is not cut.
     cut : (n,) whether outlines or seams may pass through the pixel's domain.
-    rivals : of cut pixels, the objects that may be seen; sorted by pixel.
-    goal : what each pixel is refined to.
-    growth : power of the number of a pixel's cells by which its goal grows.
+    rivals : objects that may be visible in the pixels that are cut, sorted by pixel.
+    goal : error goal of each pixel.
+    growth : exponent of the number of a pixel's cells with which its goal grows.
     """
 
     cells: Cells
@@ -99,7 +106,9 @@ class Task:
 
 @dataclass(frozen=True)
 class Refined:
-    """Refined pixels: `color` (3, n), `alpha` (n,), `samples` (n,) shaded points, `error` (n,)."""
+    """Refined pixels: `color` (3, n), `alpha` (n,), `samples` (n,) points shaded, `error` (n,)
+    estimated.
+    """
 
     color: Array
     alpha: Array
@@ -109,7 +118,9 @@ class Refined:
 
 @dataclass(frozen=True)
 class Begun:
-    """Pixels' roots, shaded: `cells`, one a pixel; `samples` (n,) points; `error` (n,)."""
+    """Initial cells, shaded: `cells`, one a pixel; `samples` (n,) points shaded; `error` (n,)
+    estimated.
+    """
 
     cells: Cells
     samples: Ints
@@ -118,32 +129,33 @@ class Begun:
 
 @dataclass(frozen=True)
 class _Limits:
-    """Of n pixels: `error` (n,), what each may be off by, now that it has `cells` (n,)."""
+    """Error limits of n pixels: `error` (n,), the goal at their present number of `cells` (n,)."""
 
     cells: Ints
     error: Array
 
     @classmethod
     def of(cls, task: Task, pixel: Ints) -> _Limits:
-        """The limits of a task's pixels, by the pixels of all their cells."""
+        """Limits of a task's pixels, given the pixel index of every cell."""
         number = np.maximum(np.bincount(pixel, minlength=task.cut.size), 1)
         return cls(number, task.goal.error * number**task.growth)
 
     def stakes(self, cells: Cells) -> tuple[Array, Ints]:
-        """Of what their pixels may be off by, what errors of 1 in cells are; and how many cells
-        these have: (c,) each."""
+        """Pixel error, in units of the pixel's limit, per unit error of each cell, and the number
+        of cells of its pixel: (c,) each.
+        """
         most = np.maximum(self.error[cells.pixel], TINY)
         return cells.share / most, self.cells[cells.pixel]
 
 
 def begin(plan: Plan, occluders: Occluders, task: Task) -> Begun:
-    """Shade the roots that are blank, and no more."""
+    """Shade the initial cells that are still blank, without refinement."""
     cells, samples = _roots(plan, occluders, task)
     return Begun(cells, samples, _error(cells, task.cut.size))
 
 
 def _roots(plan: Plan, occluders: Occluders, task: Task) -> tuple[Cells, Ints]:
-    """The roots, all shaded, and the points (n,) that took."""
+    """Initial cells, all shaded, and the number of points (n,) shaded so far."""
     plan.go_on()
     count = task.cut.size
     samples = np.ones(count, dtype=np.int64)
@@ -159,7 +171,7 @@ def _roots(plan: Plan, occluders: Occluders, task: Task) -> tuple[Cells, Ints]:
 
 
 def refine(plan: Plan, occluders: Occluders, task: Task) -> Refined:
-    """Resolve pixels to their goal."""
+    """Refine pixels to their goal."""
     count = task.cut.size
     with part_of_call(0.0, ROUND):
         cells, samples = _roots(plan, occluders, task)
@@ -194,7 +206,7 @@ def refine(plan: Plan, occluders: Occluders, task: Task) -> Refined:
             strain[split_up] = learn(strain[split_up], change, off[split_up])
             later = cells.pixel > cells.pixel[cells.pixel.size // 2]
             if cells.pixel.size > CROWD and later.any():
-                # pixels know nothing of each other: one half after the other
+                # pixels are independent: one half is refined after the other
                 crowds.append((cells.take(later), turn + 1))
                 cells = cells.take(~later)
         else:
@@ -203,7 +215,7 @@ def refine(plan: Plan, occluders: Occluders, task: Task) -> Refined:
 
 
 def _enter(refined: Refined, cells: Cells) -> None:
-    """Enter pixels whose cells are all there."""
+    """Add the results of pixels all of whose cells are given."""
     count = refined.alpha.size
     refined.color[:] += _means(cells, count)
     refined.alpha[:] += sums(cells.pixel, cells.share * cells.alpha, count)
@@ -211,12 +223,14 @@ def _enter(refined: Refined, cells: Cells) -> None:
 
 
 def _means(cells: Cells, count: int) -> Array:
-    """Mean radiance (3, count) of pixels."""
+    """Mean radiance of pixels: (3, count)."""
     return np.array([sums(cells.pixel, cells.share * c, count) for c in cells.color])
 
 
 def _error(cells: Cells, count: int) -> Array:
-    """Estimated error of pixels (count,): bends add up, the signs of kinks and steps are random."""
+    """Estimated errors of pixels: (count,). Bends have one sign and are added; roots, kinks, steps
+    and errors of shape have random signs, and their squares are added.
+    """
     by_kind = cells.deviation.sum(axis=1)
     bends = sums(cells.pixel, cells.share * by_kind[BENDS], count)
     rest = cells.share * (by_kind[ROOTS] + by_kind[KINKS] + by_kind[STEPS] + cells.edge)
@@ -225,9 +239,13 @@ def _error(cells: Cells, count: int) -> Array:
 
 
 def _choose(limits: _Limits, cells: Cells, error: Array, slack: float) -> tuple[Ints, Ints]:
-    """Cells to split, and into how many parts along each axis: (k,) and (3, k).
+    """Choose the cells to split (k,) and the number of parts along each axis (3, k).
 
-    error : (count,) of pixels.  slack : times their limits, what they may be off by.
+    Parameters
+    ----------
+    limits : of the pixels.
+    error : (count,) estimated errors of the pixels, times their safety factors.
+    slack : multiple of its limit up to which the error of a pixel is accepted.
     """
     limit, own = limits.error, cells.error
     worst = np.zeros(error.size)
@@ -238,16 +256,16 @@ def _choose(limits: _Limits, cells: Cells, error: Array, slack: float) -> tuple[
     part = cells.take(chosen)
     wide = part.high > part.low
     by_axis = part.deviation.sum(axis=0) * wide
-    # the shape of regions: cut across the picture, and in time where there is nothing else
+    # errors of shape: split across the picture, or in time if the cell extends only in time
     flat = wide[0] | wide[1]
     by_axis[:2] += part.edge * wide[:2]
     by_axis[2] += part.edge * (wide[2] & ~flat)
     largest = by_axis.max(axis=0, initial=0.0)
     cut = (by_axis >= AXIS * largest) & (by_axis > 0.0)
-    with np.errstate(over="ignore"):  # lights of 1e30 beside a picture of 1e-214
+    with np.errstate(over="ignore"):  # lights of 1e30 next to a picture of 1e-214
         excess = (error / limit)[part.pixel]
     far = (excess > FAR) & (cut.sum(axis=0) == 1)
-    # a star gains more than a split does, but in vain where it leaves more than the pixel may
+    # the multi-node rule gains more than a split, unless its error would still exceed the limit
     gone = part.star | (part.edge > part.deviation.sum(axis=(0, 1)))
     left = part.share * left_by_stars(part.deviation, wide.sum(axis=0))
     cut &= gone | (left > IN_VAIN * limit[part.pixel])
@@ -257,9 +275,11 @@ def _choose(limits: _Limits, cells: Cells, error: Array, slack: float) -> tuple[
 
 
 def _finer(cells: Cells, parts: Ints) -> tuple[Cells, Mask]:
-    """Cells to shade in place of some: their parts, or the same to be sampled by stars.
+    """Cells that replace given ones: their children, or where there is one part the same cell, for
+    which the multi-node rule may then be used.
 
-    Returns with them (c,) which are the same: their centroids are shaded, if nothing cuts them.
+    Returns with them (c,) which are the same cells: unless outlines cut them, their centroids have
+    been shaded.
     """
     finer = split(replace(cells, star=np.ones(cells.pixel.size, dtype=np.bool_)), parts)
     size = parts.prod(axis=0)
@@ -275,11 +295,13 @@ def _finer(cells: Cells, parts: Ints) -> tuple[Cells, Mask]:
 def _shaded(
     plan: Plan, occluders: Occluders, task: Task, cells: Cells, limits: _Limits, known: Mask
 ) -> tuple[Cells, Ints]:
-    """The cells with their colours and errors, and the points (n,) shaded in each pixel.
+    """Shade cells; returns them with colours and errors, and the number of points (n,) shaded a
+    pixel.
 
-    known : (c,) which have the colours and deviations of their centroids, if nothing cuts them.
+    known : (c,) cells that hold the colour and predicted error of their centroid, unless outlines
+    cut them.
 
-    Those that one object fills and the regions of the others are shaded together.
+    Cells filled by one object and the visible regions of the other cells are shaded in one batch.
     """
     cut = task.cut[cells.pixel]
     crossed, filled = cells.take(cut.nonzero()[0]), cells.take((~cut).nonzero()[0])
@@ -314,14 +336,14 @@ def _shaded(
 
 
 def _find_regions(plan: Plan, task: Task, cells: Cells) -> Regions:
-    """The regions of cells with outlines in them."""
+    """Visible regions of cells that are cut by outlines."""
     accuracy = EDGE_SHARE * task.goal.error / (task.goal.contrast * np.sqrt(cells.share))
     rivals = task.rivals.of(cells.pixel, task.cut.size)
     return find_regions(plan, Boxes(cells.low, cells.high), rivals, accuracy, LINES)
 
 
 def _whole_parts(task: Task, cells: Cells, before: Cells, limits: _Limits, known: Mask) -> Parts:
-    """Cells that one object fills, numbered after those `before`."""
+    """Subdomains for cells that are filled by one object, numbered after the cells `before`."""
     middle, half = 0.5 * (cells.low + cells.high), 0.5 * (cells.high - cells.low)
     spread = np.zeros((6, cells.pixel.size))
     spread[[0, 2, 5]] = half / np.sqrt(3.0)
@@ -332,7 +354,7 @@ def _whole_parts(task: Task, cells: Cells, before: Cells, limits: _Limits, known
 
 
 def _region_parts(cells: Cells, found: Regions, hit: Ints, limits: _Limits) -> Parts:
-    """The regions of cells that show an object."""
+    """Subdomains for the visible regions that show an object."""
     box, spread = found.box[hit], columns(found.spread, hit)
     half = np.minimum(0.5 * columns(cells.high - cells.low, box), _extent(spread))
     stake, crowd = limits.stakes(cells)
@@ -347,7 +369,10 @@ def _region_parts(cells: Cells, found: Regions, hit: Ints, limits: _Limits) -> P
 def _assembled(
     plan: Plan, task: Task, cells: Cells, found: Regions, hit: Ints, light: Shaded
 ) -> Cells:
-    """Cells made of their regions, those that `hit` something with their light."""
+    """Cells composed of their visible regions.
+
+    hit : the regions that show an object.  light : radiance and errors of those.
+    """
     count = cells.pixel.size
     backdrop = np.zeros(3) if plan.transparent else plan.background
     color = np.empty((3, found.box.size))
@@ -369,7 +394,7 @@ def _assembled(
 
 
 def _extent(spread: Array) -> Array:
-    """Half the extents (3, m) of even regions with these roots of second moments."""
+    """Half extents (3, m) of boxes with given roots of second moments."""
     xx, yx, yy, tx, ty, tt = spread * spread
     extent: Array = np.sqrt(3.0 * np.array([xx, yx + yy, tx + ty + tt]))
     return extent

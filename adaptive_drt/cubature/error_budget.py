@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The error that each pixel may have, so that the picture as a whole keeps its tolerance.
+"""The error goal of pixels, such that the picture as a whole keeps its tolerance.
 
-Pixels below the goal stay as they are, those above are refined to it. The greatest goal for which
-the whole keeps its tolerance asks for the least work: where few pixels are hard, each of them may
-be off by more than the picture may.
+Pixels whose estimated error is below the goal stay as they are, the others are refined to it. The
+largest goal for which the whole picture keeps its tolerance needs the least work: where few pixels
+are hard, the error of each of them may exceed the tolerance of the picture.
 """
 
 from __future__ import annotations
@@ -18,67 +18,78 @@ __all__ = ["GROWTH", "LEAST", "Goal", "Motion", "make_goal"]
 
 
 REACHED = 0.575
-"""Of what a pixel in which something moves may be off by with the cells that are foreseen of it:
-what it ends with, RMS, where that is one ..."""
+"""RMS error with which a pixel under motion ends, as a fraction of its own goal (the picture's
+goal, grown with the number of its cells), if a single cell is predicted for it ..."""
 RISE = 0.02
-"""... and how much more with each doubling of them. What is easy takes more cells than are foreseen
-the lower the tolerance is, what is hard fewer (at 1, 0.1 and 0.01 % pixels of which one is foreseen
-end with 0.55, 0.77 and 1.27 of that, those of 64 with 0.2 to 0.4). A picture has both. (116 random
-scenes at these tolerances: estimates are 0.5 to 0.6 of the tolerance, median, and 5 of 348 above;
-at 0.55 for all, and with steps in time not reckoned with, 7 of 43 were at 1 %.)"""
+"""... and the increase of that fraction with each doubling of the predicted number of cells. Easy
+pixels take more cells than predicted the lower the tolerance is, hard ones fewer (at 1, 0.1 and
+0.01 % pixels with one predicted cell end with 0.55, 0.77 and 1.27 of their goal, those with 64 with
+0.2 to 0.4). A picture has both. (116 random scenes at these tolerances: the median of the estimates
+is 0.5 to 0.6 of the tolerance, and 5 of 348 are above it; at 0.55 for all pixels, and without steps
+in time in the model, 7 of 43 were above at 1 %.)"""
 MOST_REACHED = 0.77
-"""What it ends with at most."""
+"""Largest fraction of its goal with which a pixel under motion is predicted to end."""
 GROWTH = 0.3
-"""Power of the number of its cells by which a refined pixel's goal grows. To bring the squares of
-all errors to a given sum with the fewest cells, the next cell must gain the same everywhere: where
-n cells leave an error of about c / n, its square gains 2 c^2 / n^3, so error^2 / n is the same: a
-power of 0.5. But then few pixels have most of the error, and the whole hangs on how well theirs
-are estimated (135 random scenes at 0.1 %, 0.5 and 0.3: 25 and 28 points a pixel, but 3 and 1
-pictures beyond the tolerance)."""
+"""Exponent of the number of its cells with which a refined pixel's goal grows. To bring the sum of
+squares of all errors to a given value with the fewest cells, the next cell must gain the same
+everywhere: where n cells leave an error of about c / n, the square gains 2 c^2 / n^3, so error^2 /
+n is the same everywhere: an exponent of 0.5. But then few pixels have most of the error, and the
+result depends on how well their errors are estimated (135 random scenes at 0.1 %, exponents 0.5 and
+0.3: 25 and 28 points a pixel, but 3 and 1 pictures beyond the tolerance)."""
 POWER = GROWTH / (1.0 + GROWTH)
-"""Of what a pixel's goal must fall to: by how much it grows on the way there."""
+"""Exponent by which a pixel's own goal follows from its error c as one cell: n cells leave c / n,
+and c / n = goal n^`GOAL_GROWTH` where (c / goal)^`GOAL_POWER` = n^`GOAL_GROWTH`."""
 STILL_REACHED = 0.53
-"""Of the goal, what pixels in which nothing moves end with, by how often what stars leave of them
-is the goal, to the `POWER`: many are settled by their first star. (Still scenes of the benchmark
-and 47 random ones, RMS: 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0, 1.2 and 1.5 of the goal where stars
-leave 0.025, 0.1, 0.3, 0.7, 1.5, 6, 18, 48 and 100 of it.)"""
+"""Error with which a pixel without motion ends, as a fraction of the goal times (e /
+goal)^`GOAL_POWER`, where e is its predicted error under the multi-node rule: many pixels meet the
+goal by their first use of that rule. (Still scenes of the benchmark and 47 random ones, RMS: 0.2,
+0.3, 0.4, 0.5, 0.6, 0.8, 1.0, 1.2 and 1.5 of the goal where e is 0.025, 0.1, 0.3, 0.7, 1.5, 6, 18,
+48 and 100 of it.)"""
 FIRST = 0.6
-"""Of the error of a pixel in which something moves: c of that law, as its cells follow it."""
+"""Constant c of the law c / n by which the error of a pixel under motion falls with n cells, as a
+fraction of its estimated error before refinement."""
 CUT = 0.05
-"""Of the contrast: the error of pixels of which no more is known than that outlines cut them."""
+"""Error assumed for a pixel of which nothing is known except that outlines cut it, as a fraction of
+the contrast."""
 CUT_CROWDED = 0.25
-"""The same where many objects meet (median of 2 objects: 0.005 to 0.03 of the contrast, of 4: 0.1,
-of 5 to 20: 0.15 to 0.5)."""
+"""The same for pixels where many objects may be visible (median with 2 objects: 0.005 to 0.03 of
+the contrast, with 4: 0.1, with 5 to 20: 0.15 to 0.5)."""
 RESERVE = 0.72
-"""Of the tolerance: what the goal is set for. The rest is for what estimates do not see, and for
-pixels that end farther off than the law says. (210 random scenes: at 0.65, 0.72, 0.85 and 1 some 2,
-4, 3 and 3 are beyond 0.01 %, none beyond 0.1 %; but from 0.85 on a tenth of the estimates of
-pictures in which hard shadows move end above the tolerance.)"""
+"""Fraction of the tolerance for which the goal is set. The rest is for errors that the estimates
+miss, and for pixels that end with more than the model predicts. (210 random scenes: at 0.65, 0.72,
+0.85 and 1 some 2, 4, 3 and 3 are beyond 0.01 %, none beyond 0.1 %; but from 0.85 on a tenth of the
+estimates of pictures with moving hard shadows end above the tolerance.)"""
 GRID = 1.01
-"""Ratio of one goal to the next. What is left over the whole picture jumps where the goal passes a
-pixel's own error, so the greatest goal is often just that, and whether the pixel is above it would
-be for rounding to say. A goal on a grid lies on no pixel's error."""
+"""Ratio of successive goals in the discrete grid of goals. The error of the picture jumps where the
+goal passes a pixel's own error, so the largest admissible goal is often equal to such an error, and
+rounding would decide whether the pixel is above it. A goal on the grid coincides with no pixel's
+error."""
 GRID_START = 0.9
-"""Of the tolerance: a goal of the grid; no number that errors and contrasts of round scenes are."""
+"""One goal of the grid, as a fraction of the tolerance. It is no ratio of errors and contrasts that
+scenes made of round numbers have."""
 WIDEST = 1e3
-"""Of the tolerance: the greatest goal."""
+"""Largest goal of the grid, as a multiple of the tolerance."""
 LEAST = 2.0**-6
-"""Of the tolerance: the least goal."""
+"""Smallest goal of the grid, as a fraction of the tolerance."""
 DARK = 0.1
-"""Of the error foreseen: the picture's mean where no sampled centre is lit."""
+"""Mean radiance assumed for a picture of which no sampled pixel centre is lit, as a fraction of the
+mean estimated error."""
 
 
 @dataclass(frozen=True)
 class Motion:
-    """Of n pixels, what is known of the shutter.
+    """Error terms of n pixels that depend on motion during the shutter.
 
     Attributes
     ----------
-    crowded : (n,) whether many objects may be seen in them.
-    moves : (n,) whether anything moves in them: means over the shutter are taken at points.
-    hard : (n,) what part of their errors points do not lessen, but cells across the picture.
-    standing, steps : (n,) what means over the shutter leave of steps, and what of the errors only
-        cells can lessen besides where that is more than the goal; inf where that is so in any case.
+    crowded : (n,) whether many objects may be visible in the pixel.
+    moves : (n,) whether anything moves in it; its mean over the shutter is then taken at points.
+    hard : (n,) predicted errors across the picture. Integration over the shutter at a point does
+        not reduce them, cells across the picture do.
+    standing : (n,) error due to steps across the picture that remains in means over the shutter;
+        inf if lights without extent may cast shadows.
+    steps : (n,) error due to steps in time. Where `standing` exceeds the goal, only cells reduce
+        it, and it is added to `hard`.
     """
 
     crowded: Mask
@@ -90,7 +101,11 @@ class Motion:
 
 @dataclass(frozen=True)
 class Goal:
-    """`error`: radiance a pixel may be off by, RMS over channels; `contrast`: that of regions."""
+    """Error goal of a picture.
+
+    `error` is the radiance error allowed for a pixel, RMS over channels; `contrast` the size of
+    radiance differences between visible regions.
+    """
 
     error: float
     contrast: float
@@ -105,19 +120,19 @@ def make_goal(
     rest: tuple[float, int] = (0.0, 0),
     motion: Motion | None = None,
 ) -> Goal:
-    """The goal of a picture.
+    """Find the error goal of a picture.
 
     Parameters
     ----------
-    tolerance : RMS error of the picture relative to its mean.
+    tolerance : RMS error allowed in the picture, relative to its mean.
     color : (3, ...) radiance of a sample of its pixels.
-    error : (n,) estimated errors of those that may be refined.
-    starred : (n,) what stars leave of them where nothing moves.
-    cut : (n,) pixels whose errors are not known but by refining them.
-    rest : of those that stay as they are, the sum of their errors' squares, and how many.
-    motion : where anything moves.
+    error : (n,) estimated errors of the pixels that may be refined.
+    starred : (n,) the same under the multi-node rule, where nothing moves.
+    cut : (n,) pixels cut by outlines, whose errors are unknown before refinement.
+    rest : sum of the squared errors of all other pixels, and their number.
+    motion : error terms due to motion, if anything moves.
     """
-    # where no centre is lit, what may be lit besides sets the scale
+    # where no pixel centre is lit, the estimated errors set the scale
     mean = _mean(color) or DARK * _mean(error)
     if not mean > 0.0:
         return Goal(np.inf, 1.0)
@@ -127,14 +142,14 @@ def make_goal(
         known[cut & motion.crowded] = CUT_CROWDED * contrast
     target = RESERVE * tolerance * mean
     scale = GRID_START * tolerance * mean
-    # what is left over the picture grows with the goal
+    # bisection: the remaining error of the picture grows with the goal
     low, high = int(np.log(LEAST) / np.log(GRID)), int(np.log(WIDEST) / np.log(GRID))
     small = known <= scale * GRID**low
     budget = target * target * (known.size + rest[1]) - rest[0]
     budget -= float((known[small] ** 2).sum())
     left = _Law.make(known, starred, cut, motion, ~small)
     if left(scale * GRID ** (high - 1)) <= budget:
-        low = high - 1  # nothing need be refined: so it is with many a still picture
+        low = high - 1  # nothing has to be refined, as in many still pictures
     while high - low > 1:
         middle = (low + high) // 2
         if left(scale * GRID**middle) > budget:
@@ -150,15 +165,16 @@ def _mean(values: Array) -> float:
 
 @dataclass(frozen=True)
 class _Law:
-    """What goals leave of the errors of m pixels.
+    """Model of the errors of m pixels after refinement to a given goal.
 
     Attributes
     ----------
-    error : (m,) before.
-    slow : (m,) whether something moves in them, or outlines are all that is known.
-    first : (m,) c to the `POWER`: they end where c / n, what n cells leave, is level n^GROWTH.
-    steps : None where nothing moves; else (m,) steps, and c instead of `first` where those are
-        more than the goal.
+    error : (m,) estimated errors before refinement.
+    slow : (m,) whether something moves in the pixel, or it is cut and its error unknown.
+    first : (m,) c^`GOAL_POWER`, where n cells leave an error of c / n; refinement ends where that
+        is goal n^`GOAL_GROWTH`.
+    steps : None where nothing moves; else the remaining step errors (m,), and the values that
+        replace `first` where those exceed the goal.
     """
 
     error: Array
@@ -170,7 +186,7 @@ class _Law:
     def make(
         cls, known: Array, starred: Array, cut: Mask, motion: Motion | None, some: Mask
     ) -> _Law:
-        """The law of some pixels; arguments as in `make_goal`."""
+        """Make the model for the pixels at `some`; the other arguments as those of `make_goal`."""
         known, starred, cut = known[some], starred[some], cut[some]
         if motion is None:
             slow, steps = cut, None
@@ -185,7 +201,7 @@ class _Law:
         return cls(known, slow, first, steps)
 
     def __call__(self, level: float) -> float:
-        """The sum of the squares of what a goal leaves."""
+        """Sum of the squared errors that remain at a goal of `level`."""
         first = self.first
         if self.steps is not None:
             standing, stepped = self.steps

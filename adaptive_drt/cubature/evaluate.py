@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Points that stand for parts of cells: their centroids, or stars around them.
+"""Estimates of mean radiance over subdomains of cells, by the centroid rule or a multi-node rule.
 
-A centroid is right for radiance linear in x, y and t; the mean over a star, whose arms are as long
-as second moments say, for quadratic radiance. How far either may be off is foreseen from the
-centroid alone: from there a patch as wide as the part is looked at, once and not for each arm.
-That also says of which parts a star is worth its points.
+The centroid rule is exact for radiance linear in x, y and t; the multi-node rule, which matches
+second moments, for quadratic radiance. The errors of both are predicted at the centroid alone, by
+searching for shadow edges over the surface patch that the subdomain covers, once and not for each
+node. The same prediction decides for which subdomains the multi-node rule is worth its cost.
 """
 
 from __future__ import annotations
@@ -38,42 +38,49 @@ __all__ = ["IN_VAIN", "Parts", "Samples", "join", "left_by_stars", "sample"]
 
 
 STAR = np.array([[0.005, 0.05, 0.09, 0.35], [0.02, 0.09, 0.15, 0.5], [0.02, 0.13, 0.2, 0.5]])
-"""Of the deviation of a centroid's sample: that of a star's mean, by number of axes and by kind. Of
-a power 3/2, a kink and a step at random places stars leave 0.032, 0.088 and 0.35 in an interval,
-0.071, 0.15 and 0.35 in a square, 0.13, 0.22 and 0.38 in a cube; of bends what was measured. (Means
-over the shutter at 0.01 %, as blocks use them: at 0.02 for an interval they were off by 0.1 to 0.4
-of what was estimated, with a tenth more points a pixel; at 0.005 by 0.3 to 0.6.)"""
+"""Error of the multi-node rule as a fraction of the error of the centroid rule, by number of axes
+(rows) and by kind of error (columns: bends, roots, kinks, steps). Of a power 3/2, a kink and a step
+at random places the rule leaves 0.032, 0.088 and 0.35 in an interval, 0.071, 0.15 and 0.35 in a
+square, 0.13, 0.22 and 0.38 in a cube; the values for bends were measured. (Means over the shutter
+at 0.01 %, as used by blocks: with 0.02 for an interval the true errors were 0.1 to 0.4 of the
+estimates, with a tenth more points a pixel; with 0.005 they were 0.3 to 0.6.)"""
 MARGIN = 1.6
-"""Of a part's extent: how far shadows' edges are looked for from its centroid. Patches are laid out
-as steps on a plane, and an occluder's angle as if it grew by steps; near contact both do faster
-(135 random scenes at 0.1 %: the worst at 1.21 of the tolerance without, 0.97 with)."""
+"""Radius, as a multiple of a subdomain's extent, within which shadow edges are searched for around
+its centroid. A patch is linearised on a plane, and so is the growth of an occluder's angular size;
+near contact both change faster (135 random scenes at 0.1 %: the worst error is 1.21 of the
+tolerance without this margin, 0.97 with it)."""
 NEEDED = 0.1
-"""Of a pixel's goal, over the root of its cells' number: what may be foreseen of a part without a
-star. Stars see what was not foreseen (400 spheres, 0.01 %: at 0.01, 0.05 and 0.2 the picture is
-off by 0.46, 0.50 and 0.64 of the tolerance, with 19.2, 18.6 and 18.1 points a pixel; 210 random
-scenes are as far off at 0.1 as at 0.01)."""
+"""Largest predicted error for which a still subdomain keeps the centroid rule, as a fraction of its
+pixel's goal over the square root of the pixel's number of cells. The multi-node rule also detects
+errors that were not predicted (400 spheres, 0.01 %: at 0.01, 0.05 and 0.2 the picture's error is
+0.46, 0.50 and 0.64 of the tolerance, with 19.2, 18.6 and 18.1 points a pixel; the errors of 210
+random scenes are the same at 0.1 as at 0.01)."""
 LOOKED = 0.5
-"""Of what sampling takes, for a progress bar: the centroids."""
+"""Fraction of the work of `estimate_means` that shading the centroids takes, for a progress bar."""
 NOWHERE = -1.0
-"""Metres: how far what was found around a centroid serves, where nothing was looked for."""
+"""Search radius, in metres, of centroids around which no search for occluders was made: negative,
+so that every node lies beyond it."""
 IN_VAIN = 1.5
-"""Times its pixel's goal: what is foreseen of a cell's stars when it is split in any case."""
+"""Predicted error of a cell under the multi-node rule, as a multiple of its pixel's goal, above
+which the cell will be split in any case and the rule is not applied."""
 
 
 @dataclass(frozen=True)
 class Parts:
-    """m parts of cells, each on one object, that are to be shaded.
+    """Subdomains: m parts of cells, each showing one object, whose mean radiance is to be
+    estimated.
 
     Attributes
     ----------
-    place : (3, m) centroids in x, y, t.  spread : (6, m) lower triangular roots of their second
-        moments: xx, yx, yy, tx, ty, tt.  half : (3, m) half the extents of their boxes.
-    item : (m,) objects.  cell : (m,) the cells' numbers.
-    star : (m,) whether stars may sample them.  turn : (m,) how those are turned.
-    stake : (m,) of its pixel's goal, what an error of 1 in the radiance of the part is.
-    crowd : (m,) cells of its pixel.
-    known : (m,) whether the centroid has been shaded; those k that have, to `color` (3, k) and
-        `deviation` (4, 3, k).
+    place : (3, m) centroids in x, y, t.
+    spread : (6, m) lower triangular roots of the second moments: xx, yx, yy, tx, ty, tt.
+    half : (3, m) half extents of the bounding boxes.
+    item : (m,) object indices.  cell : (m,) cell indices.
+    star : (m,) whether the multi-node rule may be used.  turn : (m,) its rotations.
+    stake : (m,) error of the pixel, in units of its goal, per unit error of the part's radiance.
+    crowd : (m,) number of cells of the pixel.
+    known : (m,) whether the centroid has been shaded already. For the k of which this is true,
+        `color` is (3, k) and `deviation` (4, 3, k).
     """
 
     place: Array
@@ -92,14 +99,14 @@ class Parts:
 
 @dataclass(frozen=True)
 class Samples:
-    """m parts sampled.
+    """Estimates for m subdomains.
 
     Attributes
     ----------
-    light : their mean radiance, and what that may be off by.
-    points : (m,) shaded for each, besides the centroids that were known.
-    vain : (m,) whether no star was tried, as it would not have settled the part's cell.
-    lost : (m,) part of a part's points that none saw where it should be.
+    light : mean radiance and its estimated errors.
+    points : (m,) points shaded for each, not counting centroids that were known already.
+    vain : (m,) whether the multi-node rule was skipped, as the part's cell would be split anyway.
+    lost : (m,) fraction of the nodes that are hidden by another object even at the centroid.
     """
 
     light: Shaded
@@ -110,8 +117,12 @@ class Samples:
 
 @dataclass(frozen=True)
 class _Centers:
-    """The centroids of m parts: `hits` there, their `light`, how far (m,) its candidates serve
-    (`reach`, metres), and the cosines between normals and rays (`slant`)."""
+    """Centroids of m subdomains.
+
+    `hits` are the surfaces there, `light` their radiance with predicted errors, `reach` (m,) the
+    radius in metres within which their candidate occluders are complete, and `slant` (m,) the
+    cosines between normals and rays.
+    """
 
     hits: Surface
     light: Shaded
@@ -120,7 +131,7 @@ class _Centers:
 
 
 def join(one: Parts, other: Parts) -> Parts:
-    """The parts of both, those of one first."""
+    """Concatenate two sets of subdomains, those of `one` first."""
     fields = [
         np.concatenate([getattr(one, name), getattr(other, name)], axis=-1)
         for name in Parts.__dataclass_fields__
@@ -129,9 +140,13 @@ def join(one: Parts, other: Parts) -> Parts:
 
 
 def sample(plan: Plan, occluders: Occluders, parts: Parts, found: Regions, hit: Ints) -> Samples:
-    """Sample m parts, by their centroids or, where that is worth it, by stars.
+    """Estimate the mean radiance of m subdomains, each by the centroid rule or the multi-node rule.
 
-    found, hit : all regions of cells, and which of them the first parts are.
+    Parameters
+    ----------
+    parts : the subdomains.
+    found, hit : all visible regions of the cells, and the indices of those that are the first
+        subdomains; the subdomains after them are whole cells.
     """
     size, wide = parts.item.size, parts.half > 0.0
     axes, box = wide.sum(axis=0), np.arange(size) >= hit.size
@@ -150,7 +165,9 @@ def sample(plan: Plan, occluders: Occluders, parts: Parts, found: Regions, hit: 
 
 
 def _kept(plan: Plan, parts: Parts, found: Regions, hit: Ints, arms: Arms) -> tuple[Array, Mask]:
-    """What is left of each sample's arm, and whether it is lost: (k,) each."""
+    """Scale factor of each node's offset, and whether the node is hidden even at factor 0: (k,)
+    each.
+    """
     left, stray = np.ones(arms.region.size), np.zeros(arms.region.size, dtype=np.bool_)
     if hit.size:
         own = slice(int(arms.count[: hit.size].sum()))
@@ -171,9 +188,12 @@ def _by_stars(
     left: Array,
     axes: Ints,
 ) -> Shaded:
-    """Mean light of m parts, some of which have stars.
+    """Mean radiance of m subdomains, where some use the multi-node rule.
 
-    left : (k,) of the samples' arms.  axes : (m,) how many the parts extend along.
+    Parameters
+    ----------
+    left : (k,) scale factors of the nodes' offsets.
+    axes : (m,) along how many axes each subdomain has an extent.
     """
     size, region, star = axes.size, arms.region, arms.count > 1
     center, foreseen, offset = centers.light.color, centers.light.deviation, left * arms.offset
@@ -203,17 +223,22 @@ def _by_stars(
 
 
 def _worth(parts: Parts, foreseen: Array, axes: Ints, box: Mask) -> tuple[Mask, Mask]:
-    """Which parts (m,) need stars, and whose cells stars would not settle either.
+    """Decide which of m subdomains need the multi-node rule, and which are in cells to be split
+    anyway.
 
-    foreseen : (4, 3, m) of their centroids.  axes : (m,) how many they extend along.
-    box : (m,) which are boxes, not regions of them.
+    Parameters
+    ----------
+    foreseen : (4, 3, m) predicted errors of the centroid rule.
+    axes : (m,) along how many axes each subdomain has an extent.
+    box : (m,) which are whole cells, not regions within them.
     """
     lasting = parts.half[TIME] > 0.0
     with np.errstate(over="ignore"):  # lights of 1e30 beside a picture of 1e-214
         each = parts.stake * foreseen.sum(axis=(0, 1))
-        # what moves is foreseen less well: a moving caster's nodes were 3 times as far off
+        # errors are predicted less well under motion: with a moving occluder node values were 3
+        # times as far off
         needed = each * np.sqrt(parts.crowd) > np.where(lasting, 0.0, NEEDED)
-        # regions in time may be in pieces, some far from the centroid
+        # a region with an extent in time may be in several pieces, some far from the centroid
         needed |= lasting & ~box
         left = parts.stake * left_by_stars(foreseen, axes)
         vain = sums(parts.cell, left, int(parts.cell.max(initial=-1)) + 1) > IN_VAIN
@@ -221,17 +246,29 @@ def _worth(parts: Parts, foreseen: Array, axes: Ints, box: Mask) -> tuple[Mask, 
 
 
 def left_by_stars(foreseen: Array, axes: Ints) -> Array:
-    """What stars leave (m,) of deviations (4, 3, m), by how many axes they extend along."""
+    """Predicted errors (m,) of the multi-node rule.
+
+    foreseen : (4, 3, m) predicted errors of the centroid rule, by kind and axis.
+    axes : (m,) along how many axes the subdomains have an extent.
+    """
     left: Array = (STAR[axes - 1].T * foreseen.sum(axis=1)).sum(axis=0)
     return left
 
 
 def _at_rims(slant: tuple[Array, Array], rows: Ints, arms: Arms, left: Array, axes: Ints) -> Array:
-    """`rim_gains` of some stars; slants at samples and centroids, and what is left of arms."""
+    """Evaluate `limb_gains` for some subdomains on spheres.
+
+    Parameters
+    ----------
+    slant : cosines at the nodes (k,) and at the centroids (m,).
+    rows : the subdomains.
+    left : (k,) scale factors of the nodes' offsets.
+    axes : along how many axes those subdomains have an extent.
+    """
     number = np.full(arms.count.size, -1)
     number[rows] = np.arange(rows.size)
     own = number[arms.region]
-    # an arm that is given up says nothing
+    # nodes that were moved back to the centroid carry no information
     some = ((own >= 0) & (left > 0.0)).nonzero()[0]
     own, region = own[some], arms.region[some]
     weight = (1.0 - arms.middle[region]) / arms.count[region]
@@ -241,7 +278,14 @@ def _at_rims(slant: tuple[Array, Array], rows: Ints, arms: Arms, left: Array, ax
 def _shown(
     away: Array, offset: Array, half: Array, region: Ints, star: Mask
 ) -> tuple[Ints, Array, Array]:
-    """Of samples of stars: which star, their radiance less its mean, and where they lie in it."""
+    """Nodes of the subdomains that use the multi-node rule.
+
+    Returns
+    -------
+    index : the subdomain of each node, counted among those that use the rule.
+    away : (3, k) the nodes' radiance less the mean.
+    place : (3, k) their offsets, in half extents of the subdomain.
+    """
     rows = star[region].nonzero()[0]
     own = region[rows]
     place = columns(offset, rows) / np.maximum(columns(half, own), TINY)
@@ -249,7 +293,7 @@ def _shown(
 
 
 def _look(plan: Plan, occluders: Occluders, parts: Parts) -> _Centers:
-    """The centroids of m parts, and what is foreseen of the parts from there."""
+    """Shade the centroids of m subdomains and predict the errors of the centroid rule."""
     hits, w, t, time = _hits(plan, parts.place, parts.item)
     slant, known = _slant(hits, w), parts.known
     if not known.any():
@@ -279,9 +323,11 @@ def _foreseen(
     time: Array | float,
     half: Array,
 ) -> tuple[Shaded, Array]:
-    """Light at hits, with what is foreseen of boxes of half extents (3, m) around them, and how
-    far, metres, its candidates serve: (m,)."""
-    with np.errstate(over="ignore", invalid="ignore"):  # sizes that only estimates hang on
+    """Shade hits, with predicted errors of their means over boxes of half extents (3, m).
+
+    Returns with it the radius in metres within which the candidate occluders are complete: (m,).
+    """
+    with np.errstate(over="ignore", invalid="ignore"):  # overflow affects error estimates only
         patch = replace(make_patch(plan, w, t, hits, half), margin=MARGIN)
     return shade(plan, occluders, hits, time, patch), patch.reach
 
@@ -294,7 +340,10 @@ def _look_around(
     spots: Array,
     region: Ints,
 ) -> tuple[Array, Array]:
-    """Radiance (3, k) and slants at spots (3, k) in x, y and t of parts `region` (k,)."""
+    """Radiance (3, k) and cosines (k,) at nodes.
+
+    spots : (3, k) positions in x, y, t.  region : (k,) subdomain of each.
+    """
     hits, w, _, time = _hits(plan, spots, parts.item[region])
     away = hits.point - columns(centers.hits.point, region)
     farthest = np.zeros(parts.item.size)
@@ -310,11 +359,15 @@ def _look_around(
 def _served(
     occluders: Occluders, light: Emitter, centers: _Centers, known: Pairs, farthest: Array
 ) -> Pairs:
-    """Occluders that serve all points of parts so far (m,) from their centroids.
+    """Candidate occluders that are complete for all nodes of each subdomain.
 
-    light : as it casts shadows.  known : those that serve the patches, sorted by part.
+    Parameters
+    ----------
+    light : as it casts shadows.
+    known : those that are complete within `centers.reach`, sorted by subdomain.
+    farthest : (m,) metres from each centroid to its farthest node.
     """
-    # arms may end farther off than their parts do
+    # nodes may lie outside the patch that was searched for occluders
     beyond = farthest > centers.reach
     rows = beyond.nonzero()[0]
     if not rows.size:
@@ -327,7 +380,10 @@ def _served(
 
 
 def _hits(plan: Plan, spots: Array, item: Ints) -> tuple[Surface, Array, Array, Array | float]:
-    """Where objects are seen at spots (3, k) in x, y and t: hits, rays, parameters and times."""
+    """Intersect given objects with the rays at positions (3, k) in x, y and t.
+
+    Returns surfaces, ray directions, ray parameters and times.
+    """
     w = plan.lens.directions(spots[0], spots[1])
     time: Array | float = spots[2] if plan.motion else 0.0
     t = hits_or_near(plan, w, item, time)
@@ -335,6 +391,6 @@ def _hits(plan: Plan, spots: Array, item: Ints) -> tuple[Surface, Array, Array, 
 
 
 def _slant(hits: Surface, w: Array) -> Array:
-    """Cosines (k,) between normals and rays."""
+    """Cosines (k,) between surface normals and rays, without sign."""
     slant: Array = np.abs(dot(hits.normal, w)) / np.sqrt(dot(w, w))
     return slant

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What stars miss at the rims of spheres, where the normal turns as a root does.
+"""Correction of the multi-node rule near the limb of a sphere, where the normal varies as a root.
 
-Towards its rim a sphere's slant v, the cosine between normal and ray, falls as the root of the
-distance u to the rim. Three or four samples do not see how fast; but its square is all but linear
-in pixel and shutter, so its mean and spread over a part follow from the samples, and the mean of v
-from those.
+Towards the limb, the cosine v between a sphere's normal and the ray falls as the square root of the
+distance u to the limb. Three or four nodes do not resolve that; but the square of v is nearly
+linear in pixel and shutter time. So its mean and variance over a region are taken from the nodes,
+and the mean of v is derived from those.
 """
 
 from __future__ import annotations
@@ -18,30 +18,35 @@ __all__ = ["rim_gains"]
 
 
 FLAT = 2.0**-20
-"""Of the slant: less than that between samples and centroid says nothing."""
+"""Smallest difference between the mean cosine of the nodes and that of the centroid, as a fraction
+of the latter, that is used. A smaller one carries no information."""
 GRAZING = 2.0**-100
-"""Square of a slant: less is nothing but rounding."""
+"""Smallest squared cosine that is not only rounding."""
 SMALL = 1e-6
-"""Relative variance of a root's argument: below, its eighth is all that is left to tell."""
+"""Smallest relative variance of a root's argument that is used. Below it, the mean root differs
+from the root of the mean by an eighth of the variance, as at this value."""
 PEAKED = 0.2
-"""Of s^4 (1/3 - s^2): what the mean of a root is less than that of an even density. From 0 at a
-corner of a box of n equal axes on, s^2 = 1 / (3 n), the fourth moment is s^4 (9/5 + 18/5 (1/3 -
-s^2)), and the mean root falls by 5/128 of it; the powers above add two fifths."""
+"""Coefficient of s^4 (1/3 - s^2), by which the mean root is less than that of a uniform density;
+s^2 is the relative variance. When a corner of a box with n equal axes is at 0, s^2 = 1 / (3 n), the
+fourth moment is s^4 (9/5 + 18/5 (1/3 - s^2)), and the mean root falls by 5/128 of it; the higher
+moments add two fifths."""
 LEAST, MOST = 0.5, 2.0
-"""Of what samples show: bounds of what is made of it."""
+"""Bounds of the gain."""
 
 
 def rim_gains(
     slant: Array, center: Array, weight: Array, kept: Array, region: Ints, axes: Ints
 ) -> Array:
-    """Times which to take what the means of stars differ by from the radiance at their centroids.
+    """Factors (m,) on the difference between the multi-node mean and the radiance at the centroid.
 
     Parameters
     ----------
-    slant : (k,) of the samples of m stars.  center : (m,) at their centroids.
-    weight : (k,) of the samples in the means; what is missing to 1 is the centroid's.
-    kept : (k,) part of their arms that is left of them, more than 0.
-    region : (k,) which star each belongs to.  axes : (m,) how many axes stars extend along.
+    slant : (k,) cosines between normal and ray at the nodes of m subdomains.
+    center : (m,) cosines at the centroids.
+    weight : (k,) of the nodes in the means; the centroid has the rest to 1.
+    kept : (k,) scale factors of the nodes' offsets, greater than 0.
+    region : (k,) subdomain of each node.
+    axes : (m,) along how many axes the subdomains have an extent.
     """
     count = center.size
     square = center * center
@@ -59,11 +64,12 @@ def rim_gains(
 
 
 def _mean_root(spread: Array, peaked: Mask) -> Array:
-    """The mean of u^(1/2) over the root of the mean of u, by the relative variance of u: (m,).
+    """Mean of u^(1/2) over the root of the mean of u, given the relative variance of u: (m,).
 
-    Of an even density around the mean where none of it is below 0, or one that is `peaked` as in
-    boxes of which a corner is at 0; where the variance is too large for that, of a density u^p from
-    0 on, whose relative variance is 1 / ((p + 1) (p + 3)).
+    Where u stays above 0, its density is taken to be uniform around the mean, with a correction
+    where it is `peaked`, as in boxes of several axes that have a corner at 0. Where the variance is
+    too large for that, it is taken to be u^p from 0 on, whose relative variance is 1 / ((p + 1) (p
+    + 3)).
     """
     half = np.sqrt(3.0 * np.clip(spread, SMALL, 1.0 / 3.0))
     even = ((1.0 + half) ** 1.5 - np.maximum(1.0 - half, 0.0) ** 1.5) / (3.0 * half)

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Samples that stand for a region must not lie behind what touches it: arms are pulled in.
+"""Cubature nodes that are hidden by a touching object are moved towards their centroid.
 
-Places come from moments, and a region need be neither convex nor as even as an ellipse: the arm
-of a star may end beside it, where another object hides its own. Far behind that the light is what
-it is in the region; where the two touch or cut each other it is dark, as a floor is below a ball
-that rests on it, and no estimate tells.
+Nodes are placed by moments, and a visible region need be neither convex nor elliptical: a node may
+lie beside it, where another object hides the region's own. If that object is far in front, the
+light on the hidden surface is like that in the region; but where the two touch or intersect, the
+hidden surface is dark, as is a floor below a sphere that rests on it, and no error estimate shows
+it.
 """
 
 from __future__ import annotations
@@ -24,30 +25,31 @@ __all__ = ["kept_parts"]
 
 
 PARTS = (1.0, 0.7, 0.4, 0.0)
-"""Of an arm: the lengths that are tried, one after the other. The last is the centroid."""
+"""Scale factors of a node's offset that are tried one after the other. The last is the centroid."""
 TOUCHING = 8.0
-"""Times a region's extent: what is hidden from no farther than that may be in contact."""
+"""Depth difference, as a multiple of a region's extent on the surface, up to which an object that
+hides a node may be in contact with the surface."""
 
 
 def kept_parts(
     plan: Plan, found: Regions, region: Ints, middle: Array, arm: Array, half: Array, lot: Ints
 ) -> tuple[Array, Mask]:
-    """How much of their arms m samples may keep so as not to lie just behind other objects.
+    """Scale factors of the offsets of m nodes for which no other object lies just in front of them.
 
     Parameters
     ----------
-    found : all regions of the boxes.  region : (m,) which one each sample stands for.
-    middle, arm : (3, m) centroids in x, y, t and what is added to them.
-    half : (3, m) half the extents of the regions.
-    lot : (m,) numbers, ascending, of samples that keep the same part.
+    found : all visible regions of the boxes.  region : (m,) the region of each node.
+    middle, arm : (3, m) centroids in x, y, t and the offsets added to them.
+    half : (3, m) half extents of the regions.
+    lot : (m,) groups, ascending: nodes of a group get the same factor.
 
     Returns
     -------
-    part : (m,) one of `PARTS`.  stray : (m,) even the centroid lies there.
+    part : (m,) one of `SCALES`.  stray : (m,) whether the node is hidden even at the centroid.
     """
     part = np.ones(region.size)
     number = np.bincount(found.box)
-    # who is alone in its box has nothing before it
+    # the only region of a box has nothing in front of it
     open_ = (number[found.box[region]] > 1).nonzero()[0]
     for length in PARTS:
         if not open_.size:
@@ -66,9 +68,10 @@ def kept_parts(
 def _behind(
     plan: Plan, found: Regions, boxes: int, region: Ints, place: Array, half: Array
 ) -> Ints:
-    """Which samples, at m places, other objects of their boxes lie just before.
+    """Indices of nodes, at m positions, that have another object of their box just in front of
+    them.
 
-    boxes : how many there are.  The rest as `kept_parts`.
+    boxes : number of boxes.  The other parameters are those of `clip_nodes`.
     """
     w = plan.lens.directions(place[0], place[1])
     time: Array | float = place[2] if plan.motion else 0.0
@@ -83,7 +86,7 @@ def _behind(
     rows: Ints = (front < own).nonzero()[0]
     w, t = columns(w, rows), own[rows]
     hits = surface(plan, w, t, item[rows], time[rows] if isinstance(time, np.ndarray) else time)
-    with np.errstate(over="ignore", invalid="ignore"):  # sizes that only estimates hang on
+    with np.errstate(over="ignore", invalid="ignore"):  # overflow affects this test only
         reach = make_patch(plan, w, t, hits, columns(half, rows)).reach
         near: Mask = (t - front[rows]) * np.sqrt(dot(w, w)) < TOUCHING * reach
     return rows[near]

@@ -1,5 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where the samples of stars lie around centroids: on crosses and tetrahedra, turned any way."""
+"""Nodes of the multi-node cubature rules: crosses and tetrahedra around a centroid, rotated.
+
+The rules match moments: with the centroid and the second moments of a region (a box, or the part of
+one in which an object is visible), their means are exact for quadratic integrands.
+"""
 
 from __future__ import annotations
 
@@ -17,40 +21,48 @@ __all__ = ["Arms", "make_arms", "turns"]
 
 
 MIDDLE = np.array([0.39, 0.1, 0.15])
-"""Weight of the centroid in a star's mean, by number of axes, of a part that is a box: the arms are
-as much longer. About where kinks and steps at random places leave least: in an interval 0.09 and
-0.35 of what they leave of the centroid's sample, and 0.22 and 0.51 without; in squares 0.15 and
-0.35, and 0.17 and 0.38. (In an interval 1/3 leaves as much of kinks, but twice as much of a fourth
-power; 4/9, Gauss' own, none of that, but a fifth more of kinks.) Six arms of a box end on its sides
-as it is, and so do those of regions but along one axis, where they are intervals: there no centroid
-counts."""
+"""Weight of the centroid in the mean, for a box in 1, 2 and 3 dimensions; the other nodes are moved
+outwards accordingly. The values are about where kinks and steps at random places leave the least
+error: in an interval 0.09 and 0.35 of the error of the centroid rule, against 0.22 and 0.51 without
+the centroid; in squares 0.15 and 0.35, against 0.17 and 0.38. (In an interval 1/3 leaves as much of
+kinks, but twice as much of a fourth power; 4/9, the Gauss rule, leaves none of the fourth power,
+but a fifth more of kinks.) In a box, the six nodes along the axes lie on its sides even without a
+centroid, and so do those of regions that are not boxes, except along a single axis, where regions
+are intervals: in those cases the centroid has no weight."""
 CORNERS = np.array([[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]])
-"""Of a cube: the star in three dimensions, (samples, axes), as it may be turned. Exact for
-quadratics as six arms along the axes are, in four samples, and not as far out."""
+"""Four corners of a cube that form a tetrahedron, (nodes, axes): the rule in three dimensions
+before it is rotated. It is exact for quadratics, as six nodes along the axes are, with four nodes
+that lie less far out."""
 INSIDE = 1.0 - 2.0**-10
-"""Of a star's arms: of a box or a triangle they would end on a side. Whether a point on an outline
-is hit, or one on a seam is inside another object, is for rounding to say; this keeps the points
-off, and the quadrature's second moments to a five hundredth."""
+"""Factor on the distance of all nodes from the centroid. Without it, nodes of a box or a triangle
+lie exactly on a side, where rounding decides whether a point on an outline is hit, or whether one
+on a seam is inside another object. It changes the second moments of the rule by a five
+hundredth."""
 TURNS = 256
-"""Ways to turn it. An edge that crosses thousands of cells of one size meets stars that are all
-alike at but a few offsets, and their errors have one sign (210 random scenes at 0.01 %: turned, 1
-is beyond the tolerance, by 1.05; not turned, 4, by up to 1.55, with 7 % more points)."""
+"""Number of rotations of the rules. An edge that crosses thousands of cells of one size would
+otherwise meet identical node patterns at only a few offsets, and their errors would have one sign
+(210 random scenes at 0.01 %: with rotations, 1 exceeds the tolerance, by a factor of 1.05; without,
+4 do, by up to 1.55, with 7 % more points)."""
 BITS = 22
-"""Of places in a pixel, and in half the shutter, that choose the turn."""
+"""Bits of a position in the pixel, and in half the shutter, that are hashed to choose the
+rotation."""
 ASIDE = 2.0**-30
-"""Of the shutter: regions whose centroids are nearer to its middle lie in it but for rounding."""
+"""Fraction of the shutter: regions whose centroid is nearer to mid-shutter than this are taken to
+be centred there, as only rounding says otherwise."""
 
 
 @dataclass(frozen=True)
 class Arms:
-    """k samples of m parts.
+    """Cubature nodes: k nodes of the rules of m subdomains.
 
     Attributes
     ----------
-    region : (k,) which part each stands for, ascending.  count : (m,) of each; 1 is no star.
-    offset : (3, k) from its centroid.
-    lot : (k,) numbers of those samples that balance each other.
-    middle : (m,) weight of the centroid in the mean; the samples share the rest.
+    region : (k,) index of each node's subdomain, ascending.
+    count : (m,) nodes of each subdomain; 1 means the centroid rule.
+    offset : (3, k) from the centroid, in x, y and t.
+    lot : (k,) group of each node. The offsets of a group sum to 0, so that its nodes have to be
+        scaled together.
+    middle : (m,) weight of the centroid in the mean; the nodes share the rest equally.
     """
 
     region: Ints
@@ -61,10 +73,12 @@ class Arms:
 
 
 def turns(middle: Array) -> Ints:
-    """How stars of boxes around middles (3, c) in x, y and t are turned: (c,) numbers >= 0.
+    """Rotation of the rule of each box, given the boxes' centres (3, c) in x, y and t: (c,) numbers
+    >= 0.
 
-    By where the box is in its pixel, and how far from the middle of the shutter: pictures that are
-    shifted, or whose shutter is reversed, are the same.
+    It is a hash of the position within the pixel and of the distance from mid-shutter. So the
+    result does not change when the picture is shifted by whole pixels, or when the shutter is
+    reversed.
     """
     inside = middle - np.floor(middle)
     inside[TIME] = np.abs(middle[TIME])
@@ -73,13 +87,21 @@ def turns(middle: Array) -> Ints:
 
 
 def make_arms(place: Array, spread: Array, wide: Mask, star: Mask, box: Mask, turn: Ints) -> Arms:
-    """The samples of parts with centroids and roots of second moments as in `Parts`.
+    """Make the nodes of m subdomains, given their centroids and roots of second moments.
 
-    wide : (3, m) axes that they extend along.  star : (m,) which have stars.
-    box : (m,) which are boxes, not regions of them.  turn : (m,) as `turns` gives them.
+    Parameters
+    ----------
+    place, spread : as `place` and `spread` of `Subdomains`.
+    wide : (3, m) axes along which the subdomains have an extent.
+    star : (m,) which use the multi-node rule; the others use their centroid.
+    box : (m,) which are whole boxes, not visible regions within them.
+    turn : (m,) rotations, from `rotation_index`.
 
-    A tetrahedron has a sense of direction. It follows the side of the shutter that a region lies
-    on, so that a reversed shutter gives the same picture; one that lies on both gets a star.
+    Notes
+    -----
+    A tetrahedron is not symmetric under a reversal of time. Its orientation follows the side of
+        mid-shutter on which the subdomain is centred, so that a reversed shutter gives the same
+        picture; a subdomain centred at mid-shutter gets nodes along the axes instead.
     """
     axes, time = wide.sum(axis=0), place[TIME]
     side = np.where(np.abs(time) > ASIDE, np.sign(time), 0.0)
@@ -103,10 +125,13 @@ def make_arms(place: Array, spread: Array, wide: Mask, star: Mask, box: Mask, tu
 
 
 def _unit_arms(wide: Mask, count: Ints, region: Ints, number: Ints, turn: Ints) -> Array:
-    """Arms (3, k) along axes, in roots of second moments; those across the picture are turned."""
+    """Node offsets (3, k) along the axes, in roots of second moments.
+
+    In two dimensions without time, the cross is rotated in the plane of the picture.
+    """
     axes = wide.sum(axis=0)
     sign = np.where(number % 2 == 0, 1.0, -1.0)
-    # which axis an arm is along: the k-th of those that are wide
+    # the j-th pair of nodes lies along the j-th axis that has an extent
     order, along = np.cumsum(wide, axis=0) - 1, number // 2
     own = wide[:, region] & (order[:, region] == along) & (count[region] > 1)
     unit: Array = np.where(own, sign * np.sqrt(axes[region]), 0.0)
@@ -118,10 +143,11 @@ def _unit_arms(wide: Mask, count: Ints, region: Ints, number: Ints, turn: Ints) 
 
 
 def _turned() -> Array:
-    """The star in three dimensions turned in many ways, by coordinate: (3, `TURNS`, samples).
+    """Tetrahedra under many rotations, by coordinate: (3, `ROTATION_COUNT`, nodes).
 
-    Rotations come from even points in a cube (Shoemake 1992, "Uniform random rotations"; the points
-    are Roberts', see `low_discrepancy`). Kept are those whose arms all end in boxes.
+    The rotations are made from evenly spread points in a cube (Shoemake 1992, "Uniform random
+    rotations"; the points are Roberts', see `low_discrepancy`). Only those are kept whose nodes all
+    lie inside a box.
     """
     root, i = generator(3), np.arange(16 * TURNS)
     a, b, c = (0.5 + i / root**power for power in (1, 2, 3))

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a star's samples say of what was foreseen from its centroid.
+"""A posteriori correction of predicted errors by the samples of the multi-node rule.
 
-Their mean differs from the centroid's radiance by about what the centroid is off by. Where they
-differ by less than foreseen, a kink or a step is likely not there; by more, something is that was
-not foreseen.
+The difference between the rule's mean and the radiance at the centroid is about the error of the
+centroid rule. If it is smaller than predicted, a predicted kink or step is probably absent; if it
+is much larger, there is variation that was not predicted.
 """
 
 from __future__ import annotations
@@ -21,32 +21,34 @@ __all__ = ["weigh"]
 
 
 TELLING = 0.5
-"""Of what was foreseen: a difference that bears it out. A step with a quarter of the samples beyond
-it makes one of its deviation; with none there is no difference."""
+"""Difference that confirms a prediction, as a fraction of the predicted error. A step with a
+quarter of the nodes beyond it makes a difference equal to its predicted error; one with no nodes
+beyond it makes none."""
 UNMET = 0.7
-"""Of kinks and steps: what is left of them where no sample met them. They may lie between the
-samples, and then cut off less than a quarter. (135 random scenes at 0.1 %: 0.5, 0.7 and 1 leave the
-worst at 0.93, 0.80 and 0.79 of the tolerance, with 33, 37 and 41 points a pixel; 50 at 0.01 %, 0.5
-and 0.7: at 1.8 and 1.6, with 292 and 315.)"""
+"""Fraction of the predicted error of roots, kinks and steps that is kept where no node detected
+them. They may lie between the nodes, and then cut off less than a quarter of the domain. (135
+random scenes at 0.1 %: 0.5, 0.7 and 1 leave the worst at 0.93, 0.80 and 0.79 of the tolerance, with
+33, 37 and 41 points a pixel; 50 at 0.01 %, 0.5 and 0.7: at 1.8 and 1.6, with 292 and 315.)"""
 SURPRISE = 2.0
-"""Times what was foreseen: differences from there on show what was not."""
+"""Multiple of the predicted error above which a difference shows variation that was not
+predicted."""
 LEFT = 0.5
-"""Of what was not foreseen: what the star may be off by, along the axes that its samples differ
-along."""
+"""Fraction of the difference that was not predicted which is added to the error of the multi-node
+rule, distributed over the axes along which its samples differ."""
 
 
 def weigh(
     deviation: Array, foreseen: Array, off: Array, region: Ints, away: Array, offset: Array
 ) -> Array:
-    """Deviations of stars, corrected by what their samples show: (4, 3, m).
+    """Correct the error estimates of the multi-node rule by its samples: (4, 3, m).
 
     Parameters
     ----------
-    deviation : (4, 3, m) of the means of m stars, by kind and axis.
-    foreseen : (4, 3, m) of their centroids' samples.
+    deviation : (4, 3, m) estimated errors of the means of m subdomains, by kind and axis.
+    foreseen : (4, 3, m) predicted errors of the centroid rule.
     off : (3, m) radiance at the centroids less the means.
-    region : (k,) which star each sample belongs to.  away : (3, k) their radiance, less the means.
-    offset : (3, k) from their centroids, in half the extents of their parts.
+    region : (k,) subdomain of each node.  away : (3, k) radiance at the nodes less the means.
+    offset : (3, k) of the nodes from the centroids, in half extents of the subdomains.
     """
     found, total = rms(off), foreseen.sum(axis=(0, 1))
     telling = TELLING * total
@@ -69,7 +71,7 @@ def weigh(
 
 
 def _contrast(region: Ints, away: Array, offset: Array, count: int) -> Array:
-    """How much samples of stars differ along each axis: (3, count), in no unit in particular."""
+    """Relative size of the samples' differences along each axis: (3, count), in arbitrary units."""
     contrast = np.zeros((3, count))
     for axis in range(3):
         for weight in (offset[axis], offset[axis] ** 2):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Cells: boxes in pixel x, y and shutter time, each with the mean radiance of its regions."""
+"""Integration cells: boxes in pixel x, y and shutter time, with mean radiance and its error."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ __all__ = ["Cells", "merge", "split", "sums"]
 
 @dataclass(frozen=True)
 class Cells:
-    """c cells, sorted by pixel.
+    """Arrays of c integration cells, sorted by pixel.
 
     Attributes
     ----------
-    pixel : (c,) number within the batch.
-    low, high : (3, c) pixel coordinates x, y and shutter time; an axis may have no extent.
-    share : (c,) part of the pixel's whole domain.
+    pixel : (c,) index of the cell's pixel within the batch.
+    low, high : (3, c) bounds in pixel x, pixel y and shutter time; an axis may have no extent.
+    share : (c,) fraction of the pixel's whole integration domain.
     color : (3, c) mean radiance.  alpha : (c,) mean coverage.
-    deviation : (4, 3, c) estimated deviation of the mean by kind and axis: see `variation`.
-    edge : (c,) estimated deviation by the shape of the regions.
-    star : (c,) whether stars of points may sample regions, or have where they were worth it; else
-        their centroids do.
+    deviation : (4, 3, c) estimated error of the mean by kind and axis: see `variation`.
+    edge : (c,) estimated error of the mean due to the measured shape of its visible regions.
+    star : (c,) whether the multi-node rule may be used for the cell's regions, or has been where it
+        was worth its cost; if false, only the centroid rule is used.
     """
 
     pixel: Ints
@@ -42,7 +42,7 @@ class Cells:
 
     @classmethod
     def blank(cls, pixel: Ints, low: Array, high: Array, share: Array, star: Mask) -> Cells:
-        """Cells not yet shaded."""
+        """Make cells that have bounds but are not yet shaded: colour, coverage and errors are 0."""
         c = pixel.size
         return cls(
             pixel, low, high, share, np.zeros((3, c)), np.zeros(c),
@@ -50,12 +50,12 @@ class Cells:
         )  # fmt: skip
 
     def take(self, keep: Mask | Ints) -> Cells:
-        """The cells at a mask or an index."""
+        """Select cells by a mask or an index."""
         return Cells(*(columns(getattr(self, name), keep, -1) for name in FIELDS))
 
     @property
     def error(self) -> Array:
-        """What each cell may be off by, of its pixel's value: (c,)."""
+        """Contribution of each cell to its pixel's error estimate: (c,)."""
         total: Array = self.share * (self.deviation.sum(axis=(0, 1)) + self.edge)
         return total
 
@@ -64,14 +64,19 @@ FIELDS = tuple(Cells.__dataclass_fields__)
 
 
 def merge(parts: list[Cells]) -> Cells:
-    """Cells of several lists by pixel; those of one pixel in the order of the lists."""
+    """Concatenate lists of cells and sort them by pixel; within a pixel the order of the lists is
+    kept.
+    """
     fields = [np.concatenate([getattr(p, name) for p in parts], axis=-1) for name in FIELDS]
     order = np.argsort(fields[0], kind="stable")
     return Cells(*(columns(field, order, -1) for field in fields))
 
 
 def split(cells: Cells, parts: Ints) -> Cells:
-    """Blank children of cells, cut into `parts` (3, c) equal parts along each axis."""
+    """Split each cell into equal children, not yet shaded.
+
+    parts : (3, c) number of children along each axis.
+    """
     size = parts.prod(axis=0)
     parent = np.repeat(np.arange(cells.pixel.size), size)
     number = np.arange(parent.size) - np.repeat(np.cumsum(size) - size, size)
@@ -88,5 +93,7 @@ def split(cells: Cells, parts: Ints) -> Cells:
 
 
 def sums(row: Ints, values: Array, count: int) -> Array:
-    """Sums (count,) of the values of each row, in their order."""
+    """Sum values by group: (count,). `row` is the group of each value; they are added in their
+    order.
+    """
     return np.bincount(row, weights=values, minlength=count).astype(np.float64, copy=False)

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What refining a pixel tells of its estimated error.
+"""Safety factors on the error estimates of pixels, learnt from how far refinement changes them.
 
-An honest estimate is about how far the mean moves when cells are split. Where it moves farther, the
-cells' errors are larger than foreseen, or have one sign: they are taken with a factor from then on.
+If an error estimate is right, the mean changes by about as much when cells are split. Where it
+changes more, the errors of cells are larger than estimated, or have one sign: from then on the
+pixel's estimate is multiplied by a factor.
 """
 
 from __future__ import annotations
@@ -17,20 +18,22 @@ __all__ = ["learn"]
 
 
 KEPT = 0.5
-"""Of a factor: what is left of it after another round. (50 random scenes at 0.01 %: without any the
-two worst are at 2.3 and 1.5 of the tolerance, with it at 1.8 and 1.2 for 4 % more points.)"""
+"""Decay of a factor from one round to the next. (50 random scenes at 0.01 %: without safety factors
+the two worst are at 2.3 and 1.5 of the tolerance, with them at 1.8 and 1.2 for 4 % more points.)"""
 MOST = 8.0
-"""The factor at most: pixels that have hardly been looked into may move by any amount."""
+"""Largest factor: while a pixel has few cells, its mean may change by any amount."""
 
 
 def learn(factor: Array, change: Array, error: Array) -> Array:
-    """Factors (n,) on the errors of pixels after a round of splits.
+    """Update the safety factors (n,) of pixels after a round of splits.
 
     Parameters
     ----------
-    factor : (n,) before.  change : (3, n) of the mean radiance.  error : (n,) estimated before.
+    factor : (n,) factors before the round.
+    change : (3, n) change of the mean radiance.
+    error : (n,) error estimated before the round.
     """
-    with np.errstate(over="ignore"):  # an error of next to nothing
+    with np.errstate(over="ignore"):  # the estimate may be next to 0
         found = rms(change) / np.maximum(error, TINY)
     learnt: Array = np.clip(np.maximum(found, KEPT * factor), 1.0, MOST)
     return learnt

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Blocks of pixels whose means are interpolated between points.
+"""Biquadratic interpolation of pixel means over blocks of pixels under motion.
 
-Three by three nodes have a quadratic through them. Between them, four more points tell how far it
-is off there: a cubic along each axis accounts for what they have in common, and what is left of
-it tells how far that may be off. Blocks that are not smooth enough are left to smaller ones.
+A block has 3 x 3 nodes at pixel centres, whose values are means over the shutter. Four more pixels
+between them measure the error of the interpolating polynomial: a cubic term along each axis
+corrects what they have in common, and the residual gives the error estimate. Blocks that are not
+smooth enough are left to smaller ones.
 """
 
 from __future__ import annotations
@@ -20,43 +21,44 @@ __all__ = ["SIDES", "Blocks"]
 
 
 SIDES = (8, 4)
-"""Pixels: sides of blocks, the larger first. Points are at the middles of pixels."""
+"""Sides of blocks in pixels, the larger first. Nodes lie at pixel centres."""
 CHECKED: Array = np.array([0.5, 1.5])
-"""Places where the quadratic is held against the truth, nodes being at 0, 1 and 2: there a cubic
-is 0.375 of its factor, the first up and the second down, all but its most."""
+"""Positions at which the polynomial is compared with computed values; nodes are at 0, 1 and 2.
+There the cubic x (x - 1) (x - 2) is 0.375 and -0.375, almost its extrema."""
 LEFT = 1.2
-"""Times what the cubics leave at those places: how far means may be off."""
+"""Error estimate of the means as a multiple of the residual after the cubic correction."""
 MADE_UP = 0.2
-"""Of what the quadratic is off there: the same, however well cubics make up for it. Four places
-say little of what has a kink. (Blocks' means at 0.01 to 1 %, benchmark and random scenes: off by
-0.1 to 0.7 of these, RMS, most by 0.2 to 0.5; at 2 and 1/3 by 0.1 to 0.4, for 2 % more points.)"""
+"""Smallest error estimate as a fraction of the difference before the cubic correction, however
+small the residual is: four positions do not resolve a kink. (Means of blocks at 0.01 to 1 %,
+benchmark and random scenes: true errors are 0.1 to 0.7 of these estimates, RMS, mostly 0.2 to 0.5;
+with factors of 2 and 1/3 they are 0.1 to 0.4, for 2 % more points.)"""
 
 
 class Blocks:
-    """The blocks of one side that hold wanted pixels, and are alike in what they see."""
+    """Blocks of one side that contain pixels to be resolved and have a uniform visibility key."""
 
     def __init__(self, points: Points, side: int) -> None:
-        """Nothing is asked yet."""
+        """Find the candidate blocks; no node values are requested yet."""
         self.points, self.side = points, side
-        # the first pixels (b,) of blocks that may be smooth
+        # (b,) first pixel of each block that may be smooth
         self._origin = np.zeros(0, dtype=np.int64)
         if points.wanted.any():
             self._origin = self._candidates()
 
     @property
     def pixels(self) -> Ints:
-        """All pixels (side * side, b) of the blocks, row by row."""
+        """Indices of all pixels of the blocks, row by row: (side * side, b)."""
         y, x = np.divmod(np.arange(self.side**2), self.side)
         rows: Ints = self._origin + (y * self.points.frame.width + x)[:, None]
         return rows
 
     def ask(self) -> Ints:
-        """Pixels whose values blocks of this side need and that are not known: ascending."""
+        """Pixels whose values these blocks need and that are not yet known: ascending indices."""
         self._origin = self._origin[self.points.wanted[self.pixels].any(axis=0)]
         return self.points.unknown(self._nodes, self._checks)
 
     def settle(self) -> None:
-        """Interpolate the blocks that are smooth enough."""
+        """Interpolate the blocks whose estimated error is small enough."""
         points = self.points
         if not self._origin.size:
             return
@@ -81,21 +83,21 @@ class Blocks:
 
     @property
     def _nodes(self) -> Ints:
-        """(9, b) row by row."""
+        """Pixel indices of the nodes, row by row: (9, b)."""
         y, x = np.divmod(np.arange(9), 3)
         rows: Ints = self._origin + self.side // 2 * (y * self.points.frame.width + x)[:, None]
         return rows
 
     @property
     def _checks(self) -> Ints:
-        """(4, b) pixels in the middles of the nodes' squares, row by row."""
+        """Pixel indices of the check points, centred between nodes, row by row: (4, b)."""
         y, x = np.divmod(np.arange(4), 2)
         place = (2 * y + 1) * self.points.frame.width + 2 * x + 1
         rows: Ints = self._origin + self.side // 4 * place[:, None]
         return rows
 
     def _candidates(self) -> Ints:
-        """The first pixels (b,) of blocks that may be smooth."""
+        """Index of the first pixel (b,) of each block that may be smooth."""
         points, side = self.points, self.side
         frame = points.frame
         first_x, first_y, columns, rows = frame.grid(side)
@@ -119,11 +121,11 @@ class Blocks:
 
 
 def _cubics(miss: Array) -> tuple[Array, Array, Array]:
-    """Cubics along y and along x, what they are at the first of `CHECKED`: (k, b) each.
+    """Cubic terms along y and along x, by their values at the first of `CHECK_POINTS`: (k, b) each.
 
-    miss : (k, 4, b) what quadratics leave at those places, row by row.
+    miss : (k, 4, b) values less the biquadratic polynomial at the check points, row by row.
 
-    Returns with them what the cubics leave of it: (k, 4, b).
+    Returns with them the residual after subtracting the cubic terms: (k, 4, b).
     """
     grid = miss.reshape(miss.shape[0], 2, 2, -1)
     up = 0.5 * (grid[:, 0] - grid[:, 1]).mean(axis=1)
@@ -134,12 +136,12 @@ def _cubics(miss: Array) -> tuple[Array, Array, Array]:
 
 
 def _cubic_means(up: Array, across: Array, side: int, whole: bool) -> Array:
-    """Means over pixels (k, side * side, b) of cubics along y and along x: see `_means`."""
+    """Means over pixels (k, side * side, b) of cubic terms along y and along x: see `_means`."""
     x = np.arange(side, dtype=np.float64) / (0.5 * side)
     size = CHECKED[0] * (CHECKED[0] - 1.0) * (CHECKED[0] - 2.0)
     cubic = x * (x - 1.0) * (x - 2.0)
     if whole:
-        # a mean adds a twelfth of half the second derivative, times the square of the side
+        # the mean over a pixel adds half the second derivative times a twelfth of the squared side
         cubic = cubic + (3.0 * x - 3.0) * (2.0 / side) ** 2 / 12.0
     cubic = (cubic / size)[:, None]
     table = up[:, None, None] * cubic[:, None] + across[:, None, None] * cubic
@@ -148,26 +150,31 @@ def _cubic_means(up: Array, across: Array, side: int, whole: bool) -> Array:
 
 
 def _means(values: Array, side: int, whole: bool) -> Array:
-    """Means over pixels (k, side * side, b) of the quadratics through nodes (k, 9, b).
+    """Means over pixels (k, side * side, b) of the biquadratic polynomials through nodes (k, 9, b).
 
     Parameters
     ----------
-    whole : whether pixels are squares; else they are their middles.
+    whole : whether to average over the pixels' squares; if not, values at their centres are given.
     """
-    # x from 0 to 2 over the block; a square's mean is that of its middle and a twelfth
+    # x from 0 to 2 over the block; the mean of x^2 over a pixel adds a twelfth of its squared side
     x: Array = np.arange(side, dtype=np.float64) / (0.5 * side)
     weights = _weights(x, (2.0 / side) ** 2 / 12.0 if whole else 0.0)
     return _through(values, weights, weights)
 
 
 def _weights(x: Array, more: float = 0.0) -> Array:
-    """(3, p) of the nodes at 0, 1 and 2 in the quadratic at x, whose square is `more`."""
+    """Weights (3, p) of the nodes at 0, 1 and 2 in quadratic interpolation at x.
+
+    `more` is added to x^2: the variance of x, for means over pixels.
+    """
     square = x * x + more
     return np.array([0.5 * square - 1.5 * x + 1.0, 2.0 * x - square, 0.5 * (square - x)])
 
 
 def _through(values: Array, up: Array, across: Array) -> Array:
-    """Sums (k, p * p, b) of nodes (k, 9, b) by weights (3, p) of rows and columns."""
+    """Tensor-product sums (k, p * p, b) of nodes (k, 9, b), with weights (3, p) for rows and
+    columns.
+    """
     grid = values.reshape(values.shape[0], 3, 3, -1)
     w = up[:, None, :, None, None]
     by_row = w[0] * grid[:, None, 0] + w[1] * grid[:, None, 1] + w[2] * grid[:, None, 2]

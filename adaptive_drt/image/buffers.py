@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The picture of method 'EXACT' while it is resolved: what is known of each pixel of a region.
+"""Image buffers of method 'EXACT': what is known of each pixel of a region during the render.
 
-Second differences of the first pass give smooth pixels their means (I + h^2/24 (Ixx + Iyy)); the
-frame tells which pixels are left to refine, and takes in what comes of them.
+After the first pass, smooth pixels get their means by second differences (I + h^2/24 (Ixx + Iyy)).
+The buffers tell which pixels are left to refine, and take in the results.
 """
 
 from __future__ import annotations
@@ -34,21 +34,24 @@ __all__ = ["Frame", "alike", "widened"]
 
 
 RIM = 3
-"""Pixels around a region: blocks end on the first, and a pixel's error hangs on the second
-differences of its neighbours, which those two pixels away are part of."""
+"""Border in pixels around a region. Blocks use nodes on its first pixel, and the error of a pixel
+depends on second differences of its neighbours, which use pixels two further away."""
 ALIGNED = 8
-"""Pixels: what regions are widened to multiples of, within the picture, so that blocks of pixels
-are whole whatever part of the picture is rendered."""
+"""Regions are extended to multiples of this many pixels, within the picture, so that blocks are
+complete whatever part of the picture is rendered."""
 STORED = 8
-"""Pixels: frames are stored from and to multiples of that, so that squares are blocks of them."""
+"""Buffers begin and end at multiples of this many pixels, so that blocks of the first pass are
+contiguous sub-arrays."""
 FLAT = 0.01
-"""Of the tolerance, relative to a pixel's own radiance: bends that need no correcting."""
+"""Predicted error below which a pixel needs no correction of its curvature, as a fraction of the
+tolerance times the RMS over channels of its own radiance."""
 STARRED = 0.03
-"""Of the contrast: goals below which regions are sampled by stars from the first."""
+"""Goal, as a fraction of the contrast, below which the multi-node rule is used for visible regions
+from the first."""
 
 
 def widened(plan: Plan, region: tuple[int, int, int, int]) -> Plan:
-    """The plan for a region in whole blocks and a rim around them."""
+    """Plan for a region extended to whole blocks and a border around them."""
     left, bottom, right, top = region
     width, height = plan.picture
     left, bottom = left - left % ALIGNED, bottom - bottom % ALIGNED
@@ -58,19 +61,21 @@ def widened(plan: Plan, region: tuple[int, int, int, int]) -> Plan:
 
 
 def alike(rows: Ints, size: int) -> list[Ints]:
-    """Parts of pixels, so many at most: every k-th, so that the parts take alike."""
+    """Divide pixels into interleaved parts of at most `size`: every k-th pixel, so that all parts
+    take about the same time.
+    """
     step = -(-rows.size // size)
     return [rows[first::step] for first in range(step)]
 
 
 class Frame:
-    """The first pass over the whole region and what is around it, and what is resolved of it.
+    """Image buffers of a region and its border, as filled by the first pass and by refinement.
 
-    Pixels are numbered row by row, from the lower left; arrays as in `Sheet`.
+    Pixels are numbered row by row, from the lower left; arrays as in `FirstPassPixels`.
     """
 
     def __init__(self, plan: Plan, region: tuple[int, int, int, int]) -> None:
-        """An empty frame of a region and the plan that has been `widened` for it."""
+        """Make empty buffers for a region, given its `widened_plan`."""
         left, bottom, right, top = plan.region
         self.plan = plan
         self.left, self.bottom = left - left % STORED, bottom - bottom % STORED
@@ -87,24 +92,26 @@ class Frame:
         self.mask = np.zeros((3, n), dtype=np.bool_)
         self.outline = np.zeros(n, dtype=np.bool_)
         self.item = np.full(n, -1)
-        # what pixels see during the shutter: see `find_sights`
+        # visibility keys: see `find_visibility_keys`
         self.sight = np.full(n, NO_SIGHT)
         self.depth, self.normal = np.full(n, NO_DEPTH), np.zeros((3, n))
         self.samples, self.error = np.ones(n, dtype=np.int32), np.zeros(n)
-        # pixels that need no refining, and those that are being refined already
+        # pixels that need no refinement, and those that are being refined already
         self.settled, self._held = np.zeros((2, n), dtype=np.bool_)
-        # of pixels with outlines: whether their regions are shaded, by stars; the edges' errors
+        # for pixels with outlines: whether their regions are shaded, whether those may use the
+        # multi-node rule, and their errors of shape
         self.begun, self._star = np.zeros((2, n), dtype=np.bool_)
         self._across, self._edge = np.zeros((2, n))
-        # pixels with a ray of their own: the first pass' deviations are 0 elsewhere
+        # pixels traced by a ray of their own; the predicted errors of the first pass are 0
+        # elsewhere
         self.traced = np.zeros(n, dtype=np.bool_)
         self._corrected, self._change = np.zeros(0, dtype=np.int64), np.zeros((3, 0))
-        # a picture that is all clear squares has no pixel with rivals
+        # a picture made of smooth blocks only has no pixel with candidate objects
         nothing = np.zeros(0, dtype=np.int64)
         self._rivals: list[Pairs] = [Pairs(nothing, nothing)]
 
     def add(self, x: Ints, y: Ints, sheet: Sheet) -> None:
-        """Enter pixels that have been traced."""
+        """Enter the first pass of pixels that have been traced."""
         index = self.numbers(x, y)
         for name in (
             "color", "alpha", "deviation", "error", "mask", "outline", "item", "sight", "normal",
@@ -116,7 +123,7 @@ class Frame:
         self._rivals.append(Pairs(index[sheet.rivals.pixel], sheet.rivals.item))
 
     def lay(self, lawn: Lawn) -> None:
-        """Enter squares whose pixels' means are known."""
+        """Enter smooth blocks, whose pixel means are known."""
         across = np.arange(lawn.side)
         first = self.numbers(lawn.side * lawn.x, lawn.side * lawn.y)
         index = first + (self.width * across[:, None] + across)[..., None]
@@ -132,15 +139,17 @@ class Frame:
             place(self.mask[1], index, lawn.moving)
 
     def numbers(self, x: Ints, y: Ints) -> Ints:
-        """Numbers of pixels given by their coordinates."""
+        """Indices of pixels given by their coordinates."""
         return (y - self.bottom) * self.width + (x - self.left)
 
     def correct(self) -> None:
-        """Give smooth pixels their means: where nothing is cut or moves."""
+        """Compute the means of smooth pixels from their centres: where no outline passes and
+        nothing moves.
+        """
         if self.plan.edges:
             traced = self.traced.nonzero()[0]
             flat = FLAT * self.plan.settings.tolerance * rms(columns(self.color, traced))
-            # the outermost have no neighbours to one side
+            # the outermost pixels lack neighbours on one side
             inside = np.zeros((self.height, self.width), dtype=np.bool_)
             inside[1:-1, 1:-1] = True
             some = (self._across[traced] > flat) | self.mask[0, traced]
@@ -153,7 +162,11 @@ class Frame:
             self.error[index] = columns(self.deviation, index, -1).sum(axis=(0, 1))
 
     def goal(self, rows: Mask, found: tuple[Ints, Array] | None = None) -> Goal:
-        """The goal, from `rows` (height,) of pixels; `found` : colours (3, m) of some, if known."""
+        """Find the error goal from some rows of pixels.
+
+        rows : (height,) mask.  found : indices and colours (3, m) of pixels to be used instead of
+        those stored, if any.
+        """
         index, color = self.some(rows), self.color
         if found is not None:
             color = color.copy()
@@ -166,7 +179,7 @@ class Frame:
             deviation = columns(self.deviation, index, -1)
             hard, steps = deviation[:, :TIME].sum(axis=(0, 1)), deviation[STEPS, TIME]
             crowded = self._crowd[index] > CROWDED
-            # shadows of lights without extent stay steps, however short the time
+            # shadows of lights without extent stay steps, however short the shutter interval
             left = standing(deviation[STEPS]) if self.plan.soft else np.full(index.size, np.inf)
             motion = Motion(crowded, self.mask[1, index], hard, left, steps)
         rest = float((done * done).sum()), done.size
@@ -176,13 +189,16 @@ class Frame:
         goal = make_goal(tolerance, color, self.error[index], starred, cut, rest, motion)
         if self.plan.transparent:
             return goal
-        # outlines may show a bright background in a dark picture, and regions ask by this
+        # outlines may show a bright background in a dark picture; the accuracy of regions follows
+        # from the contrast
         return replace(goal, contrast=max(goal.contrast, float(rms(self.plan.background))))
 
     def _starred(self, index: Ints, least: float) -> Array:
-        """What stars leave of the errors of some pixels, as far as these are above the least."""
+        """Predicted errors of some pixels under the multi-node rule, where the errors exceed
+        `least`.
+        """
         starred = self.error[index]
-        # those of regions that have been sampled by stars are so
+        # errors of regions that may use the multi-node rule are already those
         rows = ((starred > least) & ~self._star[index]).nonzero()[0]
         more = index[rows]
         left = left_by_stars(columns(self.deviation, more, -1), np.full(more.size, 2))
@@ -190,8 +206,9 @@ class Frame:
         return starred
 
     def outlines(self, rows: Mask | None = None) -> Ints:
-        """The pixels of the region, in some of the frame's rows, of which outlines are all that
-        is known."""
+        """Pixels of the region, in the rows given by a mask, of which nothing is known but
+        outlines.
+        """
         unknown = self._unknown & ~self.settled & self.inner()
         if rows is not None:
             unknown &= np.repeat(rows, self.width)
@@ -199,89 +216,93 @@ class Frame:
         return index
 
     def lit(self, rows: Mask) -> bool:
-        """Whether any pixel of the region itself, in some of the frame's rows, is known to be."""
+        """Whether any pixel of the region itself, in the rows given by a mask, is known lit."""
         return bool(self._in_rows(self.color, rows).any())
 
     def some(self, rows: Mask) -> Ints:
-        """The pixels of the region itself in some of the frame's rows."""
+        """Indices of the pixels of the region itself in the rows given by a mask."""
         y, x = (np.arange(own.start, own.stop) for own in self.own)
         index: Ints = self.width * y[rows[y], None] + x
         return index.ravel()
 
     def estimate(self) -> float:
-        """RMS error of the region over its mean, as estimated."""
-        # plane by plane: memory of the picture's size takes longer than sums
+        """Estimated RMS error of the region, relative to its mean."""
+        # plane by plane: temporary arrays of the picture's size take longer than the sums
         mean = float(np.mean([np.abs(plane).mean() for plane in self._part(self.color)]))
         square = float((self._part(self.error) ** 2).mean())
         return square**0.5 / mean if mean > 0.0 else 0.0
 
     def inner(self) -> Mask:
-        """The pixels of the region itself, without those around it: (n,)."""
+        """Mask (n,) of the pixels of the region itself, without the border."""
         inside = np.zeros((self.height, self.width), dtype=np.bool_)
         inside[self.own] = True
         return inside.ravel()
 
     def chosen(self, goal: Goal) -> Mask:
-        """The pixels (n,) that are to be refined and are neither settled nor held."""
+        """Mask (n,) of pixels to be refined, without those settled or being refined already."""
         chosen: Mask = (self._unknown | (self.error > goal.error)) & self.inner()
         chosen &= ~(self.settled | self._held)
         return chosen
 
     @property
     def _unknown(self) -> Mask:
-        """The pixels (n,) of which nothing is known but that outlines cut them."""
+        """Mask (n,) of the pixels of which nothing is known except that outlines cut them."""
         unknown: Mask = self.outline & ~self.begun
         return unknown
 
     def grid(self, side: int) -> tuple[int, int, int, int]:
-        """Blocks of pixels of one side: the first's column and row, and how many there are."""
+        """Grid of blocks of one side: column and row of the first pixel, and numbers of columns and
+        rows of blocks.
+        """
         left, bottom, right, top = self.plan.region
         x, y = left + RIM - self.left, bottom + RIM - self.bottom
         return x, y, (right - left - 2 * RIM) // side, (top - bottom - 2 * RIM) // side
 
     def settle(self, rows: Ints, color: Array, alpha: Array, error: Array) -> None:
-        """Enter pixels' means that need no refining."""
+        """Enter final means of pixels that need no refinement."""
         place(self.color, rows, color)
         self.alpha[rows], self.error[rows] = alpha, error
         self.settled[rows] = True
 
     def tasks(self, goal: Goal, size: int) -> list[tuple[Ints, Task]]:
-        """What is to be refined: numbers of pixels, and the task; smooth pixels are corrected."""
+        """Refinement tasks with their pixel indices; also corrects the smooth pixels that are not
+        refined.
+        """
         chosen = self.chosen(goal)
         rest = self._corrected
         kept = (~(chosen[rest] | self.settled[rest] | self._held[rest])).nonzero()[0]
         rows = rest[kept]
-        # a mean of light is never below 0, whatever differences say
+        # mean radiance is never below 0, whatever the differences give
         self.color[:, rows] = np.maximum(
             columns(self.color, rows) + columns(self._change, kept), 0.0
         )
         return self.in_parts(chosen.nonzero()[0], goal, size, True)
 
     def point_tasks(self, rows: Ints, goal: Goal, size: int) -> list[tuple[Ints, Task]]:
-        """What is to be integrated over the shutter, at the middles of pixels only."""
+        """Tasks to integrate over the shutter at pixel centres only."""
         return self.in_parts(rows, goal, size, False)
 
     def hold(self, rows: Ints) -> None:
-        """Choose pixels no more: they are being refined."""
+        """Mark pixels as being refined, so that they are not chosen again."""
         self._held[rows] = True
 
     def in_parts(self, rows: Ints, goal: Goal, size: int, whole: bool) -> list[tuple[Ints, Task]]:
-        """Tasks for pixels, whole or their middles."""
+        """Tasks for pixels, integrated over their whole squares or at their centres."""
         parts = alike(rows, size)
         return [(part, self._task(part, goal, whole and self.plan.edges)) for part in parts]
 
     def crowd(self, rows: Ints) -> float:
-        """Sum over pixels of the squares of their rivals' numbers: what regions may take."""
+        """Sum over pixels of the squared number of candidate objects: a cost of finding regions."""
         return float((self._crowd[rows].astype(np.float64) ** 2).sum())
 
     @property
     def _crowd(self) -> Ints:
-        """How many rivals pixels have: (n,)."""
+        """Number of candidate objects of each pixel: (n,)."""
         pixel = np.concatenate([pairs.pixel for pairs in self._rivals])
         return np.bincount(pixel, minlength=self.item.size)
 
     def _rivals_of(self, rows: Ints) -> Pairs:
-        """The rivals of some pixels, which are numbered anew, sorted by pixel."""
+        """Candidate objects of some pixels, which are renumbered from 0; sorted by pixel."""
         number = np.full(self.item.size, -1)
         number[rows] = np.arange(rows.size)
         own = [number[pairs.pixel] for pairs in self._rivals]
@@ -294,7 +315,7 @@ class Frame:
         return Pairs(pixel[order], item[order])
 
     def _middles(self, rows: Ints) -> Array:
-        """The middles (3, m) of pixels and shutter."""
+        """Centres (3, m) of pixels and shutter."""
         y, x = np.divmod(rows, self.width)
         return np.array([self.left + x + 0.5, self.bottom + y + 0.5, np.zeros(rows.size)])
 
@@ -318,7 +339,7 @@ class Frame:
         )  # fmt: skip
 
     def begin(self, rows: Ints, begun: Begun) -> None:
-        """Enter the means of pixels' regions, which may be refined."""
+        """Enter the initial cells of pixels with outlines; they may still be refined."""
         cells = begun.cells
         place(self.color, rows, cells.color)
         place(self.deviation, rows, cells.deviation)
@@ -328,32 +349,34 @@ class Frame:
         self.count(rows, begun)
 
     def enter(self, rows: Ints, refined: Refined) -> None:
-        """Enter what was refined."""
+        """Enter refined pixels."""
         place(self.color, rows, refined.color)
         self.alpha[rows], self.error[rows] = refined.alpha, refined.error
         self.count(rows, refined)
 
     def count(self, rows: Ints, shaded: Begun | Refined) -> None:
-        """Add the points that were shaded beyond the first pass' own."""
+        """Add the number of points shaded beyond the first pass' own."""
         self.samples[rows] += shaded.samples - 1
 
     def develop(self, film: Film) -> None:
-        """Have a film show the region's pixels, as they are and as they will be: it copies none."""
+        """Let a film's arrays be views of the region's buffers, without a copy, so that it shows
+        later results too.
+        """
         for name in ("color", "alpha", "mask", "samples", "depth", "normal"):
             setattr(film, name, self._part(getattr(self, name)))
 
     def _in_rows(self, color: Array, rows: Mask) -> Array:
-        """Of colours (3, n) those of the region, in some of the frame's rows: (3, rows, width)."""
+        """Colours (3, rows, width) of the region in the rows of a mask, from colours (3, n)."""
         part, own = self._part(color), rows[self.own[0]]
         return part if own.all() else part[:, own]
 
     def _part(self, values: NDArray[Any]) -> NDArray[Any]:
-        """Of values (..., n) those of the region: (..., height, width)."""
+        """Values (..., height, width) of the region, from values (..., n) of the buffers."""
         table = values.reshape(*values.shape[:-1], self.height, self.width)
         return table[..., *self.own]
 
 
 def _shown(depth: Array) -> Array:
-    """Depths as films hold them."""
+    """Depths as stored in films, with `NO_DEPTH` where nothing is hit."""
     shown: Array = np.where(np.isfinite(depth), depth, NO_DEPTH)
     return shown

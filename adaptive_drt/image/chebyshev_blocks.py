@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Squares of pixels: those in which nothing changes but smoothly are shaded at a few points.
+"""Chebyshev interpolation over blocks of pixels in which radiance varies smoothly.
 
-A square is a pixel of a coarser picture: what is proven of pixels (`detect`) holds for squares by
-the same means, with a lens whose steps are as long. Squares that are clear of outlines, shadows
-and motion get a bicubic through 4 x 4 Chebyshev nodes; the others are cut, down to pixels. So the
-work of the first pass falls on what a picture has of edges and penumbrae, not on its size.
+A block is a pixel of a coarser picture: `detect` proves properties of blocks as it does for pixels,
+with a camera whose pixel steps are longer. Blocks proven free of outlines, shadow edges and moving
+objects get a bicubic polynomial through 4 x 4 Chebyshev nodes; the others are subdivided, down to
+pixels. So the work of the first pass depends on the amount of edges and penumbrae in the picture,
+not on its size.
 """
 
 from __future__ import annotations
@@ -22,25 +23,27 @@ __all__ = ["SIDES", "Squares", "coarse", "coarse_bounds", "means", "nodes", "rou
 
 
 SIDES = (8, 4)
-"""Pixels: sides of squares, the larger first. (16 besides takes as long at 1920 x 1080, where it
+"""Sides of blocks in pixels, the larger first. (Adding 16 takes as long at 1920 x 1080, where it
 saves points, and a tenth longer at 640 x 480.)"""
 LINE: Array = np.cos(np.pi * (7.0 - 2.0 * np.arange(4)) / 8.0)
-"""Chebyshev nodes of a line from -1 to 1."""
+"""(4,) Chebyshev nodes of the interval from -1 to 1."""
 DEGREES = np.arange(4)[:, None]
 TO_SERIES = np.cos(DEGREES * np.arccos(LINE)) * np.where(DEGREES == 0, 0.25, 0.5)
-"""(4, 4) from values at the nodes of a line to the coefficients of its Chebyshev series."""
+"""Matrix (4, 4) from values at the nodes of an interval to its Chebyshev coefficients."""
 FALL = 2.0
-"""How much less quickly than its last two say the coefficients of a series may fall."""
+"""Factor by which the decay of a series' coefficients may be slower than the ratio of its last
+two."""
 
 
 @dataclass(frozen=True)
 class Squares:
-    """Squares of one side; of side 1 they are pixels.
+    """Blocks of pixels of one side; with side 1 they are pixels.
 
     Attributes
     ----------
-    side : pixels.  x, y : (n,) the lower left corner, in sides from the picture's.
-    pairs : the objects that may be seen in each, sorted by object.
+    side : pixels.  x, y : (n,) the lower left corners from the picture's corner, in units of
+        `side`.
+    pairs : objects that may be visible in each block, sorted by object.
     """
 
     side: int
@@ -50,18 +53,20 @@ class Squares:
 
     @classmethod
     def of_tile(cls, rough: Plan, side: int, bounds: Ints, tile: Tile) -> Squares:
-        """The squares of a tile of the `coarse` picture, whose `screen_bounds` are given."""
+        """Blocks of a tile of the coarse picture (see `coarse_plan`), given its `screen_bounds`."""
         x, y = (np.floor(place).astype(np.int64) for place in (tile.x, tile.y))
         return cls(side, x, y, find_pairs(rough, bounds, tile))
 
     @property
     def middles(self) -> tuple[Array, Array]:
-        """Of the squares, in sides: two (n,)."""
+        """Centres x, y of the blocks in units of `side`: two (n,)."""
         x: Array = np.asarray(self.x, dtype=np.float64) + 0.5
         return x, np.asarray(self.y, dtype=np.float64) + 0.5
 
     def cut(self, chosen: Ints, side: int, region: tuple[int, int, int, int]) -> Squares:
-        """Smaller squares of some of them, those that a region of pixels has a part of."""
+        """Subdivide the chosen blocks to a smaller side, and keep those that overlap a region of
+        pixels.
+        """
         parts = self.side // side
         left, bottom, right, top = region
         row, column = np.divmod(np.arange(parts * parts), parts)
@@ -79,21 +84,21 @@ class Squares:
         return Squares(side, x[inside], y[inside], pairs)
 
     def within(self, bounds: Ints) -> Squares:
-        """Pixels without the pairs of objects whose `screen_bounds` leave them out."""
+        """Blocks of side 1, without pairs of objects whose `screen_bounds` exclude the pixel."""
         x, y, item = self.x[self.pairs.pixel], self.y[self.pairs.pixel], self.pairs.item
         left, bottom, right, top = bounds
         inside = (x >= left[item]) & (x < right[item]) & (y >= bottom[item]) & (y < top[item])
         return replace(self, pairs=self.pairs.take(inside))
 
     def part(self, first: int, last: int) -> Squares:
-        """The squares from the `first` to before the `last`."""
+        """Blocks from index `first` up to, but not including, `last`."""
         kept = ((self.pairs.pixel >= first) & (self.pairs.pixel < last)).nonzero()[0]
         pairs = Pairs(self.pairs.pixel[kept] - first, self.pairs.item[kept])
         return Squares(self.side, self.x[first:last], self.y[first:last], pairs)
 
 
 def coarse(plan: Plan, side: int) -> Plan:
-    """The plan of the picture whose pixels are squares of a side."""
+    """Plan of the coarse picture whose pixels are blocks of a given side."""
     lens = replace(plan.lens, right=side * plan.lens.right, up=side * plan.lens.up)
     left, bottom, right, top = plan.region
     region = (left // side, bottom // side, -(-right // side), -(-top // side))
@@ -101,14 +106,14 @@ def coarse(plan: Plan, side: int) -> Plan:
 
 
 def coarse_bounds(bounds: Ints, side: int) -> Ints:
-    """The squares (4, objects) of a side that pixels within bounds, as `screen_bounds`, are in."""
+    """Bounds (4, objects) in blocks of a side, given bounds in pixels; both as `screen_bounds`."""
     first = bounds[:2] // side
     last = np.where(bounds[2:] > bounds[:2], -(-bounds[2:] // side), first)
     return np.concatenate([first, last])
 
 
 def nodes(x: Array, y: Array, side: int) -> tuple[Array, Array]:
-    """Pixel coordinates of the nodes of squares with given middles, row by row: two (16, n)."""
+    """Pixel coordinates x, y of the nodes of blocks with given centres, row by row: two (16, n)."""
     column: Array = np.tile(LINE, 4)[:, None]
     row: Array = np.repeat(LINE, 4)[:, None]
     across: Array = float(side) * (x + 0.5 * column)
@@ -117,16 +122,16 @@ def nodes(x: Array, y: Array, side: int) -> tuple[Array, Array]:
 
 
 def series(values: Array) -> Array:
-    """Chebyshev coefficients (k, 4, 4, n), y first, of values (k, 16, n) at nodes."""
+    """Chebyshev coefficients (k, 4, 4, n), y first, of values (k, 16, n) at the nodes."""
     grid = values.reshape(values.shape[0], 4, 4, -1)
     return _along_rows(_along_columns(grid, TO_SERIES), TO_SERIES)
 
 
 def roughness(coefficients: Array) -> Array:
-    """How far a bicubic may be off what it goes through, RMS over channels k: (n,).
+    """Estimated interpolation error of a bicubic polynomial, RMS over channels k: (n,).
 
-    Coefficients of a smooth function fall at least as quickly as the last two do; those of a kink
-    by half at most.
+    It is extrapolated from the coefficients: those of a smooth function decay at least as quickly
+    as the last two do, those of a function with a kink by half at most.
     """
     square = (coefficients * coefficients).mean(axis=0)
     total: Array = np.zeros(square.shape[-1])
@@ -138,7 +143,7 @@ def roughness(coefficients: Array) -> Array:
 
 
 def means(coefficients: Array, side: int) -> Array:
-    """Means over the pixels of squares: (k, side, side, n), y first."""
+    """Means over the pixels of blocks: (k, side, side, n), y first."""
     u, h = (2.0 * np.arange(side) + 1.0) / side - 1.0, 1.0 / side
     square = u * u + h * h / 3.0
     weights = np.array([np.ones(side), u, 2.0 * square - 1.0, 4.0 * u * (u * u + h * h) - 3.0 * u])
@@ -146,7 +151,7 @@ def means(coefficients: Array, side: int) -> Array:
 
 
 def _along_columns(grid: Array, weights: Array) -> Array:
-    """(k, 4, m, n) times (r, 4) to (k, r, m, n), term by term: the same bits for any n."""
+    """Transform (k, 4, m, n) by (r, 4) to (k, r, m, n), term by term: the same bits for any n."""
     w = weights[None, :, :, None, None]
     total: Array = w[:, :, 0] * grid[:, :1]
     for j in (1, 2, 3):
@@ -155,7 +160,7 @@ def _along_columns(grid: Array, weights: Array) -> Array:
 
 
 def _along_rows(grid: Array, weights: Array) -> Array:
-    """(k, m, 4, n) times (r, 4) to (k, m, r, n)."""
+    """Transform (k, m, 4, n) by (r, 4) to (k, m, r, n), in the same way."""
     w = weights[None, None, :, :, None]
     total: Array = w[:, :, :, 0] * grid[:, :, :1]
     for j in (1, 2, 3):

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Method 'EXACT', the first pass: one exactly shaded ray a pixel, and what it says of the pixel.
+"""First pass of method 'EXACT': one exactly shaded camera ray a pixel, and predicted pixel errors.
 
-Pixels that outlines cut, where light steps or bends, or where something moves are refined to a
-goal in the second (`adaptive`).
+Pixels that are cut by outlines, where light has steps or strong curvature, or where something moves
+are refined to an error goal in the second pass (`adaptive`).
 """
 
 from __future__ import annotations
@@ -28,22 +28,27 @@ __all__ = ["Lawn", "Sheet", "first_pass"]
 
 
 DETECTED = 0.4
-"""Of a first pass: what comes before light (a third to a half, with 2 to 2,000 objects)."""
+"""Fraction of the work of a first pass that precedes shading (a third to a half, with 2 to 2,000
+objects); for a progress bar."""
 
 
 @dataclass(frozen=True)
 class Sheet:
-    """The first pass over n pixels.
+    """Results of the first pass for n pixels.
 
     Attributes
     ----------
     color : (3, n) radiance at the centres.  alpha : (n,) coverage there.
-    deviation : (4, 3, n) estimated, by kind and axis: see `variation`.
-    error, across : (n,) the sum of those, and of what middles around may tell more of.
-    mask : (3, n).  outline : (n,).  item : (n,) object at the centre, -1 for none.
-    sight : (n,) what is seen during the shutter, as numbers: see `find_sights`.
+    deviation : (4, 3, n) predicted errors of the centre as pixel mean, by kind and axis: see
+        `variation`.
+    error : (n,) the sum of those.
+    across : (n,) the sum of those along x and y except steps, which neighbouring centres may
+        correct.
+    mask : (3, n) penumbra, motion, edge.  outline : (n,) whether outlines may pass.
+    item : (n,) object at the centre, -1 for none.
+    sight : (n,) visibility key: see `find_visibility_keys`.
     depth : (n,), normal : (3, n) of the hits.
-    rivals : objects that may be seen in pixels with outlines, sorted by pixel.
+    rivals : objects that may be visible in pixels with outlines, sorted by pixel.
     """
 
     color: Array
@@ -94,7 +99,7 @@ def first_pass(
 
 
 def _sights(plan: Plan, place: Array, center: Center, flags: Flags, rivals: Pairs) -> Ints:
-    """Sights (n,) of pixels whose centres are at places (2, n); rivals are sorted by pixel."""
+    """Visibility keys (n,) of pixels with centres (2, n); `rivals` is sorted by pixel."""
     sight = np.where(flags.outline, NO_SIGHT, center.item + 1)
     rows = (flags.outline & flags.mask[1]).nonzero()[0]
     if rows.size:
@@ -111,7 +116,7 @@ def _shade_centers(plan: Plan, occluders: Occluders, center: Center, flags: Flag
         half[:2] = 0.5
     half[2] = np.where(flags.mask[1, rows], 0.5, 0.0)
     w = columns(center.w, rows)
-    with np.errstate(over="ignore", invalid="ignore"):  # sizes that only estimates hang on
+    with np.errstate(over="ignore", invalid="ignore"):  # overflow affects error estimates only
         patch = make_patch(plan, w, center.depth[rows], center.hits, half)
     time = np.zeros(rows.size) if plan.motion else 0.0
     known = tuple(zip(flags.shadows, flags.candidates, strict=True))
@@ -120,15 +125,15 @@ def _shade_centers(plan: Plan, occluders: Occluders, center: Center, flags: Flag
 
 @dataclass(frozen=True)
 class Lawn:
-    """n clear squares of pixels, s to a side, that need no ray of their own.
+    """n smooth blocks of s x s pixels, whose pixels need no ray of their own.
 
     Attributes
     ----------
-    side : s.  x, y : (n,) the lower left corners in the picture, in sides.
-    color : (3, s, s, n) mean radiance, y first.  error : (n,) what it may be off by.
-    item : (n,) the object that fills them, -1 for none.
+    side : s.  x, y : (n,) the lower left corners in the picture, in units of s.
+    color : (3, s, s, n) mean radiance, y first.  error : (n,) its estimated error.
+    item : (n,) object that fills the block, -1 for none.
     depth : (s, s, n), normal : (3, s, s, n) of the hits at the pixels' centres.
-    moving : (n,) whether their light changes during the shutter.
+    moving : (n,) whether the light on it changes during the shutter.
     """
 
     side: int

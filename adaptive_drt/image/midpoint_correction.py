@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What pixels' means differ from their middles by, and how far they may still be off then.
+"""Corrections from pixel centres to pixel means by second differences, and the errors left by them.
 
-Deviations are foreseen from a pixel's middle alone. Middles around it tell more: where the same
-object is seen in all of them, second differences give the mean, and how those change tells what is
-left. In shadows, and by a light so near that its peak is hardly wider than a pixel, that counts for
-more than what was foreseen, in either direction; elsewhere a neighbour in a penumbra says nothing
-of a pixel that none reaches.
+Errors are predicted at each pixel's centre alone. Neighbouring centres tell more: where the same
+object is visible in all of them, second differences give the mean, and their variation the
+remaining error. In shadows, and near a light whose highlight is hardly wider than a pixel, that
+overrides the prediction in either direction; elsewhere it may only reduce it, since a neighbour in
+a penumbra says nothing of a pixel outside it.
 """
 
 from __future__ import annotations
@@ -25,25 +25,26 @@ __all__ = ["Middles"]
 
 
 LIKELY = 2.0
-"""Of the error foreseen: the largest correction that is believed."""
+"""Largest correction that is applied outside shadows, as a multiple of the predicted error."""
 CORRECTED = 0.3
-"""Of a second difference's term: how far a pixel may be off once it has been added, about."""
+"""Error that remains after a correction, as a fraction of the largest correction of the pixel and
+its neighbours."""
 TRUSTED = 0.05
-"""Of the error foreseen: how far second differences are trusted beyond it."""
+"""Smallest fraction of the predicted error due to bends that remains after a correction."""
 SHARED = 32_768
-"""Pixels from which a second thread takes one of the axes; with fewer the two wait for each
-other."""
+"""Number of pixels from which a second thread handles one of the axes; with fewer the two threads
+wait for each other."""
 
 
 @dataclass(frozen=True)
 class Middles:
-    """n pixels of a table, row by row, as their middles were shaded.
+    """Shaded centres of n pixels of an image, row by row.
 
     Attributes
     ----------
-    width : of the table.  color : (3, n).  item : (n,) the object that is seen.
-    sharp : (n,) whether a shadow's edge may be on it, or light that changes steeply.
-    deviation : (4, 3, n) foreseen, by kind and axis: see `variation`.
+    width : of the image in pixels.  color : (3, n).  item : (n,) the visible object.
+    sharp : (n,) whether a shadow edge may reach the pixel, or light varies steeply there.
+    deviation : (4, 3, n) predicted errors, by kind and axis: see `variation`. Updated in place.
     """
 
     width: int
@@ -53,9 +54,10 @@ class Middles:
     deviation: Array
 
     def correct(self, index: Ints, threads: int = 1) -> Array:
-        """What the means of some pixels differ from their middles by: (3, m).
+        """Differences (3, m) between the means and the centres of some pixels.
 
-        Their deviations become what they may be off by then. They have a pixel on each side.
+        Their predicted errors are replaced by the errors that remain after correction. Each pixel
+        must have a neighbour on every side.
         """
         if threads == 1 or index.size < SHARED:
             return self._along(index, 0, 1) + self._along(index, 1, self.width)
@@ -64,7 +66,7 @@ class Middles:
             return self._along(index, 0, 1) + other.result()
 
     def _along(self, index: Ints, axis: int, step: int) -> Array:
-        """The same of what is along one axis, whose pixels are a step apart."""
+        """Contribution of one axis, along which neighbouring pixels are `step` apart."""
         kinds = [kind[axis] for kind in self.deviation[:STEPS]]
         deviation = np.array([kind.take(index) for kind in kinds])
         foreseen, sharp = deviation.sum(axis=0), self.sharp[index]
@@ -91,21 +93,22 @@ class Middles:
         return change
 
     def _widest(self, index: Ints, step: int, own: Array) -> Array:
-        """Of what second differences `own` (m,) add, the largest of a pixel's and its neighbours'
-        along an axis: (m,)."""
+        """Largest correction of each pixel and its neighbours along an axis, given the sizes `own`
+        (m,) of their second differences: (m,).
+        """
         size = np.zeros(self.item.size)
         size[index] = own
         widest: Array = MEAN * np.maximum(own, np.maximum(size[index - step], size[index + step]))
         return widest
 
     def _alike(self, index: Ints, step: int) -> Mask:
-        """Whether pixels show what those a step before and after show."""
+        """Whether pixels show the same object as those a step before and after."""
         item = self.item[index]
         alike: Mask = (item == self.item[index - step]) & (item == self.item[index + step])
         return alike
 
     def _alike_beyond(self, index: Ints, step: int) -> Mask:
-        """Whether they show what those two steps before and after show, if those are there."""
+        """Whether pixels show the same object as those two steps before and after, if any."""
         y, x = np.divmod(index, self.width)
         place, count = (x, self.width) if step == 1 else (y, self.item.size // self.width)
         alike: Mask = (place >= 2) & (place < count - 2)

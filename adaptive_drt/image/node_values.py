@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Means over the shutter at the middles of pixels, which the pixels' own means are made of.
+"""Means over the shutter at pixel centres, from which pixel means are interpolated.
 
-What moves is seen, and lit, for some part of the shutter, and that part changes slowly across the
-picture: the mean over the shutter at a point of the picture is a smooth function even where each
-moment's picture has edges. So the integral over time is taken at points, and the means of pixels
-follow from those around them.
+A moving object is visible, and lit, for some fraction of the shutter, and that fraction varies
+slowly across the picture: the mean over the shutter at a point of the picture is a smooth function
+even where the picture at each instant has edges. So the integral over time is computed at points,
+and pixel means follow from those in the neighbourhood.
 """
 
 from __future__ import annotations
@@ -22,22 +22,24 @@ __all__ = ["Points"]
 
 
 ALLOWED = 0.6
-"""Of the goal: what may come to what the points are off by."""
+"""Largest interpolation error allowed, as a fraction of the goal; the error of the node values
+comes on top."""
 
 
 class Points:
-    """The pixels of a frame in which something moves, and what has been found out about them.
+    """Node values: the pixels of a frame in which something moves, and shutter means at their
+    centres.
 
     Attributes
     ----------
-    wanted : (n,) pixels that are to be resolved.
-    value : (4, n) radiance and coverage at the middles of pixels, means over the shutter.
-    known : (n,) whether `value` is there.  error : (n,) how far it may be off.
-    left : (n,) what the mean over the shutter leaves of steps across the picture.
+    wanted : (n,) pixels that are still to be resolved.
+    value : (4, n) radiance and coverage at pixel centres, means over the shutter.
+    known : (n,) whether `value` is known.  error : (n,) its estimated error.
+    left : (n,) error due to steps across the picture that remains in means over the shutter.
     """
 
     def __init__(self, frame: Frame, goal: Goal) -> None:
-        """No point is known but where nothing moves."""
+        """Values are known only where nothing moves, or where pixels are settled."""
         self.frame, self.goal = frame, goal
         moving = frame.mask[1]
         self.wanted = frame.chosen(goal) & moving
@@ -45,7 +47,7 @@ class Points:
         self.value = np.concatenate([frame.color, frame.alpha[None]])
         self.error = np.zeros(self.known.size)
         if self.wanted.any():
-            # deviations are 0 where no ray of the first pass went
+            # predicted errors are 0 in pixels that the first pass did not trace
             self._rows = frame.traced.nonzero()[0]
             roots, kinks, steps = (
                 columns(frame.deviation[kind], self._rows) for kind in (ROOTS, KINKS, STEPS)
@@ -54,26 +56,26 @@ class Points:
             self.left = self._everywhere(standing(steps))
 
     def rough(self, spacing: int) -> Array:
-        """How far the light at the middle of the shutter may be off a quadratic: (n,).
+        """Predicted deviation of the radiance at mid-shutter from a quadratic polynomial: (n,).
 
-        spacing : pixels from one point to the next.
+        spacing : pixels between nodes.
         """
         root, kink, step = self._across
         return self._everywhere(spacing**1.5 * root + spacing * kink + step)
 
     def _everywhere(self, values: Array) -> Array:
-        """Values (n,) of all pixels, given those that are not 0 for sure."""
+        """Expand values of the traced pixels to all pixels (n,), with 0 elsewhere."""
         every = np.zeros(self.known.size)
         every[self._rows] = values
         return every
 
     @property
     def allowed(self) -> float:
-        """How far pixels' means may be off beside what the points are off by."""
+        """Largest interpolation error allowed of a pixel mean, in radiance."""
         return ALLOWED * self.goal.error
 
     def unknown(self, *rows: Ints) -> Ints:
-        """Of some pixels those that are not known: ascending."""
+        """Pixels, among those given, whose values are not known: ascending indices."""
         every = np.zeros(self.known.size, dtype=np.bool_)
         for some in rows:
             every[some] = True
@@ -81,26 +83,26 @@ class Points:
         return unknown
 
     def enter(self, rows: Ints, refined: Refined) -> None:
-        """Enter the means over the shutter of some."""
+        """Enter computed means over the shutter."""
         place(self.value[:3], rows, refined.color)
         self.value[3, rows] = refined.alpha
         self.error[rows] = refined.error
         self.known[rows] = True
-        # what the first pass shaded is one of the points
+        # the point shaded by the first pass is one of the samples
         self.frame.count(rows, refined)
 
     def settle(self, rows: Ints, mean: Array, error: Array) -> None:
-        """Enter means (4, m) of pixels that need no refining."""
+        """Enter means (4, m) of pixels that need no refinement."""
         self.frame.settle(rows, np.maximum(mean[:3], 0.0), np.clip(mean[3], 0.0, 1.0), error)
         self.wanted[rows] = False
 
     def size(self, change: Array) -> Array:
-        """Size (...) of changes (4, ...) of radiance and coverage, RMS over channels."""
+        """Sizes (...) of differences (4, ...) of radiance and coverage, RMS over channels."""
         square: Array = (change[:3] ** 2).sum(axis=0) / 3.0
         if self.frame.plan.transparent:
             square = np.maximum(square, (self.goal.contrast * change[3]) ** 2)
         return np.sqrt(square)
 
     def values(self, rows: Ints) -> Array:
-        """Values (4, ...) at pixels (...)."""
+        """Values (4, ...) at pixel indices (...)."""
         return columns(self.value, rows)

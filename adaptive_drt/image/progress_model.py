@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How far an exact render is, so that a bar moves as the time does. Nothing else goes by this."""
+"""Predicted work in the stages of an exact render, used only to make a progress bar linear."""
 
 from __future__ import annotations
 
@@ -8,23 +8,24 @@ from ..tracing.compile import Plan
 __all__ = ["ASKED_SHARES", "course"]
 
 STILL_REST, MOVING_REST = 1.2, 4.0
-"""Times as long as the survey the rest takes in a picture of `MEASURED` pixels at a tolerance of
-0.001: on the benchmark's scenes, most of them within a factor of 2. By square roots it is more
-where the tolerance is smaller, and less where pixels are more, since outlines grow as sides do."""
+"""Work after the first pass as a multiple of the first pass, in a still and in a moving scene, for
+`REFERENCE_PIXELS` pixels at a tolerance of 0.001: on the benchmark's scenes, most of them within a
+factor of 2. It varies as the square root of 1 / tolerance, and of 1 / pixels, since outlines grow
+as the sides of the picture do."""
 MEASURED = 480 * 320
 BLOCKS_SHARE, BESIDE_SHARE = 0.5, 0.85
-"""Of that rest, what blocks take in a moving scene (0.4 to 0.6); and where a worker refines beside
-them what they cannot settle (0.7 to 0.95)."""
+"""Fraction of that remaining work which interpolation over blocks takes in a moving scene (0.4 to
+0.6); and where a worker meanwhile refines what blocks cannot resolve (0.7 to 0.95)."""
 OUTLINES_SHARE = 0.4
-"""In a still one, what outlines' regions take."""
+"""Fraction of the remaining work which shading the regions of outlines takes in a still scene."""
 ASKED_SHARES = (0.2, 0.25, 0.55)
-"""Of what blocks take, the coarsest first."""
+"""Fractions of the work on blocks by level, the coarsest first."""
 
 
 def course(plan: Plan, beside: bool = False) -> tuple[float, float]:
-    """What part of the work the survey is, and what part with outlines or blocks besides.
+    """Cumulative fractions of the work after the first pass, and after outlines or blocks.
 
-    beside : whether workers refine some pixels beside blocks.
+    beside : whether workers refine some pixels while blocks are interpolated.
     """
     rest, first = STILL_REST, OUTLINES_SHARE
     if plan.motion:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Work on the pixels of one exact render: in what parts, by whom, and what it took."""
+"""Scheduling of pixel tasks in an exact render: sizes of parts, threads and workers, statistics."""
 
 from __future__ import annotations
 
@@ -18,67 +18,69 @@ from ..tracing.occluder_culling import Occluders
 __all__ = ["Clock", "Tasks", "Work"]
 
 Tasks: TypeAlias = list[tuple[Ints, Task]]
-"""Numbers of pixels, and what is to be done for them."""
+"""Pixel indices, and what is to be done for those pixels."""
 Done = TypeVar("Done", Begun, Refined)
 Outcomes: TypeAlias = Generator[tuple[int, tuple[Done, float]] | None, None, None]
 
 PART = 32_768
-"""Pixels refined at a time, at most; fewer where threads would have none."""
+"""Largest number of pixels refined in one call."""
 LEAST_PART = 16_384
-"""Pixels refined at a time, if there are as many: with fewer, two threads that wait for each other
-at every call of NumPy take longer than one (300 x 300, 1 %: 0.98 to 1.32 s)."""
+"""Smallest number of pixels refined in one call by a thread, if there are as many: with fewer, two
+threads that wait for each other at every call of NumPy take longer than one (300 x 300, 1 %: 0.98
+to 1.32 s)."""
 CREWS_PART = 1_024
-"""Pixels refined at a time, at least, where processes share them: each call costs 5 ms."""
+"""Smallest number of pixels refined in one call by a worker process: each call costs 5 ms."""
 ASIDE_PART = 8_192
-"""Pixels refined at a time beside what is done for others, at most. Parts of a few thousand take as
-long as they have rounds (4,500 pixels at 0.1 %: 0.56 s, but in quarters 0.19 each)."""
+"""Largest number of pixels refined in one background call. The time of a part of a few thousand
+pixels is set by its number of rounds (4,500 pixels at 0.1 %: 0.56 s, but in quarters 0.19 each)."""
 ASIDE_CROWD = 131_072.0
-"""Squares of candidates refined at a time beside that, about: what takes long is shared by all in
-the end (7,000 pixels, ten moving spheres in each: one took 68 s, and the other 2)."""
+"""Cost, as `Frame.crowd` gives it, of one background call, roughly: in the end all workers share
+what takes long (7,000 pixels, ten moving spheres in each: one call took 68 s, and the other 2)."""
 
 
 class Clock:
-    """Seconds by stage: each call ends a stage."""
+    """Timer of stages, in seconds: each call ends a stage."""
 
     def __init__(self) -> None:
-        """Start."""
+        """Start the first stage."""
         self.seconds: dict[str, float] = {}
         self._last = time.perf_counter()
 
     def __call__(self, stage: str) -> None:
-        """End a stage."""
+        """End a stage and add its time to the seconds of that name."""
         now = time.perf_counter()
         self.seconds[stage] = self.seconds.get(stage, 0.0) + now - self._last
         self._last = now
 
     def restart(self) -> None:
-        """Begin a stage here: what was since the last is counted elsewhere."""
+        """Begin a stage now; the time since the last one is counted elsewhere."""
         self._last = time.perf_counter()
 
 
 class Work:
-    """What is done for the pixels of one render.
+    """Scheduler of the pixel tasks of one render.
 
     Attributes
     ----------
-    hands : who does it.  share : what calls of it have in common.
-    seconds : by stage, of all threads together.  shaded : points shaded in all.
-    under_way : pixels' worth of what is done of calls that are being made.
+    hands : executor of the calls.  share : arguments that all calls have in common.
+    seconds : by stage, summed over threads.  shaded : number of points shaded.
+    under_way : completed fractions of the calls in progress, in pixels.
+    aside : the tasks that run in the background.
     """
 
     def __init__(self, plan: Plan, occluders: Occluders) -> None:
-        """Nothing done yet."""
+        """Nothing is done yet."""
         self.hands, self.share = Hands(plan.stop, plan.threads), Share((plan, occluders))
         self.seconds: dict[str, float] = {}
         self.shaded, self.under_way = 0, 0.0
         self._plan = plan
-        # what is done beside others
+        # background tasks
         self.aside: Tasks = []
         self._made = Aside(0)
 
     @property
     def free(self) -> int:
-        """How many workers are free to refine pixels beside what is done for others."""
+        """Number of workers that can refine pixels in the background."""
         return crew.ready if self._plan.threads > 1 else 0
 
     def add(self, seconds: dict[str, float]) -> None:
@@ -87,14 +89,16 @@ class Work:
             self.seconds[stage] = self.seconds.get(stage, 0.0) + span
 
     def part(self, count: int) -> int:
-        """Pixels of a part, when so many are to be refined."""
+        """Number of pixels a call, when `count` are to be refined."""
         least = CREWS_PART if crew.ready else LEAST_PART
         return self._within(-(-count // crew.hands(self._plan.threads)), least, PART)
 
     def part_aside(self, count: int, crowd: float) -> int:
-        """The same of what workers alone do beside others, with so much in its boxes (see
-        `Frame.crowd`); 0 if there are none."""
-        # asked once: one may have loaded a moment later
+        """Number of pixels a background call, run by workers only; 0 if there are none.
+
+        count : pixels to be refined.  crowd : their cost: see `Frame.crowd`.
+        """
+        # read once: another worker may become ready a moment later
         free = self.free
         if not free:
             return 0
@@ -108,18 +112,20 @@ class Work:
     def results(
         self, work: Callable[..., Done], tasks: Tasks, stage: str = "refining"
     ) -> Generator[tuple[Ints, Done] | None, None, None]:
-        """What comes of work on tasks, with their pixels; None at heartbeats between."""
+        """Run tasks; yields pixel indices with results as they come, and None at heartbeats in
+        between.
+        """
         parts: Parts = {}
         outcomes = self.hands.results(self._calls(work, tasks), parts)
         return self._entered(outcomes, tasks, stage, parts)
 
     def put_aside(self, tasks: Tasks) -> None:
-        """Have pixels refined beside what is done for others."""
+        """Start the refinement of pixels in the background."""
         self.aside = tasks
         self._made = self.hands.aside(self._calls(refine, tasks))
 
     def gathered(self) -> Generator[tuple[Ints, Refined] | None, None, None]:
-        """What comes of the pixels put aside; as `results`."""
+        """Yield the results of the background tasks, as `results` does."""
         outcomes = self.hands.gather(self._made)
         return self._entered(outcomes, self.aside, "refining", self._made.parts)
 
@@ -129,10 +135,10 @@ class Work:
     def _entered(
         self, outcomes: Outcomes[Done], tasks: Tasks, stage: str, parts: Parts
     ) -> Generator[tuple[Ints, Done] | None, None, None]:
-        """Outcomes with their tasks' pixels, counted."""
+        """Outcomes with the pixel indices of their tasks; also updates the statistics."""
         with closing(outcomes):
             for outcome in outcomes:
-                # threads enter more meanwhile
+                # threads add entries meanwhile
                 begun = parts.copy()
                 self.under_way = sum(part * tasks[k][0].size for k, part in begun.items())
                 if outcome is None:
@@ -145,14 +151,14 @@ class Work:
                 yield rows, done
 
     def close(self) -> None:
-        """End the threads; cancels the render if anything is left to do."""
+        """End the threads; this cancels the render if anything is left to do."""
         self.hands.close()
 
 
 def _timed(
     plan: Plan, occluders: Occluders, work: Callable[..., Done], task: Task
 ) -> tuple[Done, float]:
-    """What comes of a task, and the seconds that took."""
+    """Result of a task, and the seconds it took."""
     began = time.perf_counter()
     done = work(plan, occluders, task)
     return done, time.perf_counter() - began

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The first pass over a tile of squares: clear ones by a few points, the rest pixel by pixel."""
+"""First pass over a tile: smooth blocks by interpolation from a few points, the rest pixel by
+pixel.
+"""
 
 from __future__ import annotations
 
@@ -26,21 +28,23 @@ __all__ = ["Survey", "survey"]
 Clock: TypeAlias = Callable[[str], None]
 
 TIMES = (-0.5 * np.sqrt(0.6), 0.0, 0.5 * np.sqrt(0.6))
-"""Of the shutter: three Gauss points."""
+"""Shutter times of a three-point Gauss rule, with the shutter from -0.5 to 0.5."""
 LATE = 0.1
-"""Of the third power of their second difference: what they leave. 1 / (1 - e t)^3 has a second
-difference of 1.8 e^2 and leaves e^6 / 72."""
+"""Relative error of the three-point rule in time, as a multiple of the third power of the relative
+second difference of its samples. For example, 1 / (1 - e t)^3 has a second difference of 1.8 e^2,
+and the rule leaves e^6 / 72."""
 ALLOWED = 0.1
-"""Of the tolerance, relative to the square's own radiance: what a bicubic may be off by."""
+"""Largest interpolation error of a block, as a fraction of the tolerance times its own radiance."""
 CLEARED = 0.2
-"""Over their side: what part of a survey squares take, those before included."""
+"""Fraction of the work of a first pass that is done after the blocks of a side, multiplied by that
+side in pixels; for a progress bar."""
 
 
 @dataclass(frozen=True)
 class Survey:
-    """What a first pass found: lawns, the other pixels, and points shaded for the lawns.
+    """Results of the first pass: smooth blocks, all other pixels, and the points shaded for blocks.
 
-    `rest` has pixels x, y and what was found of them.
+    `rest` holds pixel coordinates x, y and their results.
     """
 
     lawns: list[Lawn]
@@ -51,12 +55,14 @@ class Survey:
 def survey(
     plan: Plan, occluders: Occluders, bounds: Ints, squares: Squares, clock: Clock
 ) -> Survey:
-    """Find the clear squares; trace, detect and shade the centres of all other pixels.
+    """Find the smooth blocks; trace, detect and shade the centres of all other pixels.
 
     Parameters
     ----------
-    plan : whose region bounds the pixels.  bounds : (4, objects) `screen_bounds` of the plan.
-    squares : of the largest side.
+    plan : its region bounds the pixels.
+    bounds : (4, objects) `screen_bounds` of the plan.
+    squares : blocks of the largest side.
+    clock : called at the end of each stage.
     """
     lawns, points = [], 0
     for side, smaller in zip(SIDES, (*SIDES[1:], 1), strict=True):
@@ -90,7 +96,11 @@ def survey(
 
 
 def _mow(plan: Plan, squares: Squares, some: Ints, found: Clear) -> tuple[Lawn, Mask, int]:
-    """The pixels of clear squares; which of the squares are smooth, and how many points it took."""
+    """Interpolate clear blocks, those where nothing changes abruptly.
+
+    Returns the blocks that are smooth enough, which of the given ones those are, and the number of
+    points shaded.
+    """
     side, item, moving = squares.side, found.item[some], found.moving[some]
     color = np.zeros((3, 16, some.size))
     if not plan.transparent:
@@ -112,20 +122,21 @@ def _mow(plan: Plan, squares: Squares, some: Ints, found: Clear) -> tuple[Lawn, 
     size = np.sqrt((color * color).mean(axis=(0, 1)))
     off = roughness(coefficients) + late * size
     smooth = seen & (off <= ALLOWED * plan.settings.tolerance * size)
-    # by object: each lot of squares is one piece of the arrays
+    # sorted by object, so that the blocks of one object are one slice of the arrays
     index = smooth.nonzero()[0]
     index = index[np.argsort(item[index], kind="stable")]
-    # never below 0, whatever a bicubic says
+    # radiance is never below 0, whatever the polynomial gives
     mean = np.maximum(means(columns(coefficients, index, -1), side), 0.0)
     lawn = _lawn(plan, squares, some[index], item[index], mean, off[index], moving[index])
     return lawn, smooth, points
 
 
 def _over_time(light: Array) -> tuple[Array, Array]:
-    """Means over the shutter (3, 16, n) of radiance (times, 3, 16, n), and what part is in doubt.
+    """Means over the shutter (3, 16, n) of radiance (times, 3, 16, n), and their relative error
+    (n,).
 
-    With one time nothing moves. Three Gauss points leave the sixth derivative; of light that
-    comes nearer that is some power of the second, which their second difference shows.
+    With one time nothing moves. The error of three Gauss points is of sixth order; for light that
+    comes nearer it is some power of the second-order term, which their second difference measures.
     """
     if light.shape[0] == 1:
         return light[0], np.zeros(light.shape[-1])
@@ -145,9 +156,9 @@ def _shade(
     hidden: list[Mask],
     times: tuple[float, ...],
 ) -> tuple[Array, Mask]:
-    """Radiance (times, 3, n) of objects at pixel coordinates, and where they are hit.
+    """Radiance (times, 3, n) of objects at pixel coordinates, and whether they are hit (n,).
 
-    hidden : for each light (n,) whether it does not shine there; no other shadows are looked for.
+    hidden : for each light (n,), whether it is occluded there; no other shadows are considered.
     """
     w = plan.lens.directions(x, y)
     t = pair_hits(plan, w, item)
@@ -166,7 +177,7 @@ def _lawn(
     error: Array,
     moving: Mask,
 ) -> Lawn:
-    """Chosen squares, sorted by the objects that fill them, given their means (3, s, s, n)."""
+    """Smooth blocks of the chosen squares, by object, given their pixel means (3, s, s, n)."""
     side = squares.side
     x, y = squares.x[chosen], squares.y[chosen]
     depth, normal = np.full(mean.shape[1:], np.inf), np.zeros_like(mean)
@@ -183,13 +194,13 @@ def _lawn(
 
 
 def _geometry(plan: Plan, x: Array, y: Array, item: int) -> tuple[Array, Array]:
-    """Depth and normal of an object that fills pixels; x (1, s, n) and y (s, 1, n)."""
+    """Depth and normal of an object that fills blocks of pixels; x is (1, s, n) and y (s, 1, n)."""
     if item >= plan.sphere_count:
         lens, own = plan.lens, slice(item - plan.sphere_count, item - plan.sphere_count + 1)
         across = cross(plan.quads.edge_u[:, own], plan.quads.edge_v[:, own])[:, 0]
         height = float(across @ plan.quads.corner[:, own][:, 0])
         facing = (across @ lens.base + x * (across @ lens.right)) + y * (across @ lens.up)
-        # turned to the viewer
+        # facing the camera
         unit = across / np.sqrt(across @ across) * (-1.0 if height > 0.0 else 1.0)
         return height / facing, unit[:, None, None, None]
     shape = np.broadcast_shapes(x.shape, y.shape)

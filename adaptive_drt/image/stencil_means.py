@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pixels whose means follow from points at their own middles and at those of pixels around them.
+"""Pixel means by a stencil: second differences of shutter means at neighbouring pixel centres.
 
-Second differences give the mean, and how they change from pixel to pixel tells how far that may be
-off, where the same is seen two pixels to each side: see `midpoint`.
+The second differences give the mean; their change from pixel to pixel gives its error estimate,
+where visibility is the same two pixels to each side: see `midpoint`.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ __all__ = ["Crosses"]
 
 
 class Crosses:
-    """What is left of the pixels, resolved one by one."""
+    """The pixels that no block has resolved, corrected one by one."""
 
     def __init__(self, points: Points) -> None:
-        """Nothing is asked yet."""
+        """Find the candidate pixels; no node values are requested yet."""
         self.points = points
-        # the pixels (m,) that may be resolved so
+        # (m,) pixels that may be resolved in this way
         self.pixels: Ints = points.wanted.nonzero()[0]
         if self.pixels.size:
             self.pixels = self.pixels[self._fine(self.pixels)]
@@ -38,7 +38,7 @@ class Crosses:
         return fine
 
     def ask(self) -> Ints:
-        """Pixels whose values are needed and that are not known: ascending."""
+        """Pixels whose values are needed and not yet known: ascending indices."""
         points = self.points
         self.pixels = rows = self.pixels[points.wanted[self.pixels]]
         if not points.frame.plan.edges:
@@ -47,7 +47,7 @@ class Crosses:
         return points.unknown(rows, *self._around(rows, 1), *beyond)
 
     def settle(self) -> None:
-        """Give the pixels their means that are sure enough."""
+        """Enter the means of the pixels whose estimated error is small enough."""
         points, rows = self.points, self.pixels
         if not rows.size:
             return
@@ -63,18 +63,18 @@ class Crosses:
         points.settle(rows, columns(mean, sure), np.hypot(points.error[rows], off[sure]))
 
     def _off(self, rows: Ints, step: int, before: Array, bend: Array, after: Array) -> Array:
-        """How far means may be off by what is along one axis: (m,)."""
+        """Estimated error of the means due to the variation along one axis: (m,)."""
         size = self.points.size
         off: Array = NEAR * size(bend)
         some = self._alike(rows, rows - 2 * step) & self._alike(rows, rows + 2 * step)
         return np.where(some, np.minimum(off, left(size, before, bend, after)), off)
 
     def _alike(self, rows: Ints, other: Ints) -> NDArray[np.bool_]:
-        """Whether pixels see the same as others."""
+        """Whether pixels have the same visibility key as others."""
         alike: NDArray[np.bool_] = self.points.frame.sight[rows] == self.points.frame.sight[other]
         return alike
 
     def _around(self, rows: Ints, reach: int) -> list[Ints]:
-        """The pixels so far from each, along both axes."""
+        """Pixels at distance `reach` from each, to both sides along both axes."""
         width = self.points.frame.width
         return [rows + reach * step for step in (-1, 1, -width, width)]

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What each pixel sees during the shutter, as a number: where neighbours have the same number, the
-picture may be interpolated between them.
+"""Visibility keys: hashes of what each pixel sees during the shutter. Where neighbouring pixels
+have the same key, the picture may be interpolated between them.
 
-A moving outline that passes over pixels leaves their means over time smooth: by how long each sees
-the object. Those means have a kink where the shutter opens or closes on the outline, and a step
-where an outline stands still. So a sight is the list of objects that are seen, and for each of
-those that move whether it enters the pixel's centre within the shutter, and whether it leaves it.
-Where these differ within a pixel, a kink or a step runs through it, and what its
-middle sees says nothing of its mean.
+When a moving outline passes over pixels, their means over time vary smoothly, with the fraction of
+the shutter for which each sees the object. Those means have a kink where the outline is on the
+pixel when the shutter opens or closes, and a step where an outline stands still. So a key encodes
+the list of visible objects, and for each moving one whether it enters the pixel's centre within the
+shutter, and whether it leaves it. Where these differ within a pixel, a kink or a step runs through
+it, and the value at its centre does not determine its mean.
 """
 
 from __future__ import annotations
@@ -26,23 +26,26 @@ __all__ = ["NO_SIGHT", "find_sights"]
 
 
 NO_SIGHT = -1
-"""An outline that stands still, or more than can be said in a number: nothing to interpolate."""
+"""Key of a pixel that must not be interpolated: an outline in it stands still, or its visibility is
+not described by a key."""
 
 SMALL = 2.0
-"""Pixels: half the size of objects that count wherever they pass a pixel, not its middle alone."""
+"""Half size in pixels below which an object counts wherever it passes through a pixel, and not only
+at the centre."""
 
 ACROSS = 3
-"""Lines an axis: of a box half as wide again as a pixel they pass its centre, corners and sides."""
+"""Number of lines an axis. They are centred in the thirds of a box half as wide again as the pixel,
+and so pass through the pixel's centre, its corners and the middles of its sides."""
 
 
 def find_sights(plan: Plan, place: Array, half: float, pairs: Pairs) -> Ints:
-    """Sights of pixels with outlines: (n,) numbers >= 0, or `NO_SIGHT`.
+    """Visibility keys of pixels with outlines: (n,) numbers >= 0, or `NO_KEY`.
 
     Parameters
     ----------
-    place : (2, n) picture coordinates of the pixels' centres.  half : half a pixel, or 0 where
-        pixels are but their centres.
-    pairs : the objects that may be seen in each pixel, sorted by pixel.
+    place : (2, n) picture coordinates of the pixels' centres.
+    half : half a pixel, or 0 where only the centres of pixels count.
+    pairs : objects that may be visible in each pixel, sorted by pixel.
     """
     count = place.shape[1]
     time = np.full((1, count), 0.5)
@@ -56,7 +59,7 @@ def find_sights(plan: Plan, place: Array, half: float, pairs: Pairs) -> Ints:
     moves = plan.moves[pairs.item]
     refused = np.zeros(count, dtype=np.bool_)
     refused[pairs.pixel[~moves & ~full]] = True
-    # two that stand still, neither wholly before the other: a seam
+    # two still objects, neither wholly in front of the other: a seam
     refused |= np.bincount(pairs.pixel[~moves], minlength=count) > 1
     code = 4 * (pairs.item + 1)
     mover = moves.nonzero()[0]
@@ -64,19 +67,20 @@ def find_sights(plan: Plan, place: Array, half: float, pairs: Pairs) -> Ints:
         phase, seen, differs = _phases(plan, place, half, pairs.take(mover))
         code[mover] += phase
         refused[pairs.pixel[mover[differs]]] = True
-        # what is that small may pass between all the middles
+        # an object as small as that may pass between all the centres
         refused[pairs.pixel[mover[~seen & (columns(reach, mover).min(axis=0) < SMALL)]]] = True
     total = np.zeros(count, dtype=np.uint64)
-    # spread over 64 bits, so that sums tell lists apart
+    # hashed to 64 bits, so that different lists have different sums
     np.add.at(total, pairs.pixel, mix(code.astype(np.uint64)))
     sight = (total >> np.uint64(1)).astype(np.int64)
     return np.where(refused, NO_SIGHT, sight)
 
 
 def _phases(plan: Plan, place: Array, half: float, pairs: Pairs) -> tuple[Ints, Mask, Mask]:
-    """Whether movers enter (2) and leave (1) the centres' rays, and whether they meet them.
+    """Whether moving objects enter (2) and leave (1) the rays of pixel centres, and whether they
+    meet them.
 
-    Returns with it whether that differs between the centre of the pixel and places on its sides.
+    Returns with it whether that differs between the pixel's centre and places on its sides.
     """
     time = np.full((1, place.shape[1]), 0.5)
     wide = 0.5 * ACROSS * half
