@@ -77,13 +77,13 @@ def visible_factor(
     Returns
     -------
     (n,) in sr, at least 0; the same to the last bit whatever else is in the batch. Source: see
-    `spherical_curves`. Error of an open light: 32 u (|a| + |b|) / h sr, half edges a, b and h as for
-    `form_factor.irradiance_factor`, and 32 u sin t for a round one of half angle t, u = 2^-53. Hidden
-    in part, its halves sum to it to 64 u (|a| + |b|) / d sr. Thin quads that coincide may count
-    apart: their length over their width, as seen, times 64 u sr. Measured, relative to the
-    unhidden factor (or 1e-5 sr where that is less): at most 1.3e-12 over 11,800 random cases of
-    quads with half edges of 0.2 to 1 at distances of about 2.5, and round lights with half angles
-    of 0.05 to 1.3 rad; 3e-10 for squares about 1e-6 rad wide.
+    `spherical_curves`. Error of an open light: 32 u (|a| + |b|) / h sr, half edges a, b and h
+    as for `form_factor.irradiance_factor`, and 32 u sin t for a round one of half angle t, u =
+    2^-53. Hidden in part, its halves sum to it to 64 u (|a| + |b|) / d sr. Thin quads that
+    coincide may count apart: their length over their width, as seen, times 64 u sr. Measured,
+    relative to the unhidden factor (or 1e-5 sr where that is less): at most 1.3e-12 over 11,800
+    random cases of quads with half edges of 0.2 to 1 at distances of about 2.5, and round
+    lights with half angles of 0.05 to 1.3 rad; 3e-10 for squares about 1e-6 rad wide.
 
     Occluders that reach through the light's surface are not for here, but for polygons that the
     caller has clipped.

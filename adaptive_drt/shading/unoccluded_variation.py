@@ -43,8 +43,8 @@ light's half angle (the slope then changes over twice that angle), or of the tur
 RIM = 0.3
 """Half a patch's extent over twice its distance from the rim of a sphere (0.5: it reaches the
 rim): from there on the root with which the surface turns is no parabola. Of the centroid's
-deviation a star leaves 0.04 at 0.25 and 0.18 at 0.5, and less with the gains of `limb_correction`: as of a power of
-3/2."""
+deviation a star leaves 0.04 at 0.25 and 0.18 at 0.5, and less with the gains of `limb_correction`:
+as of a power of 3/2."""
 
 
 def open_variation(

@@ -108,7 +108,8 @@ def _spans(low: Array, high: Array, events: Array | None) -> tuple[Array, Array]
 def _nearest(low: Array, high: Array, start: Array, end: Array, table: Array | None) -> Ints:
     """Which of k candidates is nearest in spans; k where there is none.
 
-    Without a table (see `line_intervals.depth`) the first that is there, else the first of the least depth.
+    Without a table (see `line_intervals.depth`) the first that is there, else the first of the
+    least depth.
     """
     k, middle = low.shape[0], 0.5 * (start + end)
     nearest: Ints = np.full(middle.shape, k)
