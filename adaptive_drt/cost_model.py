@@ -8,7 +8,7 @@ c : rays of a distributed pixel.
 
 from __future__ import annotations
 
-__all__ = ["pays", "predicted_ratio"]
+__all__ = ["adaptive_is_faster", "predicted_ratio"]
 
 
 def predicted_ratio(a: float, b: float, c: float) -> float:
@@ -16,6 +16,6 @@ def predicted_ratio(a: float, b: float, c: float) -> float:
     return (a * c + b - a) / c
 
 
-def pays(a: float, b: float, c: float) -> bool:
+def adaptive_is_faster(a: float, b: float, c: float) -> bool:
     """Whether adaptive distribution is predicted to be faster: equation 11."""
     return b < c - a * (c - 1.0)

@@ -14,30 +14,36 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from .detection.detect import Center, Flags
-from .detection.occlusion import classify_pairs
+from .detection.detect import CenterRays, DetectionFlags
+from .detection.occlusion import classify_occluders
 from .lights.emitter import Emitter
 from .numerics.arrays import Array, Ints, Mask
 from .numerics.gather import columns
-from .numerics.low_discrepancy import points
+from .numerics.low_discrepancy import low_discrepancy_points
 from .numerics.vector import dot
-from .parallel.call_progress import part_of_call
-from .shading.ratio_estimator import CHUNK, gather_light, light_points, ratio, unblocked
+from .parallel.call_progress import progress_range
+from .shading.ratio_estimator import (
+    CHUNK,
+    gather_light,
+    light_points,
+    ratio_estimate,
+    unoccluded_factor,
+)
 from .tracing.compile import Plan
-from .tracing.intersect import Pairs, Surface, Tile, pair_hits, places, surface
-from .tracing.occluder_culling import Occluders, every_pair
-from .tracing.shadow_rays import ranked
+from .tracing.intersect import Pairs, Surface, Tile, intersect_pairs, positions_in_runs, surface
+from .tracing.occluder_culling import Occluders, all_pairs_unculled
+from .tracing.shadow_rays import batches_by_rank
 
-__all__ = ["Pixels", "resolve"]
+__all__ = ["ResolvedPixels", "resolve_tile"]
 
 
-PLAIN_OBJECTS = 64
+TEST_ALL_OBJECTS = 64
 """Largest number of objects for which a shadow ray without results of detection tests all of them;
 beyond, candidate occluders are found first."""
 
 
 @dataclass
-class Pixels:
+class ResolvedPixels:
     """Resolved pixels of a tile.
 
     `color` is (3, n), `alpha` and `samples` are (n,), `rays` counts the rays traced by kind.
@@ -61,7 +67,12 @@ class Resolver:
     """
 
     def __init__(
-        self, plan: Plan, occluders: Occluders, tile: Tile, center: Center, flags: Flags
+        self,
+        plan: Plan,
+        occluders: Occluders,
+        tile: Tile,
+        center: CenterRays,
+        flags: DetectionFlags,
     ) -> None:
         """Start with the background in all pixels."""
         n = tile.index.size
@@ -72,7 +83,7 @@ class Resolver:
         alpha = np.full(n, 0.0 if plan.transparent else 1.0)
         if plan.transparent:
             color[:] = 0.0
-        self.out = Pixels(color, alpha, np.ones(n, dtype=np.int32))
+        self.out = ResolvedPixels(color, alpha, np.ones(n, dtype=np.int32))
 
     # --- one camera ray -------------------------------------------------------------------
 
@@ -96,7 +107,7 @@ class Resolver:
         """Irradiance factors (n,) of one light at hits of camera rays through pixel centres."""
         plan = self.plan
         shape = plan.shadow_light(light)
-        factor = unblocked(light, shape, light.center, hits)
+        factor = unoccluded_factor(light, shape, light.center, hits)
         if not light.casts_shadow:
             return factor
         if self.flags.shadows:
@@ -126,9 +137,9 @@ class Resolver:
         """Candidate occluders of points, without results of detection."""
         if not shape.casts_shadow:
             return Pairs(np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64))
-        if self.plan.object_count > PLAIN_OBJECTS:
+        if self.plan.object_count > TEST_ALL_OBJECTS:
             return self.occluders.find(shape, hits)
-        return every_pair(self.plan, shape, hits)
+        return all_pairs_unculled(self.plan, shape, hits)
 
     # --- many camera rays -----------------------------------------------------------------
 
@@ -160,13 +171,13 @@ class Resolver:
             plan.go_on()
             own = slice(bounds[index], bounds[index + 1])
             local = Pairs(found.pixel[own] - first, found.item[own])
-            with part_of_call(first / pixels.size, min((first + step) / pixels.size, 1.0)):
+            with progress_range(first / pixels.size, min((first + step) / pixels.size, 1.0)):
                 self._chunk(pixels[first : first + step], local, count, moves, spreads)
 
     def _chunk(self, pixels: Ints, pairs: Pairs, count: int, moves: bool, spreads: bool) -> None:
         """Resolve some of these pixels with `count` samples each; `pairs` are their candidates."""
         plan = self.plan
-        rays = _Rays.make(plan, self.tile, self.center, pixels, count, moves, spreads)
+        rays = _DistributedRays.make(plan, self.tile, self.center, pixels, count, moves, spreads)
         still = self.lean and not spreads
         depth, item = rays.nearest(plan, pairs, self.center if still else None)
         kept = (item == self.center.item_still[pixels][:, None]) & (item >= 0)
@@ -191,7 +202,7 @@ class Resolver:
         self.out.samples[pixels] = count * light_rays
         self.out.count("time" if moves else "pixel", pixels.size * count)
 
-    def _kept_light(self, rays: _Rays, kept: Mask, light_rays: int) -> Array:
+    def _kept_light(self, rays: _DistributedRays, kept: Mask, light_rays: int) -> Array:
         """Radiance (3, n), summed over the samples that hit the still surface at the pixel's
         centre.
         """
@@ -213,7 +224,7 @@ class Resolver:
             busy &= ~blocked
             calm = (~busy & ~blocked).nonzero()[0]
             rest = hits.take(calm)
-            known = unblocked(light, shape, light.center, rest)
+            known = unoccluded_factor(light, shape, light.center, rest)
             factor[calm] = known * kept[rows[calm]].sum(axis=1)
             some = busy.nonzero()[0]
             spots = None
@@ -240,14 +251,14 @@ class Resolver:
         if shape.displacement is not None:
             return pairs, blocked
         still = (~plan.moves[pairs.item]).nonzero()[0]
-        none, full = classify_pairs(plan, hits, shape, pairs.take(still), 0.0)
+        none, full = classify_occluders(plan, hits, shape, pairs.take(still), 0.0)
         blocked[pairs.pixel[still[full]]] = True
         keep = np.ones(pairs.item.size, dtype=np.bool_)
         keep[still[none | full]] = False
         return pairs.take(keep), blocked
 
     def _flat_light(
-        self, rays: _Rays, flat: Surface, row: Ints, sample: Ints, light_rays: int
+        self, rays: _DistributedRays, flat: Surface, row: Ints, sample: Ints, light_rays: int
     ) -> Array:
         """Radiance (3, n), summed over given samples, each shaded at its own hit."""
         plan = self.plan
@@ -272,10 +283,10 @@ class Resolver:
             self.out.count("light", row.size * light_rays)
             for channel in range(3):
                 closed, every, visible = (
-                    _sum_by(row, color[channel] * part[:, 0], n)
+                    _grouped_sums(row, color[channel] * part[:, 0], n)
                     for part in (sums.closed, sums.every, sums.visible)
                 )
-                total[channel] += light.power[channel] * ratio(closed, every, visible)
+                total[channel] += light.power[channel] * ratio_estimate(closed, every, visible)
         return total
 
     def _patch_pairs(self, shape: Emitter, flat: Surface, row: Ints) -> Pairs:
@@ -299,7 +310,7 @@ class Resolver:
         found = self.occluders.find(shape, ball, reach)
         copies = sizes[found.pixel]
         first = np.repeat(starts[found.pixel], copies)
-        offset = places(copies)
+        offset = positions_in_runs(copies)
         sample, item = first + offset, np.repeat(found.item, copies)
         keep = (item != flat.item[sample]) | flat.inside[sample]
         sample, item = sample[keep], item[keep]
@@ -307,7 +318,7 @@ class Resolver:
         return Pairs(sample[order], item[order])
 
 
-def _sum_by(row: Ints, values: Array, count: int) -> Array:
+def _grouped_sums(row: Ints, values: Array, count: int) -> Array:
     """Sum values by group: (count,). `row` is the group of each value; they are added in their
     order.
     """
@@ -315,7 +326,7 @@ def _sum_by(row: Ints, values: Array, count: int) -> Array:
 
 
 @dataclass(frozen=True)
-class _Rays:
+class _DistributedRays:
     """Distributed camera rays: k samples for each of n pixels of a tile.
 
     `w` (3, n, k) are ray directions, `time` (n, k) shutter times.
@@ -331,14 +342,14 @@ class _Rays:
         cls,
         plan: Plan,
         tile: Tile,
-        center: Center,
+        center: CenterRays,
         pixel: Ints,
         count: int,
         moves: bool,
         spreads: bool,
-    ) -> _Rays:
+    ) -> _DistributedRays:
         dimensions = 5 if moves and spreads else 2 if spreads else 1
-        spots = points(plan.settings.seed, tile.index[pixel], 0, count, dimensions)
+        spots = low_discrepancy_points(plan.settings.seed, tile.index[pixel], 0, count, dimensions)
         time = spots[0] - 0.5 if moves else np.zeros((pixel.size, count))
         if not spreads:
             w = np.broadcast_to(columns(center.w, pixel[:, None]), (3, pixel.size, count))
@@ -347,7 +358,7 @@ class _Rays:
         w = plan.lens.directions(tile.x[pixel, None] + (a - 0.5), tile.y[pixel, None] + (b - 0.5))
         return cls(pixel, count, w, time)
 
-    def nearest(self, plan: Plan, pairs: Pairs, center: Center | None) -> tuple[Array, Ints]:
+    def nearest(self, plan: Plan, pairs: Pairs, center: CenterRays | None) -> tuple[Array, Ints]:
         """Nearest hits (n, k): ray parameters and objects; `center` provides the hits on still
         objects.
         """
@@ -356,8 +367,8 @@ class _Rays:
         if center is not None:
             depth[:] = center.depth_still[self.pixel][:, None]
             item[:] = center.item_still[self.pixel][:, None]
-        for rows, ids in ranked(self.pixel.size, pairs):
-            t = pair_hits(plan, columns(self.w, rows), ids, self.time[rows])
+        for rows, ids in batches_by_rank(self.pixel.size, pairs):
+            t = intersect_pairs(plan, columns(self.w, rows), ids, self.time[rows])
             before, which = depth[rows], item[rows]
             ids = ids[:, None]
             # at equal depth the object of lower index is nearer, as at the centre
@@ -377,7 +388,9 @@ class _Rays:
         )
 
 
-def resolve(plan: Plan, occluders: Occluders, tile: Tile, center: Center, flags: Flags) -> Pixels:
+def resolve_tile(
+    plan: Plan, occluders: Occluders, tile: Tile, center: CenterRays, flags: DetectionFlags
+) -> ResolvedPixels:
     """Resolve all pixels of a tile."""
     resolver = Resolver(plan, occluders, tile, center, flags)
     resolver.plain()

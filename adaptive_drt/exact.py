@@ -11,33 +11,33 @@ from typing import Any
 
 import numpy as np
 
-from .cubature.adaptive import begin, refine
+from .cubature.adaptive import refine, shade_initial_cells
 from .cubature.error_budget import Goal, make_goal
-from .image.biquadratic_blocks import SIDES, Blocks
-from .image.buffers import Frame, widened
+from .image.biquadratic_blocks import SIDES, BiquadraticBlocks
+from .image.buffers import Frame, widened_plan
 from .image.chebyshev_blocks import SIDES as SQUARES
-from .image.chebyshev_blocks import Squares, coarse, coarse_bounds
-from .image.node_values import Points
-from .image.progress_model import ASKED_SHARES, course
-from .image.schedule import Clock, Work
-from .image.smooth_blocks import Survey, survey
-from .image.stencil_means import Crosses
+from .image.chebyshev_blocks import PixelBlocks, coarse_bounds, coarse_plan
+from .image.node_values import NodeValues
+from .image.progress_model import LEVEL_SHARES, progress_shares
+from .image.schedule import Scheduler, StageTimer
+from .image.smooth_blocks import FirstPass, trace_first_pass
+from .image.stencil_means import StencilMeans
 from .numerics.arrays import Array, Ints, Mask
 from .numerics.gather import columns
-from .parallel.executor import Parts
-from .parallel.pool import Call, Share, crew
+from .parallel.executor import CallProgress
+from .parallel.pool import Call, SharedArguments, worker_pool
 from .scene.film import Film
 from .tracing.compile import Plan
 from .tracing.intersect import Tile, screen_bounds
 from .tracing.occluder_culling import Occluders
 
-__all__ = ["Exact"]
+__all__ = ["ExactRender"]
 
 
-SURVEYED = 262_144
+FIRST_PASS_PIXELS = 262_144
 """Largest number of pixels in one call of the first pass: most of them lie in smooth blocks and
 need only a few points."""
-SURVEYED_BATCHES = 8
+FIRST_PASS_BATCHES = 8
 """Largest number of batches in one call of the first pass: a viewport render, whose batches are
 small, then shows progress (a first pass of 1280 x 720 pixels took 5 % longer by 65,536 pixels than
 by `FIRST_PASS_PIXELS`)."""
@@ -45,25 +45,25 @@ GOAL_ROWS = 32
 """Smallest number of rows of blocks, of the whole picture, that the error goal is computed from.
 The goal of any render region is that of the whole picture, so parts rendered separately join to the
 last bit."""
-RAISED = 4.0
+MAX_GOAL_RAISE = 4.0
 """Largest factor by which shading the outlines' regions may raise the goal that was set before: the
 rows that the goal is computed from may just have missed the hardest pixels."""
-GOAL_RIM = 2
+GOAL_ROW_BORDER = 2
 """Pixels at both sides of such a row that are not used: second differences need their
 neighbours."""
-SHARED = 131_072
+THREADS_PIXELS = 131_072
 """Number of pixels from which threads share a first pass: with fewer, two threads that wait for
 each other at every call of NumPy take longer than one (0.16 to 0.21 s) ..."""
-MANY_OBJECTS = 48
+THREADS_OBJECTS = 48
 """... or number of objects: each pixel then takes so long that threads pay sooner (1.8 to 1.35
 s)."""
-LOOK = 1.0
+UNLIT_TOLERANCE = 1.0
 """Tolerance used to search for light where no pixel centre is lit. It gives a goal of some 7 % of
 the predicted errors. The tolerance itself would split all of a dark picture to the limit."""
 
 
 @dataclass
-class Exact:
+class ExactRender:
     """One render by method 'EXACT', and its statistics.
 
     Attributes
@@ -83,7 +83,7 @@ class Exact:
 
     def __post_init__(self) -> None:
         """Make the scheduler; nothing is done yet."""
-        self.work = Work(self.plan, self.occluders)
+        self.work = Scheduler(self.plan, self.occluders)
 
     def run(self, film: Film) -> Generator[float, None, None]:
         """Fill a film; yields the fraction of the work done, 0 to 1, at least once a heartbeat."""
@@ -91,17 +91,17 @@ class Exact:
             yield from self._run(film)
 
     def _run(self, film: Film) -> Generator[float, None, None]:
-        wide = widened(self.plan, self.plan.region)
-        surveyed, settled = course(self.plan, self.work.free > 0)
+        wide = widened_plan(self.plan, self.plan.region)
+        surveyed, settled = progress_shares(self.plan, self.work.free > 0)
         calls = self._survey(wide, 0, 1)
-        parts: Parts = {}
+        parts: CallProgress = {}
         with closing(self.work.hands.results(calls, parts)) as results:
             # memory for the frame is allocated while workers trace
             frame = Frame(wide, self.plan.region)
             frame.develop(film)
             for number in self._entered(frame, results, parts):
                 yield surveyed * number / len(calls)
-        clock = Clock()
+        clock = StageTimer()
         self.stage = "Setting the goal"
         frame.correct()
         clock("means of smooth pixels")
@@ -129,25 +129,28 @@ class Exact:
     def _survey(self, wide: Plan, first: int, step: int) -> list[Call]:
         """Calls that trace the first pass over every `step`-th row of blocks, from row `first`."""
         side = SQUARES[0]
-        rough = coarse(wide, side)
+        rough = coarse_plan(wide, side)
         fine = screen_bounds(wide)
         bounds = coarse_bounds(fine, side)
         left, bottom, right, top = rough.region
         rows = -(-(top - bottom - first) // step)
-        most = min(SURVEYED, SURVEYED_BATCHES * wide.settings.batch)
+        most = min(FIRST_PASS_PIXELS, FIRST_PASS_BATCHES * wide.settings.batch)
         most = max(1, most // (side * side * (right - left)))
         count = -(-rows // most)
         pixels = side * side * rows * (right - left)
-        hands = crew.hands(wide.threads)
-        if pixels >= SHARED or crew.ready or wide.object_count > MANY_OBJECTS:
+        hands = worker_pool.hands(wide.threads)
+        if pixels >= THREADS_PIXELS or worker_pool.ready or wide.object_count > THREADS_OBJECTS:
             count = min(rows, -(-count // hands) * hands)
         tiles = [Tile.make(rough, first + step * k, step * count) for k in range(count)]
-        share = Share((wide, self.occluders, fine))
-        squares = [Squares.of_tile(rough, side, bounds, tile) for tile in tiles]
-        return [Call(_first, share, (some,)) for some in squares]
+        share = SharedArguments((wide, self.occluders, fine))
+        squares = [PixelBlocks.of_tile(rough, side, bounds, tile) for tile in tiles]
+        return [Call(_first_pass_call, share, (some,)) for some in squares]
 
     def _entered(
-        self, frame: Frame, results: Generator[tuple[int, Any] | None, None, None], parts: Parts
+        self,
+        frame: Frame,
+        results: Generator[tuple[int, Any] | None, None, None],
+        parts: CallProgress,
     ) -> Generator[float, None, None]:
         """Enter the results of the first pass; yields the number of calls done.
 
@@ -181,12 +184,12 @@ class Exact:
         step = max(1, height // (side * GOAL_ROWS))
         first = step // 2
         y = np.arange(height)
-        chosen = ((y // side) % step == first) & (y % side >= GOAL_RIM)
-        chosen &= y % side < side - GOAL_RIM
+        chosen = ((y // side) % step == first) & (y % side >= GOAL_ROW_BORDER)
+        chosen &= y % side < side - GOAL_ROW_BORDER
         if step == 1 or not chosen.any():
             chosen[:] = True
         if self.plan.region != whole:
-            wide = widened(self.plan, whole)
+            wide = widened_plan(self.plan, whole)
             frame = Frame(wide, whole)
             # the frame's first row of blocks is the one below the picture
             below = -(frame.bottom // side)
@@ -207,12 +210,12 @@ class Exact:
             if frame is not own:
                 for _ in self._begin(frame, frame.outlines(inside)):
                     yield 1.0
-            most = RAISED * self.goal.error
+            most = MAX_GOAL_RAISE * self.goal.error
             self._take_goal(frame, inside)
             self.goal = replace(self.goal, error=min(self.goal.error, most))
 
     def _take_goal(self, frame: Frame, inside: Mask) -> None:
-        clock = Clock()
+        clock = StageTimer()
         self.goal = frame.goal(inside)
         clock("goal")
         self.work.add(clock.seconds)
@@ -221,7 +224,7 @@ class Exact:
         """Shade the visible regions of pixels with outlines; yields the fraction done."""
         tasks = frame.in_parts(rows, self.goal, self.work.part(rows.size), True)
         done = 0
-        with closing(self.work.results(begin, tasks, "outlines")) as outcomes:
+        with closing(self.work.results(shade_initial_cells, tasks, "outlines")) as outcomes:
             for outcome in outcomes:
                 if outcome is not None:
                     own, begun = outcome
@@ -233,7 +236,7 @@ class Exact:
         """If no pixel centre is lit, search for light first and set the goal from what is found."""
         some = frame.some(inside)
         color, error, cut = columns(frame.color, some), frame.error[some], frame.outline[some]
-        goal = make_goal(LOOK, color, error, error, cut)
+        goal = make_goal(UNLIT_TOLERANCE, color, error, error, cut)
         some = some[cut | (error > goal.error)]
         if not some.size:
             return
@@ -258,10 +261,12 @@ class Exact:
         Pixels that no block can resolve are meanwhile refined in the background, if there are
         workers. Yields the fraction done.
         """
-        clock = Clock()
-        points = Points(frame, self.goal)
-        levels: list[Blocks | Crosses] = [Blocks(points, side) for side in SIDES]
-        levels.append(Crosses(points))
+        clock = StageTimer()
+        points = NodeValues(frame, self.goal)
+        levels: list[BiquadraticBlocks | StencilMeans] = [
+            BiquadraticBlocks(points, side) for side in SIDES
+        ]
+        levels.append(StencilMeans(points))
         hard = frame.chosen(self.goal)
         for level in levels:
             hard[level.pixels] = False
@@ -270,7 +275,7 @@ class Exact:
             self.work.put_aside(frame.in_parts(rows, self.goal, size, True))
             frame.hold(rows)
         before = 0.0
-        for level, share in zip(levels, ASKED_SHARES, strict=True):
+        for level, share in zip(levels, LEVEL_SHARES, strict=True):
             wanted = level.ask()
             clock("blocks")
             for done in self._integrate(frame, points, wanted):
@@ -282,7 +287,7 @@ class Exact:
         self.work.add(clock.seconds)
 
     def _integrate(
-        self, frame: Frame, points: Points, wanted: Ints
+        self, frame: Frame, points: NodeValues, wanted: Ints
     ) -> Generator[float, None, None]:
         """Integrate over the shutter at pixel centres; yields the fraction done."""
         done = 0
@@ -295,9 +300,9 @@ class Exact:
                 yield (done + self.work.under_way) / wanted.size
 
 
-def _first(
-    plan: Plan, occluders: Occluders, bounds: Ints, squares: Squares
-) -> tuple[Survey, dict[str, float]]:
+def _first_pass_call(
+    plan: Plan, occluders: Occluders, bounds: Ints, squares: PixelBlocks
+) -> tuple[FirstPass, dict[str, float]]:
     plan.go_on()
-    clock = Clock()
-    return survey(plan, occluders, bounds, squares, clock), clock.seconds
+    clock = StageTimer()
+    return trace_first_pass(plan, occluders, bounds, squares, clock), clock.seconds

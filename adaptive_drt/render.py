@@ -13,19 +13,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .cost_model import predicted_ratio
-from .detection.detect import Center, Flags, detect, everywhere, trace_center
-from .detection.occlusion import Shadow
-from .distributed import Pixels, Resolver, resolve
-from .exact import Exact
-from .image.schedule import Clock
-from .parallel.call_progress import part_of_call, tell
-from .parallel.executor import Hands, Parts, beside
-from .parallel.pool import Call, Share, crew
-from .scene.description import Issue, Scene, camera_of, validate
+from .detection.detect import CenterRays, DetectionFlags, detect, flag_everywhere, trace_center_rays
+from .detection.occlusion import LightVisibility
+from .distributed import ResolvedPixels, Resolver, resolve_tile
+from .exact import ExactRender
+from .image.schedule import StageTimer
+from .parallel.call_progress import progress_range, report_progress
+from .parallel.executor import CallProgress, RenderExecutor, run_in_thread
+from .parallel.pool import Call, SharedArguments, worker_pool
+from .scene.description import Issue, Scene, checked_camera, validate
 from .scene.film import Film
 from .scene.settings import Settings
 from .tracing.compile import Plan, make_plan
-from .tracing.intersect import Pairs, Tile, find_pairs, screen_bounds
+from .tracing.intersect import Pairs, Tile, find_candidates, screen_bounds
 from .tracing.occluder_culling import Occluders
 
 __all__ = ["Progress", "render", "render_image"]
@@ -34,14 +34,14 @@ ALLOCATOR_HINT = 33_000_000
 """Bytes of a block that is allocated once and freed, never touched. glibc keeps freed memory up to
 twice the largest block it has ever unmapped (at most 32 MiB); freeing this one spares 17 of 18
 thousand page faults a picture."""
-READING = "Reading the scene"
+READING_STAGE = "Reading the scene"
 """Name of the first stage, for the user."""
-CREWS_PIXELS = 32_768
+WORKERS_PIXELS = 32_768
 """Number of pixels of a picture from which worker processes are started, which takes each 0.3 s."""
-TRACED, DETECTED, SHADED = 0.05, 0.3, 0.6
+CAMERA_RAYS_DONE, DETECTION_DONE, PENUMBRAE_DONE = 0.05, 0.3, 0.6
 """Fractions of the work of a tile that are done after its camera rays, after detection and after
 penumbrae, roughly; for a progress bar."""
-SAMPLE_ROWS = 8_192
+TIMING_PIXELS = 8_192
 """Number of pixels of the plain pass that measures t'n: enough that the overhead of NumPy calls
 does not dominate."""
 
@@ -67,7 +67,7 @@ class _TileResult:
     """Results of method RAYS for one tile, and the seconds of each stage."""
 
     tile: Tile
-    pixels: Pixels
+    pixels: ResolvedPixels
     mask: NDArray[np.bool_]
     depth: NDArray[np.float64]
     normal: NDArray[np.float64]
@@ -89,40 +89,40 @@ def render(scene: Scene, settings: Settings | None = None) -> Generator[Progress
     settings = settings or Settings()
     began = time.perf_counter()
     np.empty(ALLOCATOR_HINT, dtype=np.uint8)
-    left, bottom, right, top = camera_of(scene).region
+    left, bottom, right, top = checked_camera(scene).region
     film = Film(right - left, top - bottom)
     size, most = film.width * film.height, 0
-    yield Progress(0, size, READING, film)
-    with closing(beside(_read, scene, settings)) as reading:
-        scene, plan = yield from _waiting(reading, READING, film)
-    if size >= CREWS_PIXELS:
-        crew.muster(plan.threads - 1)
-    with closing(beside(Occluders, plan)) as preparing:
-        occluders = yield from _waiting(preparing, "Preparing", film)
-    totals = _Totals()
+    yield Progress(0, size, READING_STAGE, film)
+    with closing(run_in_thread(_compile_scene, scene, settings)) as reading:
+        scene, plan = yield from _await_call(reading, READING_STAGE, film)
+    if size >= WORKERS_PIXELS:
+        worker_pool.muster(plan.threads - 1)
+    with closing(run_in_thread(Occluders, plan)) as preparing:
+        occluders = yield from _await_call(preparing, "Preparing", film)
+    totals = _Statistics()
     totals.seconds["prepare"] = time.perf_counter() - began
-    render_pixels = _exact if settings.method == "EXACT" else _by_rays
+    render_pixels = _render_exact if settings.method == "EXACT" else _render_rays
     with closing(render_pixels(plan, occluders, film, totals)) as steps:
         for done, stage in steps:
             # completed fractions and finished results may be entered out of step
             most = max(most, done)
             yield Progress(most, size, stage, film)
-    film.stats = totals.statistics(plan, film, scene.issues + _advice(plan))
+    film.stats = totals.statistics(plan, film, scene.issues + _scene_warnings(plan))
     if settings.method == "RAYS":
-        with closing(beside(_sample_seconds, plan, occluders)) as measuring:
-            sample = yield from _waiting(measuring, "Measuring", film, most)
-        _cost_model(film, totals, sample)
+        with closing(run_in_thread(_measure_pixel_seconds, plan, occluders)) as measuring:
+            sample = yield from _await_call(measuring, "Measuring", film, most)
+        _add_cost_model(film, totals, sample)
     totals.finish(film, began)
     return film
 
 
-def _read(scene: Scene, settings: Settings) -> tuple[Scene, Plan]:
+def _compile_scene(scene: Scene, settings: Settings) -> tuple[Scene, Plan]:
     """Validate a scene and compile it for rendering."""
     scene = validate(scene)
     return scene, make_plan(scene, settings)
 
 
-def _waiting(
+def _await_call(
     call: Generator[None, None, Result], stage: str, film: Film, done: int = 0
 ) -> Generator[Progress, None, Result]:
     """Yield progress at each heartbeat of a call, and return its result."""
@@ -135,30 +135,30 @@ def _waiting(
         yield Progress(done, film.width * film.height, stage, film)
 
 
-def _by_rays(
-    plan: Plan, occluders: Occluders, film: Film, totals: _Totals
+def _render_rays(
+    plan: Plan, occluders: Occluders, film: Film, totals: _Statistics
 ) -> Generator[tuple[int, str], None, None]:
     """Method RAYS, tile by tile: yields the number of pixels done and the stage."""
-    size, parts = film.width * film.height, Parts()
+    size, parts = film.width * film.height, CallProgress()
     done, tiles = 0, _tile_count(plan)
-    share = Share((plan, occluders, screen_bounds(plan)))
+    share = SharedArguments((plan, occluders, screen_bounds(plan)))
     jobs = [Call(_render_tile, share, (first, tiles)) for first in range(tiles)]
-    with closing(Hands(plan.stop, plan.threads)) as hands:
+    with closing(RenderExecutor(plan.stop, plan.threads)) as hands:
         for outcome in hands.results(jobs, parts):
             if outcome is not None:
                 _, result = outcome
-                done += _write(film, result)
+                done += _write_tile(film, result)
                 totals.add(result)
             yield done + int(sum(parts.copy().values()) * (size - 1) / tiles), "Tracing rays"
 
 
-def _exact(
-    plan: Plan, occluders: Occluders, film: Film, totals: _Totals
+def _render_exact(
+    plan: Plan, occluders: Occluders, film: Film, totals: _Statistics
 ) -> Generator[tuple[int, str], None, None]:
     """Method EXACT: yields the fraction of the work done, times the number of pixels, and the
     stage.
     """
-    exact = Exact(plan, occluders)
+    exact = ExactRender(plan, occluders)
     with closing(exact.run(film)) as steps:
         for done in steps:
             yield round(done * film.width * film.height), exact.stage
@@ -191,18 +191,18 @@ def _render_tile(
     plan: Plan, occluders: Occluders, bounds: NDArray[np.int64], first: int, step: int
 ) -> _TileResult:
     """Trace, detect and resolve one tile: every `step`-th row of the picture from row `first`."""
-    clock = Clock()
+    clock = StageTimer()
     tile = Tile.make(plan, first, step)
-    center = trace_center(plan, tile.x, tile.y, find_pairs(plan, bounds, tile))
+    center = trace_center_rays(plan, tile.x, tile.y, find_candidates(plan, bounds, tile))
     clock("camera rays")
-    tell(TRACED)
-    with part_of_call(TRACED, DETECTED):
+    report_progress(CAMERA_RAYS_DONE)
+    with progress_range(CAMERA_RAYS_DONE, DETECTION_DONE):
         flags = _flags(plan, occluders, center, clock)
     resolver = Resolver(plan, occluders, tile, center, flags)
-    with part_of_call(DETECTED, SHADED):
+    with progress_range(DETECTION_DONE, PENUMBRAE_DONE):
         resolver.plain()
     clock("one-ray pixels and penumbrae")
-    with part_of_call(SHADED, 1.0):
+    with progress_range(PENUMBRAE_DONE, 1.0):
         resolver.distributed()
     clock("motion and edges")
     normal = np.zeros((3, tile.index.size))
@@ -210,14 +210,16 @@ def _render_tile(
     return _TileResult(tile, resolver.out, flags.mask, center.depth, normal, clock.seconds)
 
 
-def _flags(plan: Plan, occluders: Occluders, center: Center, clock: Clock) -> Flags:
+def _flags(
+    plan: Plan, occluders: Occluders, center: CenterRays, clock: StageTimer
+) -> DetectionFlags:
     """Which domains are distributed in which pixels: by detection, or everywhere."""
     if plan.settings.distribution == "EVERYWHERE":
-        return everywhere(plan, center)
+        return flag_everywhere(plan, center)
     return detect(plan, occluders, center, clock)
 
 
-def _write(film: Film, result: _TileResult) -> int:
+def _write_tile(film: Film, result: _TileResult) -> int:
     """Copy the results of a tile into the film; returns its number of pixels."""
     rows = slice(result.tile.first, None, result.tile.step)
     pixels = result.pixels
@@ -233,7 +235,7 @@ def _write(film: Film, result: _TileResult) -> int:
 
 
 @dataclass
-class _Totals:
+class _Statistics:
     """Statistics summed over tiles."""
 
     rays: dict[str, int] = field(default_factory=dict)
@@ -270,7 +272,7 @@ class _Totals:
         }
 
 
-def _advice(plan: Plan) -> tuple[Issue, ...]:
+def _scene_warnings(plan: Plan) -> tuple[Issue, ...]:
     """Issues of a scene that renders, but cannot show anything."""
     advice = []
     if not plan.object_count:
@@ -282,7 +284,7 @@ def _advice(plan: Plan) -> tuple[Issue, ...]:
     return tuple(advice)
 
 
-def _sample_seconds(plan: Plan, occluders: Occluders) -> tuple[float, float]:
+def _measure_pixel_seconds(plan: Plan, occluders: Occluders) -> tuple[float, float]:
     """Measure the time of a pixel traced without derivatives, and of its shading alone.
 
     It is measured on a sample of the picture's rows.
@@ -295,25 +297,25 @@ def _sample_seconds(plan: Plan, occluders: Occluders) -> tuple[float, float]:
     settings = replace(plan.settings, distribution="EVERYWHERE", light_rays=1)
     plain = replace(plan, settings=settings, penumbra=False, motion=False, edges=False)
     left, bottom, right, top = plan.region
-    rows = max(1, min(top - bottom, SAMPLE_ROWS // (right - left)))
+    rows = max(1, min(top - bottom, TIMING_PIXELS // (right - left)))
     tile = Tile.make(plain, 0, max(1, (top - bottom) // rows))
     bounds = screen_bounds(plan)
-    clock = Clock()
-    center = trace_center(plain, tile.x, tile.y, find_pairs(plain, bounds, tile))
-    flags = everywhere(plain, center)
-    resolve(plain, occluders, tile, center, flags)
+    clock = StageTimer()
+    center = trace_center_rays(plain, tile.x, tile.y, find_candidates(plain, bounds, tile))
+    flags = flag_everywhere(plain, center)
+    resolve_tile(plain, occluders, tile, center, flags)
     clock("plain")
     none = np.zeros(center.rows.size, dtype=np.bool_)
     nothing = np.zeros(0, dtype=np.int64)
-    known = Shadow(none, none, none, Pairs(nothing, nothing))
+    known = LightVisibility(none, none, none, Pairs(nothing, nothing))
     shadows = (known,) * len(plain.lights)
-    resolve(plain, occluders, tile, center, replace(flags, shadows=shadows))
+    resolve_tile(plain, occluders, tile, center, replace(flags, shadows=shadows))
     clock("shading")
     count = tile.index.size
     return clock.seconds["plain"] / count, clock.seconds["shading"] / count
 
 
-def _cost_model(film: Film, totals: _Totals, sample: tuple[float, float]) -> None:
+def _add_cost_model(film: Film, totals: _Statistics, sample: tuple[float, float]) -> None:
     """Write a, b, c and the prediction of equation 10 into the statistics.
 
     b is t_n over t'_n: the time of camera ray, detection and shading, nothing distributed, over

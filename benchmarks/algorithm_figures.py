@@ -23,23 +23,23 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import ListedColormap, LogNorm
 from matplotlib.patches import Ellipse
 
-from adaptive_drt.cubature.nodes import make_arms, turns
-from adaptive_drt.detection.occlusion import detect_shadows
+from adaptive_drt.cubature.nodes import make_nodes, rotation_index
+from adaptive_drt.detection.occlusion import classify_light_visibility
 from adaptive_drt.geometry.sphere import discriminant
 from adaptive_drt.numerics.arrays import Array
 from adaptive_drt.numerics.jet import Jet
-from adaptive_drt.numerics.low_discrepancy import points
+from adaptive_drt.numerics.low_discrepancy import low_discrepancy_points
 from adaptive_drt.numerics.taylor_range import interval_range, rectangle_range
 from adaptive_drt.numerics.vector import dot
 from adaptive_drt.scene.film import Film
-from adaptive_drt.shading.partial_occlusion import hide
-from adaptive_drt.shading.ratio_estimator import gather_light, unblocked
+from adaptive_drt.shading.partial_occlusion import apply_occluders
+from adaptive_drt.shading.ratio_estimator import gather_light, unoccluded_factor
 from adaptive_drt.tracing.compile import Plan
 from adaptive_drt.tracing.intersect import Pairs, surface
 from adaptive_drt.tracing.occluder_culling import Occluders
-from adaptive_drt.visibility.fragments import Boxes, find_regions
-from adaptive_drt.visibility.line_intervals import TIME, Lattice, intervals
-from adaptive_drt.visibility.polynomials import make_forms
+from adaptive_drt.visibility.fragments import Boxes, find_fragments
+from adaptive_drt.visibility.line_intervals import TIME, Lattice, hit_intervals
+from adaptive_drt.visibility.polynomials import make_polynomials
 
 ROOT = Path(__file__).resolve().parent.parent
 FINER = 0.05
@@ -187,16 +187,16 @@ def light(plan: Plan, film: Film) -> plt.Figure:
     w = plan.lens.directions(np.array([x + 0.5]), np.array([y + 0.5]))
     item, depth = seen_at(plan, np.array([x + 0.5]), np.array([y + 0.5]), np.zeros(1))
     point = surface(plan, w, depth, item)
-    pairs = detect_shadows(plan, point, emitter, occluders.find(emitter, point)).pairs
-    open_ = unblocked(emitter, emitter, emitter.center, point)
+    pairs = classify_light_visibility(plan, point, emitter, occluders.find(emitter, point)).pairs
+    open_ = unoccluded_factor(emitter, emitter, emitter.center, point)
     closed = open_.copy()
-    hide(plan, point, emitter, pairs, 0.0, closed)
+    apply_occluders(plan, point, emitter, pairs, 0.0, closed)
     figure, axes = plt.subplots(1, 2, figsize=(9, 3.5))
     _light_plane(plan, point.point, pairs, axes[0])
     counts = 2 ** np.arange(2, 15)
     off = []
     for rays in counts:
-        spots = points(0, np.zeros(1, dtype=np.int64), 1, int(rays), 2)
+        spots = low_discrepancy_points(0, np.zeros(1, dtype=np.int64), 1, int(rays), 2)
         estimate = gather_light(plan, point, emitter, pairs, (spots[0], spots[1]), 0.0).estimate()
         off.append(float(abs(estimate - closed)[0] / open_[0]))
     axes[1].loglog(counts, off, "o-", ms=3)
@@ -232,7 +232,7 @@ def _light_plane(plan: Plan, point: Array, pairs: Pairs, axis: Axes) -> None:
     axis.contourf(s, s, values, [-1e9, 0.0, 1e9], colors=["#fff3c4", "#566"])
     axis.contour(s, s, values, [0.0], colors="k")
     axis.plot([-1, 1, 1, -1, -1], [-1, -1, 1, 1, -1], "tab:orange", lw=2)
-    a, b = points(0, np.zeros(1, dtype=np.int64), 1, 49, 2)
+    a, b = low_discrepancy_points(0, np.zeros(1, dtype=np.int64), 1, 49, 2)
     u, v = 2.0 * a[0] - 1.0, 2.0 * b[0] - 1.0
     free = sign(u, v) <= 0.0
     axis.plot(u[free], v[free], "o", color="tab:green", ms=3)
@@ -272,10 +272,10 @@ def _show_regions(
     boxes = Boxes(low[:, None], high[:, None])
     every = np.arange(plan.object_count)
     pairs = Pairs(np.zeros_like(every), every)
-    found = find_regions(plan, boxes, pairs, 1e-3, 16)
+    found = find_fragments(plan, boxes, pairs, 1e-3, 16)
     wide = (high > low)[:, None] & np.ones(found.item.size, dtype=np.bool_)
-    star, turn = np.ones(found.item.size, dtype=np.bool_), turns(found.place)
-    arms = make_arms(found.place, found.spread, wide, star, ~star, turn)
+    star, turn = np.ones(found.item.size, dtype=np.bool_), rotation_index(found.place)
+    arms = make_nodes(found.place, found.spread, wide, star, ~star, turn)
     samples = found.place[:, arms.region] + arms.offset
     axis.plot(samples[one], samples[other], "ko", ms=4, mfc="w")
     axis.plot(found.place[one], found.place[other], "k+", ms=9, mew=2)
@@ -296,10 +296,10 @@ def _ellipse(place: Array, spread: Array, shown_axes: tuple[int, int]) -> Ellips
 
 def _show_lines(plan: Plan, axis: Axes, boxes: Boxes, pairs: Pairs, timed: bool) -> None:
     """Eight lines, along x or t, and where they meet the outlines of spheres."""
-    forms, cover = make_forms(plan, boxes, pairs)
+    forms, cover = make_polynomials(plan, boxes, pairs)
     low, size = boxes.low[:, 0], (boxes.high - boxes.low)[:, 0]
     along, across = (TIME, 0) if timed else (0, 1)
-    first, last = intervals(forms, cover.full, Lattice(along, 8, 1))
+    first, last = hit_intervals(forms, cover.full, Lattice(along, 8, 1))
     for k in range(8):
         place = low[across] + (k + 0.5) / 8 * size[across]
         met = last[k, 0, : plan.sphere_count] > first[k, 0, : plan.sphere_count]

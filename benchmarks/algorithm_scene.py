@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 from paper_scenes import look_at
 
-from adaptive_drt.exact import Exact
+from adaptive_drt.exact import ExactRender
 from adaptive_drt.image.buffers import Frame
-from adaptive_drt.image.smooth_blocks import Survey
+from adaptive_drt.image.smooth_blocks import FirstPass
 from adaptive_drt.numerics.arrays import Array, Mask
-from adaptive_drt.parallel.executor import Parts
+from adaptive_drt.parallel.executor import CallProgress
 from adaptive_drt.scene.description import (
     Material,
     Motion,
@@ -27,7 +27,7 @@ from adaptive_drt.scene.description import (
 from adaptive_drt.scene.film import Film
 from adaptive_drt.scene.settings import Settings
 from adaptive_drt.tracing.compile import Plan, make_plan
-from adaptive_drt.tracing.intersect import Pairs, nearest, pair_hits
+from adaptive_drt.tracing.intersect import Pairs, intersect_pairs, nearest_hits
 from adaptive_drt.tracing.occluder_culling import Occluders
 
 __all__ = ["SETTINGS", "Watched", "example_scene", "plan_of", "seen_at", "watch"]
@@ -55,7 +55,7 @@ def example_scene() -> Scene:
 
 
 @dataclass
-class Watched(Exact):
+class Watched(ExactRender):
     """An exact render that remembers what it went through.
 
     Attributes
@@ -67,12 +67,15 @@ class Watched(Exact):
     def __post_init__(self) -> None:
         """Nothing is remembered yet."""
         super().__post_init__()
-        self.surveys: list[Survey] = []
+        self.surveys: list[FirstPass] = []
         self.first = self.before = np.zeros(0)
         self.frame: Frame | None = None
 
     def _entered(
-        self, frame: Frame, results: Generator[tuple[int, Any] | None, None, None], parts: Parts
+        self,
+        frame: Frame,
+        results: Generator[tuple[int, Any] | None, None, None],
+        parts: CallProgress,
     ) -> Generator[float, None, None]:
         def kept() -> Generator[tuple[int, Any] | None, None, None]:
             for result in results:
@@ -113,6 +116,6 @@ def seen_at(plan: Plan, x: Array, y: Array, time: Array) -> tuple[Array, Array]:
     count, objects = x.size, plan.object_count
     pairs = Pairs(np.tile(np.arange(count), objects), np.repeat(np.arange(objects), count))
     w = plan.lens.directions(x, y)[:, pairs.pixel]
-    t = pair_hits(plan, w[..., None], pairs.item, time[pairs.pixel][:, None])[:, 0]
-    depth, item = nearest(count, pairs, t)
+    t = intersect_pairs(plan, w[..., None], pairs.item, time[pairs.pixel][:, None])[:, 0]
+    depth, item = nearest_hits(count, pairs, t)
     return item, depth

@@ -18,7 +18,7 @@ import numpy as np
 from bench_ladder import climb, parse
 from bench_scenes import bench_scene
 
-from adaptive_drt.parallel.pool import crew
+from adaptive_drt.parallel.pool import worker_pool
 from adaptive_drt.render import render_image
 from adaptive_drt.scene.film import Film
 from adaptive_drt.scene.settings import Settings
@@ -57,9 +57,9 @@ def main() -> None:
     def read(film: Film) -> np.ndarray:
         return film.color
 
-    crew.muster(THREADS - 1)
+    worker_pool.muster(THREADS - 1)
     end = time.monotonic() + PATIENCE
-    while not crew.ready and time.monotonic() < end:
+    while not worker_pool.ready and time.monotonic() < end:
         time.sleep(0.01)
     climb(render, rungs, given, "Adaptive DRT", read, growth=0.0)
 

@@ -240,8 +240,8 @@ class ADRT_OT_cancel(bpy.types.Operator):
 
 def stop() -> None:
     """End all renders and wait for their threads and processes; nothing of them is kept."""
-    from ..adaptive_drt.parallel.pool import crew
+    from ..adaptive_drt.parallel.pool import worker_pool
 
     state.leave()
     state.join()
-    crew.stop()
+    worker_pool.stop()

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 import mpmath
 import numpy as np
 
-from adaptive_drt.numerics.jet import Jet, pairs
+from adaptive_drt.numerics.jet import Jet, hessian_axes
 
 DIGITS = 50
 AXES = 2
@@ -22,7 +22,9 @@ def random_jet(generator, value, order, axes=AXES, missing=()) -> Jet:
         return generator.normal(size=shape) * 10.0 ** generator.uniform(-2, 2, size=shape)
 
     gradient = tuple(None if i in missing else partial() for i in range(axes))
-    hessian = tuple(None if i in missing or j in missing else partial() for i, j in pairs(axes))
+    hessian = tuple(
+        None if i in missing or j in missing else partial() for i, j in hessian_axes(axes)
+    )
     return Jet(np.asarray(value, dtype=float), gradient, hessian if order == 2 else None)
 
 
@@ -49,7 +51,7 @@ def polynomial(jet: Jet, index) -> Callable[..., mpmath.mpf]:
 
     def evaluate(*offset):
         total = value + sum(g * o for g, o in zip(gradient, offset, strict=True))
-        for (i, j), h in zip(pairs(len(gradient)), hessian, strict=len(hessian) > 0):
+        for (i, j), h in zip(hessian_axes(len(gradient)), hessian, strict=len(hessian) > 0):
             total += h * offset[i] * offset[j] / (2 if i == j else 1)
         return total
 
@@ -64,7 +66,7 @@ def partials(function: Callable[..., mpmath.mpf], axes: int, order: int) -> list
         for i in range(axes):
             result.append(mpmath.diff(function, origin, tuple(int(k == i) for k in range(axes))))
         if order == 2:
-            for i, j in pairs(axes):
+            for i, j in hessian_axes(axes):
                 orders = tuple(int(k == i) + int(k == j) for k in range(axes))
                 result.append(mpmath.diff(function, origin, orders))
         return result
@@ -93,7 +95,7 @@ def scales(function: Callable[..., mpmath.mpf], inner: Sequence[Jet], index) -> 
         for i in range(axes):
             result.append(sum(first[k] * dense[k][1 + i] for k in count))
         if inner[0].order == 2:
-            for position, (i, j) in enumerate(pairs(axes)):
+            for position, (i, j) in enumerate(hessian_axes(axes)):
                 result.append(
                     sum(first[k] * dense[k][1 + axes + position] for k in count)
                     + sum(

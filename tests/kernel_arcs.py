@@ -5,7 +5,8 @@ and light summed over arcs."""
 import numpy as np
 
 from adaptive_drt.geometry import spherical_curves as arcs
-from adaptive_drt.lights.occluded_form_factor import RoundOutline, visible_factor
+from adaptive_drt.geometry.silhouettes import CircularSilhouette
+from adaptive_drt.lights.occluded_form_factor import visible_factor
 from kernel_families import Family, U, across, length, near_one, spread, unit
 from kernel_lights import cone_and_normal, nearest_edge, quad_and_point
 from oracle import kernels as better
@@ -56,14 +57,14 @@ def _circles(axis, sine, cosine, center):
 
 
 def _segments(normal, start, end):
-    planes = arcs.Planes(normal[:, None], np.zeros((1, normal.shape[1])))
-    return arcs.make_segments(start[:, None], end[:, None], planes)
+    planes = arcs.HalfSpaces(normal[:, None], np.zeros((1, normal.shape[1])))
+    return arcs.make_great_circle_arcs(start[:, None], end[:, None], planes)
 
 
 def _in_cone(axis, sine, cosine, normal, start, end, center):
     """The interval, and the frame of the segment that it is counted in."""
     segment = _segments(normal, start, end)
-    low, high = arcs.spans_in_circles(segment, _circles(axis, sine, cosine, center))
+    low, high = arcs.arcs_inside_cones(segment, _circles(axis, sine, cosine, center))
     return np.concatenate([low[0], high[0], segment.middle[:, 0], segment.along[:, 0]])
 
 
@@ -99,8 +100,8 @@ SPANS_IN_CIRCLES = Family(
 
 def _outside(axis, sine, cosine, normal, start, end, center):
     circle = _circles(axis, sine, cosine, center)
-    planes = arcs.Planes(normal[:, None], np.zeros((1, normal.shape[1])))
-    middle, half = arcs.outside_planes(circle, planes)
+    planes = arcs.HalfSpaces(normal[:, None], np.zeros((1, normal.shape[1])))
+    middle, half = arcs.circles_outside_half_spaces(circle, planes)
     return np.concatenate([middle[0], half[0], circle.u[:, 0], circle.w[:, 0]])
 
 
@@ -157,7 +158,7 @@ def two_cones(rng, n):
 def _within(axis, sine, cosine, other, sine_b, cosine_b, center):
     a = _circles(axis, sine, cosine, center)
     b = _circles(other, sine_b, cosine_b, center)
-    middle, inside, outside = arcs.within_circles(a, b, np.ones((1, 1)))
+    middle, inside, outside = arcs.circles_inside_cones(a, b, np.ones((1, 1)))
     return np.concatenate([middle, inside, outside, a.u[:, 0], a.w[:, 0]])
 
 
@@ -212,7 +213,7 @@ def intervals(rng, n):
 
 
 def _left(center, half):
-    low, high = arcs.circle_gaps(center[:, None], half[:, None])
+    low, high = arcs.complement_on_circle(center[:, None], half[:, None])
     return (high - low).sum(axis=0)[0]
 
 
@@ -283,7 +284,7 @@ def cone_light(rng, n):
 def _open_cone(axis, sine, other, up):
     n = up.shape[1]
     none = np.zeros((0, 3, n)), np.zeros((0, n))
-    return visible_factor(RoundOutline(axis, other, sine), up, none, np.zeros((0, 4, 3, n)))
+    return visible_factor(CircularSilhouette(axis, other, sine), up, none, np.zeros((0, 4, 3, n)))
 
 
 OPEN_CONE = Family(

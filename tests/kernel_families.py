@@ -115,7 +115,7 @@ DISCRIMINANT = Family(
 
 def _hit(w, v, r):
     """Place of the hit along the ray in metres; a number beyond all for a miss."""
-    t = quadric.hit_sphere(w, v, r)
+    t = quadric.intersect_sphere(w, v, r)
     return np.where(np.isfinite(t), t, 0.0) * length(w)
 
 
@@ -174,7 +174,7 @@ BLOCKS_SEGMENT = Family(
     "sphere before a segment",
     "16 u (r + |v|) metres: nearer to contact the answer may be either",
     segment_and_sphere,
-    lambda w, v, r: quadric.blocks_segment(w, v, r),
+    lambda w, v, r: quadric.sphere_blocks_segment(w, v, r),
     _true_block,
     lambda w, v, r: 16.0 * U * (r + length(v)),
 )
@@ -222,7 +222,7 @@ CONE_TOUCHES = Family(
     "cone that a sphere touches",
     "decided for sure beyond 2 * 16 u |v|^2 / max(tangent, u^1/2 |v|) metres; never false no",
     cone_and_sphere,
-    lambda axis, cosine, sine, v, r: quadric.cone_touch(axis, cosine, sine, v, r)[0],
+    lambda axis, cosine, sine, v, r: quadric.cone_overlap(axis, cosine, sine, v, r)[0],
     _true_touch,
     lambda axis, cosine, sine, v, r: 2.0 * _cone_slack(v, r),
 )
@@ -230,7 +230,7 @@ CONE_COVERED = Family(
     "cone that a sphere covers",
     "decided for sure beyond 2 * 16 u |v|^2 / max(tangent, u^1/2 |v|) metres; never false yes",
     cone_and_sphere,
-    lambda axis, cosine, sine, v, r: quadric.cone_touch(axis, cosine, sine, v, r)[1],
+    lambda axis, cosine, sine, v, r: quadric.cone_overlap(axis, cosine, sine, v, r)[1],
     _true_cover,
     lambda axis, cosine, sine, v, r: 2.0 * _cone_slack(v, r),
 )
@@ -293,7 +293,7 @@ EDGE_PLANES = Family(
 
 
 def _quad_depth(w, q, a, b):
-    t = quad.hit_quad(w, *quad.edge_planes(q, a, b))
+    t = quad.intersect_quad(w, *quad.edge_planes(q, a, b))
     return np.where(np.isfinite(t), t, 0.0)
 
 

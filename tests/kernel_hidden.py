@@ -7,7 +7,8 @@ in two halves, and the same occluders, nearer and farther, over sizes that quadr
 
 import numpy as np
 
-from adaptive_drt.lights.occluded_form_factor import RoundOutline, visible_factor
+from adaptive_drt.geometry.silhouettes import CircularSilhouette
+from adaptive_drt.lights.occluded_form_factor import visible_factor
 from kernel_families import Family, U, across, length, spread, unit
 from oracle.numbers import cross, dot
 
@@ -93,7 +94,7 @@ def cone_and_occluders(rng, n):
 
 def _nearer(to, up, half, place, radius, quads):
     """A round light behind occluders, and behind the same twice, at other depths."""
-    light = RoundOutline(to / length(to), np.cos(half), np.sin(half))
+    light = CircularSilhouette(to / length(to), np.cos(half), np.sin(half))
     sheets = quads.transpose(2, 0, 1, 3)
     once = visible_factor(light, up, (place.swapaxes(0, 1), radius), sheets)
     more = np.concatenate([place, 0.37 * place], axis=1), np.concatenate([radius, 0.37 * radius])

@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from adaptive_drt.geometry.sphere import graze_of
+from adaptive_drt.geometry.sphere import surface_tolerance
 from adaptive_drt.lights import form_factor as light
 from adaptive_drt.lights.emitter import DISK, POINT, QUAD, SPHERE, Emitter
 from kernel_families import Family, U, across, length, near_one, spread, unit
@@ -91,7 +91,7 @@ def _true_quad_factor(m, to, a, b, up):
     facing = -dot(to, cross(a, b))
     full = better.lambert(m, better.quad_corners(to, a, b), up)
     if m is LONG:
-        rows = np.flatnonzero(length(a) + length(b) < 2.0 * light.SMALL * length(to))
+        rows = np.flatnonzero(length(a) + length(b) < 2.0 * light.SMALL_QUAD_RATIO * length(to))
         full[rows] = better.small_quad(m, *(x[:, rows] for x in (to, a, b, up)))
     return better.where(facing > 0, full, 0 * full)
 
@@ -125,11 +125,11 @@ def _quad_factor_bound(to, a, b, up):
     small = 48.0 * U * length(a) * length(b) / (far * far)
     h = nearest_edge(better.quad_corners(to, a, b), up)
     bound = 16.0 * U * (size / np.maximum(h, U * size))
-    bound = np.where(size < light.SMALL * far, small, bound)
+    bound = np.where(size < light.SMALL_QUAD_RATIO * far, small, bound)
     # in the light's own plane, up to rounding, it counts as dark
     normal = cross(a, b)
     height = np.abs(dot(to, normal)) / length(normal)
-    return np.where(height < 2.0 * graze_of(0.0 * to, size), np.inf, bound)
+    return np.where(height < 2.0 * surface_tolerance(0.0 * to, size), np.inf, bound)
 
 
 QUAD_LIGHT = Family(

@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from adaptive_drt.lights.emitter import QUAD, SPHERE, points_on, view_cone
+from adaptive_drt.lights.emitter import QUAD, SPHERE, sample_emitter, view_cone
 from kernel_families import Family, U, length
 from kernel_lights import ball_and_point, each, emitter, quad_and_point
 from oracle import kernels as better
@@ -68,7 +68,7 @@ def _spots(kind):
         def run(rows, *part):
             lamp = emitter(kind, float(part[0][0])) if len(part) == 1 else emitter(kind, 0.0, *part)
             place, n = to[:, rows, None], up[:, rows, None]
-            spot, weight = points_on(
+            spot, weight = sample_emitter(
                 lamp, place, np.zeros((3, 1, 1)), n, x[rows, None], y[rows, None]
             )
             return np.concatenate([spot[:, :, 0], weight.T])

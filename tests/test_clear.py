@@ -11,12 +11,12 @@ import pytest
 from adaptive_drt.image import smooth_blocks as clear
 from adaptive_drt.image.chebyshev_blocks import (
     SIDES,
-    Squares,
-    coarse,
-    means,
-    nodes,
-    roughness,
-    series,
+    PixelBlocks,
+    block_means,
+    block_nodes,
+    chebyshev_series,
+    coarse_plan,
+    interpolation_error,
 )
 from adaptive_drt.render import render_image
 from adaptive_drt.scene.description import Motion, Quad, QuadLight, Scene, Sphere, SphereLight
@@ -61,8 +61,8 @@ def test_pixels_of_a_bicubic_get_its_means(side):
     rng = np.random.default_rng(side)
     value, mean = cubic(rng)
     x, y = rng.integers(-2, 3, (2, 5))
-    values = value(*nodes(x + 0.5, y + 0.5, side))
-    found = means(series(values[None]), side)[0]
+    values = value(*block_nodes(x + 0.5, y + 0.5, side))
+    found = block_means(chebyshev_series(values[None]), side)[0]
     row, column = np.mgrid[:side, :side]
     want = mean(side * x + column[..., None], side * y + row[..., None])
     np.testing.assert_allclose(found, want, rtol=1e-10, atol=1e-10 * np.abs(want).max())
@@ -72,7 +72,7 @@ def test_how_far_a_bicubic_is_off_is_seen():
     """Of smooth functions and of kinks it is not said to be less than it is, nor 50 times more."""
     rng = np.random.default_rng(2)
     side, place = 8, np.zeros(400)
-    x, y = nodes(place + 0.5, place + 0.5, side)
+    x, y = block_nodes(place + 0.5, place + 0.5, side)
     angle, shift = rng.uniform(0, 2 * np.pi, 400), rng.uniform(-4, 4, 400)
     for name, shape in {
         "wave": lambda s: np.sin(0.25 * s),
@@ -84,13 +84,13 @@ def test_how_far_a_bicubic_is_off_is_seen():
             across = (x - 4) * np.cos(angle) + (y - 4) * np.sin(angle)
             return shape(across - shift)
 
-        coefficients = series(at(x, y)[None])
+        coefficients = chebyshev_series(at(x, y)[None])
         # the means of pixels need a finer look than their middles where there is a kink
         fine = (np.arange(8 * side) + 0.5) / 8
         exact = at(fine[None, :, None], fine[:, None, None])
         exact = exact.reshape(side, 8, side, 8, -1).mean(axis=(1, 3))
-        off = np.sqrt(((means(coefficients, side)[0] - exact) ** 2).mean(axis=(0, 1)))
-        said = roughness(coefficients)
+        off = np.sqrt(((block_means(coefficients, side)[0] - exact) ** 2).mean(axis=(0, 1)))
+        said = interpolation_error(coefficients)
         assert np.sqrt((off**2).mean()) < np.sqrt((said**2).mean()), name
         assert np.median(said / np.maximum(off, 1e-300)) < 50.0, name
 
@@ -99,8 +99,8 @@ def test_how_far_a_bicubic_is_off_is_seen():
 def test_squares_are_cut_down_to_each_pixel_once(region):
     plan = replace(make_plan(random_scene(3), Settings()), region=region)
     side = SIDES[0]
-    rough = coarse(plan, side)
-    squares = Squares.of_tile(rough, side, screen_bounds(rough), Tile.make(rough, 0, 1))
+    rough = coarse_plan(plan, side)
+    squares = PixelBlocks.of_tile(rough, side, screen_bounds(rough), Tile.make(rough, 0, 1))
     for smaller in (*SIDES[1:], 1):
         squares = squares.cut(np.arange(squares.x.size), smaller, region)
     left, bottom, right, top = region
@@ -115,7 +115,7 @@ def test_squares_are_cut_down_to_each_pixel_once(region):
 def with_and_without(scene, monkeypatch, **settings):
     chosen = Settings(**{"tolerance": TOLERANCE, "threads": 1, **settings})
     film = render_image(scene, chosen)
-    monkeypatch.setattr(clear, "ALLOWED", NEVER)
+    monkeypatch.setattr(clear, "ALLOWED_ERROR", NEVER)
     return film, render_image(scene, chosen)
 
 

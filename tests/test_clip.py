@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from adaptive_drt.lights.emitter import make_emitter
-from adaptive_drt.lights.emitter_clip import backdrop, ball_polygons, clip_quads
-from adaptive_drt.lights.form_factor import CORNERS
+from adaptive_drt.lights.emitter_clip import clip_quads, clipped_sphere_polygons, light_plane
+from adaptive_drt.lights.form_factor import QUAD_CORNERS
 from adaptive_drt.lights.occluded_form_factor import visible_factor
 from adaptive_drt.scene.description import QuadLight
 
@@ -34,14 +34,16 @@ def brute(point, blocks):
 
 def factor(point, balls, quads):
     to = LIGHT.center - point[:, None]
-    outline = np.stack([to + su * LIGHT.half_u + sv * LIGHT.half_v for su, sv in CORNERS])
+    outline = np.stack([to + su * LIGHT.half_u + sv * LIGHT.half_v for su, sv in QUAD_CORNERS])
     none = np.zeros((0, 3, 1)), np.zeros((0, 1))
     up = np.array([[0.0], [0.0], [1.0]])
-    plane = backdrop(LIGHT, to)
+    plane = light_plane(LIGHT, to)
     if balls is not None:
         center, radius = balls
         v = (center - point)[None, :, None]
-        return visible_factor(outline, up, none, ball_polygons(plane, v, np.array([[radius]])))[0]
+        return visible_factor(
+            outline, up, none, clipped_sphere_polygons(plane, v, np.array([[radius]]))
+        )[0]
     return visible_factor(outline, up, none, clip_quads(plane, quads[None, :, :, None]))[0]
 
 

@@ -6,11 +6,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from adaptive_drt.image.midpoint_correction import Middles
+from adaptive_drt.image.midpoint_correction import PixelCenters
 from adaptive_drt.render import render_image
 from adaptive_drt.scene.description import PointLight, Quad, Scene
 from adaptive_drt.scene.settings import Settings
-from adaptive_drt.shading.variation import BENDS, KINKS, STEPS, no_variation
+from adaptive_drt.shading.variation import KINK_KIND, SMOOTH_KIND, STEP_KIND, zero_variation
 from oracle.converged import converged, relative_rmse
 from random_scenes import look_at
 
@@ -21,17 +21,17 @@ Y, X = (table.ravel() - 4.0 for table in np.mgrid[:HEIGHT, :WIDTH].astype(float)
 
 def middles(value, foreseen=1.0, shadow=False):
     """A table of pixels at x and y from one in its middle, all with the same deviation by bends."""
-    deviation = no_variation(X.size)
-    deviation[BENDS, :2] = 0.5 * foreseen
+    deviation = zero_variation(X.size)
+    deviation[SMOOTH_KIND, :2] = 0.5 * foreseen
     color = np.broadcast_to(value, (3, X.size)).copy()
     item = np.zeros(X.size, dtype=np.int64)
-    return Middles(WIDTH, color, item, np.full(X.size, shadow), deviation)
+    return PixelCenters(WIDTH, color, item, np.full(X.size, shadow), deviation)
 
 
 def corrected(table):
     """What is added at the middle pixel, and what it may be off by then."""
     change = table.correct(np.array([INDEX]))[0, 0]
-    return change, table.deviation[:STEPS, :2, INDEX].sum()
+    return change, table.deviation[:STEP_KIND, :2, INDEX].sum()
 
 
 @pytest.mark.parametrize("shadow", [True, False])
@@ -53,9 +53,9 @@ def test_a_kink_in_a_shadow_counts_though_it_was_not_foreseen():
 
 def test_steps_stay_as_they_are():
     table = middles(X * X, shadow=True)
-    table.deviation[STEPS, :2] = 0.7
+    table.deviation[STEP_KIND, :2] = 0.7
     corrected(table)
-    assert (table.deviation[STEPS, :2, INDEX] == 0.7).all()
+    assert (table.deviation[STEP_KIND, :2, INDEX] == 0.7).all()
 
 
 @pytest.mark.parametrize("away", [1, 2])
@@ -72,7 +72,7 @@ def test_other_objects_beside_it_are_left_out(away):
 def test_pixels_at_the_sides_have_no_second_neighbours():
     table = middles(X * X + Y * Y, shadow=True)
     table.correct(np.array([WIDTH + 1, 2 * WIDTH - 2, (HEIGHT - 2) * WIDTH + 1]))
-    assert (table.deviation[KINKS] == 0.0).all()
+    assert (table.deviation[KINK_KIND] == 0.0).all()
 
 
 @pytest.mark.parametrize(

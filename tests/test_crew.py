@@ -11,15 +11,16 @@ import sys
 import threading
 import time
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from adaptive_drt.image.schedule import ASIDE_CROWD, Work
+from adaptive_drt.image.schedule import BACKGROUND_CALL_COST, Scheduler
 from adaptive_drt.parallel import pool as crew_module
-from adaptive_drt.parallel.call_progress import heard_by, tell
-from adaptive_drt.parallel.cancellation import Stopped
-from adaptive_drt.parallel.pool import Call, Crew, Share, Shift, crew
+from adaptive_drt.parallel.call_progress import report_progress, report_progress_to
+from adaptive_drt.parallel.cancellation import RenderCancelled
+from adaptive_drt.parallel.pool import Call, CallGroup, SharedArguments, WorkerPool, worker_pool
 from adaptive_drt.parallel.transport import receive, send
 from adaptive_drt.render import render, render_image
 from adaptive_drt.scene.settings import Settings
@@ -40,11 +41,11 @@ def workers(monkeypatch):
 def calls_of(monkeypatch):
     """Names of the functions that workers are told to call, as they are."""
     made = []
-    tell = crew_module._Worker.tell
+    report_progress = crew_module._Worker.tell
 
     def counted(worker, told):
         made.append(told.function.__name__)
-        tell(worker, told)
+        report_progress(worker, told)
 
     monkeypatch.setattr(crew_module._Worker, "tell", counted)
     return made
@@ -70,9 +71,9 @@ def test_one_thread_calls_nobody(workers, monkeypatch):
 
 
 def test_small_pictures_start_nobody():
-    crew.stop()
+    worker_pool.stop()
     render_image(random_scene(207), Settings(tolerance=1e-2, threads=2))
-    assert not crew._idle and not crew._busy
+    assert not worker_pool._idle and not worker_pool._busy
 
 
 def test_a_render_after_one_that_was_cancelled(workers):
@@ -100,21 +101,21 @@ def test_one_that_was_killed_counts_no_more_at_once(workers):
 
 def test_a_worker_may_get_ready_while_parts_are_cut(monkeypatch):
     plan = make_plan(random_scene(207), Settings(threads=2))
-    work, ready = Work(plan, Occluders(plan)), iter((0, 1, 1, 1))
-    monkeypatch.setattr(Crew, "ready", property(lambda _: next(ready)))
+    work, ready = Scheduler(plan, Occluders(plan)), iter((0, 1, 1, 1))
+    monkeypatch.setattr(WorkerPool, "ready", property(lambda _: next(ready)))
     assert work.part_aside(5_000, 1.0) == 0
     assert work.part_aside(5_000, 1.0) == 5_000
     # what has much in it is cut up
-    assert work.part_aside(5_000, 3.0 * ASIDE_CROWD) == 1_667
+    assert work.part_aside(5_000, 3.0 * BACKGROUND_CALL_COST) == 1_667
 
 
 def test_a_call_is_broken_off(workers):
-    shift, outcome = Shift(), []
+    shift, outcome = CallGroup(), []
 
     def call():
         try:
-            shift.make(Call(time.sleep, Share(()), (LONG,)))
-        except Stopped as end:
+            shift.make(Call(time.sleep, SharedArguments(()), (LONG,)))
+        except RenderCancelled as end:
             outcome.append(end)
 
     began = time.monotonic()
@@ -124,33 +125,33 @@ def test_a_call_is_broken_off(workers):
     shift.break_off()
     thread.join()
     assert outcome and time.monotonic() - began < LONG
-    with pytest.raises(Stopped):
-        shift.make(Call(math.sqrt, Share(()), (4.0,)))
+    with pytest.raises(RenderCancelled):
+        shift.make(Call(math.sqrt, SharedArguments(()), (4.0,)))
 
 
 def test_an_exception_comes_back(workers):
     with pytest.raises(ValueError, match="math domain"):
-        Shift().make(Call(math.sqrt, Share((-1.0,)), ()))
-    assert Shift().make(Call(math.sqrt, Share((4.0,)), ())) == 2.0
+        CallGroup().make(Call(math.sqrt, SharedArguments((-1.0,)), ()))
+    assert CallGroup().make(Call(math.sqrt, SharedArguments((4.0,)), ())) == 2.0
 
 
 def test_what_is_shared_is_what_was_sent_last(workers):
-    two, three = Share((2.0,)), Share((3.0,))
-    made = [Shift().make(Call(math.pow, share, (2.0,))) for share in (two, two, three, two)]
+    two, three = SharedArguments((2.0,)), SharedArguments((3.0,))
+    made = [CallGroup().make(Call(math.pow, share, (2.0,))) for share in (two, two, three, two)]
     assert made == [4.0, 4.0, 9.0, 4.0]
 
 
 def test_the_call_of_a_worker_that_dies_is_made_here(workers):
     outcome = []
-    call = Call(time.sleep, Share(()), (0.5,))
-    thread = threading.Thread(target=lambda: outcome.append(Shift().make(call)))
+    call = Call(time.sleep, SharedArguments(()), (0.5,))
+    thread = threading.Thread(target=lambda: outcome.append(CallGroup().make(call)))
     thread.start()
     wait_for(lambda: workers._busy)
     next(iter(workers._busy)).kill()
     thread.join()
     assert outcome == [None]
     # it is not called again
-    assert Shift().make(Call(os.getpid, Share(()), ())) != os.getpid()
+    assert CallGroup().make(Call(os.getpid, SharedArguments(()), ())) != os.getpid()
     workers.muster(2)
     wait_for(lambda: workers.ready == 2)
 
@@ -164,7 +165,7 @@ def test_nothing_is_left_behind(workers):
 
 def test_an_idle_worker_ends_and_leaves_no_zombie(monkeypatch):
     """Seen from outside: whoever asks the process object how it is takes note of its end."""
-    monkeypatch.setattr(crew_module, "IDLE", 2.0)
+    monkeypatch.setattr(crew_module, "IDLE_TIMEOUT", 2.0)
     with mustered(monkeypatch, 1) as workers:
         pid = workers._idle[0]._process.pid
 
@@ -185,18 +186,19 @@ def test_an_idle_worker_ends_and_leaves_no_zombie(monkeypatch):
 
 def test_a_worker_tells_how_far_a_call_is(workers):
     told = []
-    with heard_by(told.append):
-        assert Shift().make(Call(tell, Share(()), (0.25,))) is None
+    with report_progress_to(told.append):
+        assert CallGroup().make(Call(report_progress, SharedArguments(()), (0.25,))) is None
     assert told == [0.25]
 
 
 def test_they_end_with_the_process_that_started_them(tmp_path):
     program = (
-        "import os, sys, time; from adaptive_drt.parallel.pool import crew; crew.muster(1)\n"
-        "while not crew.ready: time.sleep(0.01)\n"
-        "print(crew._idle[0]._process.pid, flush=True); os._exit(0)"
+        "import os, sys, time; from adaptive_drt.parallel.pool import worker_pool as pool\n"
+        "pool.muster(1)\n"
+        "while not pool.ready: time.sleep(0.01)\n"
+        "print(pool._idle[0]._process.pid, flush=True); os._exit(0)"
     )
-    root = os.path.dirname(os.path.dirname(crew_module.__file__))
+    root = Path(crew_module.__file__).resolve().parents[2]
     done = subprocess.run(
         [sys.executable, "-c", program], cwd=root, capture_output=True, text=True, timeout=LONG
     )
@@ -220,7 +222,7 @@ def test_they_end_with_the_process_that_started_them(tmp_path):
 @pytest.mark.parametrize("program", ["", "blender", "python-that-is-not-there"])
 def test_without_a_python_there_are_none(monkeypatch, tmp_path, program):
     monkeypatch.setattr(sys, "executable", program and str(tmp_path / program))
-    none = Crew()
+    none = WorkerPool()
     none.muster(2)
     none.muster(2)
     assert not none._idle and none.hands(3) == 3
@@ -231,7 +233,7 @@ def test_a_python_that_fails_is_tried_once(monkeypatch, tmp_path):
     broken.write_text("#!/bin/sh\nexit 3\n")
     broken.chmod(0o755)
     monkeypatch.setattr(sys, "executable", str(broken))
-    none = Crew()
+    none = WorkerPool()
     none.muster(2)
     wait_for(lambda: all(worker.failed and not worker.alive for worker in none._idle))
     assert none.ready == 0 and none.borrow() is None

@@ -13,7 +13,7 @@ from adaptive_drt.scene.description import Sphere
 from adaptive_drt.scene.settings import Settings, SettingsError
 from adaptive_drt.tracing.compile import make_plan
 from adaptive_drt.tracing.intersect import Pairs
-from adaptive_drt.visibility.fragments import Boxes, find_regions
+from adaptive_drt.visibility.fragments import Boxes, find_fragments
 from oracle.converged import converged, relative_rmse
 from random_scenes import look_at, random_scene
 
@@ -130,6 +130,6 @@ def test_a_seam_seen_from_its_own_plane():
     low = np.stack([np.full(5, 14.8), rows, np.zeros(5)])
     boxes = Boxes(low, low + np.array([[1.0], [1.0], [0.0]]))
     pairs = Pairs(np.repeat(np.arange(5), 2), np.tile(np.arange(2), 5))
-    found = find_regions(plan, boxes, pairs, 1e-4)
+    found = find_fragments(plan, boxes, pairs, 1e-4)
     np.testing.assert_array_equal(found.item, np.tile([0, 1], 5))
     np.testing.assert_allclose(found.weight, np.tile([0.7, 0.3], 5), atol=1e-6)

@@ -9,18 +9,18 @@ import numpy as np
 import pytest
 
 from adaptive_drt.cubature.error_budget import (
-    FIRST,
-    GRID,
-    GROWTH,
-    MOST_REACHED,
-    REACHED,
-    RESERVE,
-    RISE,
-    STILL_REACHED,
-    Motion,
+    ACHIEVED_ERROR,
+    ACHIEVED_RISE,
+    BUDGETED_SHARE,
+    GOAL_GROWTH,
+    GOAL_RATIO,
+    MAX_ACHIEVED_ERROR,
+    MOTION_ERROR_SHARE,
+    STILL_ACHIEVED_ERROR,
+    MotionErrors,
     make_goal,
 )
-from adaptive_drt.exact import RAISED
+from adaptive_drt.exact import MAX_GOAL_RAISE
 from adaptive_drt.image.buffers import Frame
 from adaptive_drt.render import render_image
 from adaptive_drt.scene.settings import Settings
@@ -38,11 +38,11 @@ def picture(seed, spread):
 
 def left(error, goal, moves):
     """What pixels are off by in the end, if stars leave a fifth of what moves not."""
-    power = GROWTH / (1.0 + GROWTH)
-    still = STILL_REACHED * goal * (0.2 * error / goal) ** power
-    cells = np.maximum(FIRST * error / goal, 1.0) ** (power / GROWTH)
-    reached = np.minimum(REACHED + RISE * np.log2(cells), MOST_REACHED)
-    moving = reached * goal * cells**GROWTH
+    power = GOAL_GROWTH / (1.0 + GOAL_GROWTH)
+    still = STILL_ACHIEVED_ERROR * goal * (0.2 * error / goal) ** power
+    cells = np.maximum(MOTION_ERROR_SHARE * error / goal, 1.0) ** (power / GOAL_GROWTH)
+    reached = np.minimum(ACHIEVED_ERROR + ACHIEVED_RISE * np.log2(cells), MAX_ACHIEVED_ERROR)
+    moving = reached * goal * cells**GOAL_GROWTH
     return np.where(error > goal, np.where(moves, moving, still), error)
 
 
@@ -50,7 +50,7 @@ def motion(moves, hard, steps=0.0, standing=0.0, crowded=False):
     """What is known of pixels in which something moves."""
     nothing = np.zeros(hard.size)
     crowd = np.full(hard.size, crowded)
-    return Motion(crowd, moves, hard, nothing + standing, nothing + steps)
+    return MotionErrors(crowd, moves, hard, nothing + standing, nothing + steps)
 
 
 @pytest.mark.parametrize("spread", [0.5, 2.0, 4.0])
@@ -59,10 +59,12 @@ def test_the_whole_keeps_its_tolerance_and_the_next_goal_would_not(spread, toler
     for seed in range(20):
         color, error, cut = picture(seed, spread)
         moves = np.arange(error.size) % 3 < seed % 4
-        target = RESERVE * tolerance * color.mean()
+        target = BUDGETED_SHARE * tolerance * color.mean()
         some = motion(moves, error) if moves.any() else None
         goal = make_goal(tolerance, color, error, 0.2 * error, cut, motion=some).error
-        over = [np.sqrt((left(error, g, moves) ** 2).mean()) / target for g in (goal, GRID * goal)]
+        over = [
+            np.sqrt((left(error, g, moves) ** 2).mean()) / target for g in (goal, GOAL_RATIO * goal)
+        ]
         assert over[0] <= 1.0 + 1e-12 or goal < 0.02 * tolerance * color.mean(), f"seed {seed}"
         assert over[1] > 1.0 or goal > 500.0 * tolerance * color.mean(), f"seed {seed}"
 
@@ -133,7 +135,7 @@ def rendered(monkeypatch, second):
 def test_outlines_raise_the_goal_by_no_more_than_rows_can_tell(monkeypatch):
     """Rows without a picture's hard pixels asked for nothing: it was 1.9 times off."""
     first, final, _ = rendered(monkeypatch, lambda _: 1e9)
-    assert final == RAISED * first
+    assert final == MAX_GOAL_RAISE * first
 
 
 def test_outlines_may_lower_the_goal(monkeypatch):

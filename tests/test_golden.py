@@ -14,8 +14,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from adaptive_drt.parallel.pool import Crew, crew
-from adaptive_drt.render import CREWS_PIXELS
+from adaptive_drt.parallel.pool import WorkerPool, worker_pool
+from adaptive_drt.render import WORKERS_PIXELS
 from golden import store
 from golden.environment import environment_key
 from golden.rule import broken, difference, state_of
@@ -103,26 +103,26 @@ def test_threads_and_batches_change_no_bit(name, threads, batch):
 
 def test_workers_change_no_bit(monkeypatch):
     """A picture so large that worker processes share it: with two of them, and with none."""
-    made, borrow = [], Crew.borrow
+    made, borrow = [], WorkerPool.borrow
 
     def counted(self):
         worker = borrow(self)
         made.append(worker is not None)
         return worker
 
-    monkeypatch.setattr(Crew, "borrow", counted)
+    monkeypatch.setattr(WorkerPool, "borrow", counted)
     case = CASES[WORKED]
     camera = replace(case.scene.camera, resolution=(256, 128))
     large = replace(case, scene=replace(case.scene, camera=camera))
-    assert 256 * 128 >= CREWS_PIXELS
+    assert 256 * 128 >= WORKERS_PIXELS
     alone = arrays_of(large.film())
     assert not any(made)
-    crew.muster(2)
+    worker_pool.muster(2)
     try:
-        wait_for(lambda: crew.ready == 2)
+        wait_for(lambda: worker_pool.ready == 2)
         together = arrays_of(large.film(threads=3))
     finally:
-        crew.stop()
+        worker_pool.stop()
     assert any(made), "no worker was called"
     assert not differing(alone, together)
 

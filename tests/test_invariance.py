@@ -152,7 +152,7 @@ def test_turned(case, way):
 
 def reflect(monkeypatch, last):
     """Make each set of sample points its own mirror image, in the light's v or in the time."""
-    points = adaptive_drt.distributed.points
+    points = adaptive_drt.distributed.low_discrepancy_points
 
     def both(seed, pixel, stream, count, dimensions):
         half = points(seed, pixel, stream, (count + 1) // 2, dimensions)
@@ -164,8 +164,8 @@ def reflect(monkeypatch, last):
             np.concatenate([a, (1.0 - a if t else a)[:, ::-1]], axis=1)[:, :count] for a, t in twins
         ]
 
-    monkeypatch.setattr(adaptive_drt.distributed, "points", both)
-    monkeypatch.setattr(adaptive_drt.shading.ratio_estimator, "points", both)
+    for module in (adaptive_drt.distributed, adaptive_drt.shading.ratio_estimator):
+        monkeypatch.setattr(module, "low_discrepancy_points", both)
 
 
 @cases

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
-from adaptive_drt.numerics.jet import Jet, bilinear, pairs, quadratic, take, where
+from adaptive_drt.numerics.jet import Jet, bilinear, hessian_axes, quadratic, take, where
 from adaptive_drt.numerics.jet_functions import (
     absolute,
     arccos,
@@ -292,7 +292,7 @@ def test_where_and_take_select_partials_too(order):
 def steep(order, value, slopes, curve):
     """One point, two axes: first partials `slopes`, every second partial `curve`."""
     gradient = tuple(np.array([slope]) for slope in slopes)
-    hessian = tuple(np.array([curve]) for _ in pairs(2)) if order == 2 else None
+    hessian = tuple(np.array([curve]) for _ in hessian_axes(2)) if order == 2 else None
     return Jet(np.array([value]), gradient, hessian)
 
 

@@ -84,12 +84,12 @@ def test_a_hit_lies_closer_to_its_surface_than_counts_as_on_it():
     family = kernel_families.HIT_SPHERE
     inputs = family.sample(np.random.default_rng(SEED), MANY)
     w, v, r = inputs["w"], inputs["v"], inputs["r"]
-    t = quadric.hit_sphere(w, v, r)
+    t = quadric.intersect_sphere(w, v, r)
     rows = np.flatnonzero(np.isfinite(t))
     out = t[rows] * w[:, rows] - v[:, rows]
     point = v[:, rows] + r[rows] * (out / np.sqrt((out * out).sum(axis=0)))
     off = LONG.norm(LONG.lift(point) - LONG.lift(v[:, rows])) - LONG.lift(r[rows])
     far = np.sqrt((v[:, rows] ** 2).sum(axis=0)) + r[rows]
     assert np.max(np.abs(off) / far) < 2.0**-50
-    graze = quadric.graze_of(point, r[rows])
+    graze = quadric.surface_tolerance(point, r[rows])
     assert np.all(np.abs(off) < 2.0**-8 * graze)

@@ -8,9 +8,9 @@ import pytest
 
 from adaptive_drt.scene.description import Motion, Quad, Sphere
 from adaptive_drt.visibility import fragments as regions
-from adaptive_drt.visibility.depth_order import find_ranks
-from adaptive_drt.visibility.fragments import Boxes, find_regions
-from adaptive_drt.visibility.unordered_pairs import FEW, Meets
+from adaptive_drt.visibility.depth_order import find_depth_order
+from adaptive_drt.visibility.fragments import Boxes, find_fragments
+from adaptive_drt.visibility.unordered_pairs import MAX_CANDIDATES_ALL_PAIRS, UnorderedPairs
 from test_regions import FLOOR, all_pairs, dense, every_pair, planned, random_boxes
 
 WIDER = np.array([[2.0], [2.0], [0.0]])
@@ -32,7 +32,7 @@ def test_only_those_whose_order_is_not_known_can_change_places(moving):
     """Events of all pairs add nothing: spans between them have the same nearest objects."""
 
     def every_event(*given):
-        rank, settled, balls, _ = find_ranks(*given)
+        rank, settled, balls, _ = find_depth_order(*given)
         crowded.append(np.count_nonzero(~settled & (given[4] > 3)))
         return rank, settled, balls, all_pairs(given[2], ~settled)
 
@@ -42,10 +42,10 @@ def test_only_those_whose_order_is_not_known_can_change_places(moving):
         plan, boxes = planned(*heap(rng, moving), FLOOR), random_boxes(rng, 150, moving)
         boxes = Boxes(boxes.low - WIDER, boxes.high + WIDER)
         pairs = every_pair(plan, 150)
-        found = find_regions(plan, boxes, pairs, 1e-2)
+        found = find_fragments(plan, boxes, pairs, 1e-2)
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(regions, "find_ranks", every_event)
-            compared = find_regions(plan, boxes, pairs, 1e-2)
+            patch.setattr(regions, "find_depth_order", every_event)
+            compared = find_fragments(plan, boxes, pairs, 1e-2)
         one, other = (dense(each, boxes, 40) for each in (found, compared))
         # lines are doubled where errors are above the goal, which rounding may decide
         same = np.abs(one - other).max(axis=1) <= 1e-9
@@ -59,10 +59,10 @@ def test_pairs_of_alike_boxes_are_numbered_from_their_first_candidates():
     box = np.repeat(np.arange(3), candidates)
     one = np.array([7, 4, 1, 2, 9, 11, 3, 8])
     other = np.array([9, 2, 0, 6, 10, 7, 2, 9])
-    meets = Meets.of((one, other), box, candidates)
+    meets = UnorderedPairs.of((one, other), box, candidates)
     assert meets.number.tolist() == [1, 3, 4]
     # all pairs of few, else a power of two
-    assert FEW >= 2 and meets.room.tolist() == [1, 4, 4]
+    assert MAX_CANDIDATES_ALL_PAIRS >= 2 and meets.room.tolist() == [1, 4, 4]
     met = meets.among(np.array([1, 2]), first[1:])
     assert met.boxes == 2 and met.room == 4
     assert met.box.tolist() == [0, 0, 0, 1, 1, 1, 1]

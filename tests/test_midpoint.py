@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from adaptive_drt.numerics.midpoint import MEAN, NEAR, left
+from adaptive_drt.numerics.midpoint import FALLBACK_ERROR_FRACTION, SECOND_DIFFERENCE_WEIGHT, left
 
 
 def size(values):
@@ -22,7 +22,7 @@ def found(value):
     """The mean that is made of them, and how far it may be off, by all of them or three alone."""
     before, bend, after = (value[k - 1] - 2.0 * value[k] + value[k + 1] for k in (1, 2, 3))
     off = left(size, before[None], bend[None], after[None])
-    return value[2] + MEAN * bend, off, NEAR * np.abs(bend)
+    return value[2] + SECOND_DIFFERENCE_WEIGHT * bend, off, FALLBACK_ERROR_FRACTION * np.abs(bend)
 
 
 def test_means_of_cubics_are_exact():

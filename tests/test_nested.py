@@ -11,7 +11,7 @@ from adaptive_drt.lights.occluded_form_factor import visible_factor
 from adaptive_drt.scene.description import Camera, Material, Scene, Sphere, SphereLight
 from adaptive_drt.scene.settings import Settings
 from adaptive_drt.shading import nested_occluders as nested_module
-from adaptive_drt.shading.nested_occluders import nested
+from adaptive_drt.shading.nested_occluders import find_nested
 from adaptive_drt.tracing.compile import make_plan
 from adaptive_drt.tracing.intersect import Pairs, Surface
 
@@ -28,7 +28,7 @@ def hidden(spheres, points=((0.0, 0.0, 0.0),)):
     point = np.array(points).T
     surface = Surface(point, np.zeros((3, n)), np.full(n, -1), np.zeros(n, dtype=bool))
     pairs = Pairs(np.repeat(np.arange(n), k), np.tile(np.arange(k), n))
-    return nested(plan, surface, pairs, 0.0).reshape(n, k)
+    return find_nested(plan, surface, pairs, 0.0).reshape(n, k)
 
 
 def ball(*center, radius):
@@ -131,7 +131,7 @@ def test_the_largest_first_or_all_at_once(monkeypatch, seed):
     ]
     points = rng.normal(size=(20, 3)) * 0.05
     quick = hidden(heap, points)
-    monkeypatch.setattr(nested_module, "CROWD", 1_000)
+    monkeypatch.setattr(nested_module, "TWO_PASS_SPHERES", 1_000)
     assert np.array_equal(quick, hidden(heap, points))
     print(f"{quick.mean():.2f} hidden")
     assert 0.05 < quick.mean() < 0.99

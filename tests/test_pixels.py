@@ -12,9 +12,9 @@ from adaptive_drt.render import render_image
 from adaptive_drt.scene.description import Quad, QuadLight, Scene, Sphere
 from adaptive_drt.scene.settings import Settings
 from adaptive_drt.shading.footprint import make_patch
-from adaptive_drt.shading.variation_past_spheres import past_spheres
+from adaptive_drt.shading.variation_past_spheres import sphere_shadow_edges
 from adaptive_drt.tracing.compile import make_plan
-from adaptive_drt.tracing.intersect import Pairs, pair_hits, surface
+from adaptive_drt.tracing.intersect import Pairs, intersect_pairs, surface
 from oracle.converged import converged
 from random_scenes import look_at, random_scene
 
@@ -61,12 +61,12 @@ def test_small_balls_that_touch_a_side_of_a_quad_light(beside, foreseen):
     ball = Sphere((0.2 * 0.9 + beside, 0.2 * 0.3, 1.0), 0.02)
     plan = make_plan(Scene(camera, (ball, floor), (light,)), Settings())
     w = plan.lens.directions(*np.full((2, 1), 100.0))
-    t = pair_hits(plan, w, np.ones(1, dtype=np.int64))
+    t = intersect_pairs(plan, w, np.ones(1, dtype=np.int64))
     hits = surface(plan, w, t, np.ones(1, dtype=np.int64))
     patch = make_patch(plan, w, t, hits, np.array([[0.05], [0.05], [0.0]]))
     nothing = np.zeros(1, dtype=np.int64)
     shape = plan.shadow_light(plan.lights[0])
-    found = past_spheres(plan, hits, patch, shape, Pairs(nothing, nothing), 0.0)
+    found = sphere_shadow_edges(plan, hits, patch, shape, Pairs(nothing, nothing), 0.0)
     assert (found.depth[0] > 0.0) == foreseen
 
 

@@ -14,9 +14,14 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "benchmarks"))
 from bench_scenes import bench_scene
 
 from adaptive_drt import render as render_module
-from adaptive_drt.image.progress_model import course
+from adaptive_drt.image.progress_model import progress_shares
 from adaptive_drt.parallel import executor as threads_module
-from adaptive_drt.parallel.call_progress import each_of, heard_by, part_of_call, tell
+from adaptive_drt.parallel.call_progress import (
+    iterate_with_progress,
+    progress_range,
+    report_progress,
+    report_progress_to,
+)
 from adaptive_drt.render import render
 from adaptive_drt.scene.description import Quad, QuadLight, Scene, SceneError, Sphere, vector_of
 from adaptive_drt.scene.settings import Settings
@@ -65,7 +70,7 @@ def test_the_survey_is_less_of_the_bar_where_more_follows():
 
     def surveyed(name, tolerance, size=(480, 320)):
         plan = make_plan(bench_scene(name, *size), Settings(tolerance=tolerance))
-        return course(plan)[0]
+        return progress_shares(plan)[0]
 
     assert surveyed("quad light", 1e-2) > surveyed("quad light", 1e-3)
     assert surveyed("quad light", 1e-3) > surveyed("moving sphere", 1e-3)
@@ -74,14 +79,14 @@ def test_the_survey_is_less_of_the_bar_where_more_follows():
 
 def test_blocks_are_more_of_the_bar_where_workers_do_the_rest_beside_them():
     plan = make_plan(bench_scene("moving sphere", 480, 320), Settings())
-    (surveyed, alone), (same, beside) = course(plan), course(plan, True)
+    (surveyed, alone), (same, beside) = progress_shares(plan), progress_shares(plan, True)
     assert same == surveyed < alone < beside < 1.0
 
 
 @pytest.mark.parametrize("method", ["EXACT", "RAYS"])
 def test_the_bar_moves_in_a_heap_of_balls(method, monkeypatch):
     """However few calls a picture is, and from within them. Asked often: a second is soon over."""
-    monkeypatch.setattr(threads_module, "HEARTBEAT", 0.002)
+    monkeypatch.setattr(threads_module, "POLL_INTERVAL", 0.002)
     parts, note = [], threads_module._Job.note
 
     def noted(job, part):
@@ -109,7 +114,7 @@ def test_the_bar_moves_in_a_heap_of_balls(method, monkeypatch):
     assert looks >= LOOKS
 
 
-@pytest.mark.parametrize("name", ["make_plan", "Occluders", "_sample_seconds"])
+@pytest.mark.parametrize("name", ["make_plan", "Occluders", "_measure_pixel_seconds"])
 def test_there_is_progress_while_a_scene_is_read(monkeypatch, name):
     """However long one call before and after the tiles takes: it comes at each heartbeat."""
     go, made = threading.Event(), getattr(render_module, name)
@@ -141,15 +146,15 @@ def test_the_first_progress_comes_before_the_scene_is_read(monkeypatch):
 
 def test_what_is_told_within_parts():
     told = []
-    with heard_by(told.append):
-        tell(0.1)
-        with part_of_call(0.2, 0.6):
-            tell(0.5)
-            for _ in each_of((1, 2)):
-                tell(0.5)
-        tell(0.7)
-        with heard_by(lambda _: None):
-            tell(0.8)
-        tell(1.0)
-    tell(0.3)
+    with report_progress_to(told.append):
+        report_progress(0.1)
+        with progress_range(0.2, 0.6):
+            report_progress(0.5)
+            for _ in iterate_with_progress((1, 2)):
+                report_progress(0.5)
+        report_progress(0.7)
+        with report_progress_to(lambda _: None):
+            report_progress(0.8)
+        report_progress(1.0)
+    report_progress(0.3)
     assert told == pytest.approx([0.1, 0.4, 0.3, 0.5, 0.7, 1.0])

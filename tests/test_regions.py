@@ -11,9 +11,9 @@ from adaptive_drt.scene.settings import Settings
 from adaptive_drt.tracing.compile import make_plan
 from adaptive_drt.tracing.intersect import Pairs
 from adaptive_drt.visibility import fragments as regions
-from adaptive_drt.visibility.depth_order import find_ranks
-from adaptive_drt.visibility.fragments import Boxes, find_regions
-from adaptive_drt.visibility.polynomials import Cover
+from adaptive_drt.visibility.depth_order import find_depth_order
+from adaptive_drt.visibility.fragments import Boxes, find_fragments
+from adaptive_drt.visibility.polynomials import Coverage
 from plain_hits import oracle_hits
 
 POINTS_A_BOX = 1 << 14
@@ -65,7 +65,7 @@ def oracle_weights(camera, shapes, low, high, points=POINTS_A_BOX):
 def compare(plan, shapes, boxes, accuracy, chosen):
     """Differences from brute force of the worst weight of each box, with what was estimated."""
     count = boxes.low.shape[1]
-    found = find_regions(plan, boxes, every_pair(plan, count), accuracy)
+    found = find_fragments(plan, boxes, every_pair(plan, count), accuracy)
     check_form(found, boxes)
     off, claimed, apart = [], [], []
     for box in chosen:
@@ -145,7 +145,7 @@ def test_random_scenes_against_brute_force(moving):
         shapes = random_shapes(rng, moving)
         plan = planned(*shapes)
         boxes = random_boxes(rng, 200, moving)
-        found = find_regions(plan, boxes, every_pair(plan, 200), accuracy)
+        found = find_fragments(plan, boxes, every_pair(plan, 200), accuracy)
         mixed = np.flatnonzero(np.bincount(found.box) > 1)
         chosen = [*mixed[:10], *rng.integers(0, 200, 2)]
         parts = compare(plan, shapes, boxes, accuracy, chosen)
@@ -213,7 +213,7 @@ def test_hard_scenes_against_brute_force(name):
     moving = any(shape.motion for shape in shapes)
     plan, boxes = planned(*shapes), pixels(still=not moving)
     count = boxes.low.shape[1]
-    found = find_regions(plan, boxes, every_pair(plan, count), 3e-3)
+    found = find_fragments(plan, boxes, every_pair(plan, count), 3e-3)
     mixed = np.flatnonzero(np.bincount(found.box) > 1)
     rng = np.random.default_rng(3)
     chosen = [*rng.permutation(mixed)[:30], *rng.integers(0, count, 5)]
@@ -233,7 +233,7 @@ def test_a_tiny_sphere_has_the_area_of_its_ellipse():
         ball = Sphere((0.0, 0.0, -7.0), 7.0 * float(tangent / np.hypot(1, tangent)))
         plan = planned(ball, camera=camera)
         box = Boxes(np.array([[12.0], [12.0], [0.0]]), np.array([[13.0], [13.0], [0.0]]))
-        found = find_regions(plan, box, every_pair(plan, 1), 1e-3)
+        found = find_fragments(plan, box, every_pair(plan, 1), 1e-3)
         weight = found.weight[found.item == 0].sum()
         error = found.error.max(initial=0.0)
         assert abs(weight - np.pi * radius**2) <= 3 * error + 1e-3, radius
@@ -247,15 +247,15 @@ def test_rays_over_time_are_exact():
     plan = planned(sphere, WALL)
     low = np.array([[SIZE / 2], [SIZE / 2], [-0.5]])
     high = np.array([[SIZE / 2], [SIZE / 2], [0.5]])
-    found = find_regions(plan, Boxes(low, high), every_pair(plan, 1), 1e-6)
+    found = find_fragments(plan, Boxes(low, high), every_pair(plan, 1), 1e-6)
     assert found.item.tolist() == [1]  # the wall is nearer
     plan = planned(sphere)
-    found = find_regions(plan, Boxes(low, high), every_pair(plan, 1), 1e-6)
+    found = find_fragments(plan, Boxes(low, high), every_pair(plan, 1), 1e-6)
     np.testing.assert_allclose(found.weight, [0.75, 0.25], atol=1e-14)  # 1 m of 4
     np.testing.assert_allclose(found.place[2], 0.0, atol=1e-14)
     assert found.error.max() == 0.0
     low[2] = 0.0
-    found = find_regions(plan, Boxes(low, high), every_pair(plan, 1), 1e-6)
+    found = find_fragments(plan, Boxes(low, high), every_pair(plan, 1), 1e-6)
     np.testing.assert_allclose(found.place[2], [0.3125, 0.0625], atol=1e-14)
 
 
@@ -264,7 +264,7 @@ def test_points_see_one_object():
     shapes = random_shapes(rng, True)
     plan = planned(*shapes)
     place = rng.uniform((0, 0, -0.5), (SIZE, SIZE, 0.5), (300, 3)).T
-    found = find_regions(plan, Boxes(place, place), every_pair(plan, 300), 1e-3)
+    found = find_fragments(plan, Boxes(place, place), every_pair(plan, 300), 1e-3)
     check_form(found, Boxes(place, place))
     np.testing.assert_array_equal(found.item, oracle_hits(PLAIN, shapes, *place))
 
@@ -273,10 +273,10 @@ def test_of_objects_at_the_same_place_the_first_wins():
     wall = Quad((-2.0, -1.5, -6.0), (4.0, 0.0, 0.0), (0.0, 4.0, 0.0))
     plan = planned(WALL, wall, Quad(wall.corner, wall.edge_v, wall.edge_u))
     boxes = pixels(still=True)
-    found = find_regions(plan, boxes, every_pair(plan, boxes.low.shape[1]), 1e-3)
+    found = find_fragments(plan, boxes, every_pair(plan, boxes.low.shape[1]), 1e-3)
     assert np.array_equal(np.unique(found.item), [0])
     plan = planned(*[Sphere((0.1, 0.2, -4.0), 0.6)] * 2, WALL)  # a copy is no object of its own
-    found = find_regions(plan, boxes, every_pair(plan, boxes.low.shape[1]), 1e-3)
+    found = find_fragments(plan, boxes, every_pair(plan, boxes.low.shape[1]), 1e-3)
     assert np.array_equal(np.unique(found.item), [0, 1])
 
 
@@ -287,10 +287,10 @@ def test_a_box_does_not_depend_on_its_batch(moving):
         plan = planned(*random_shapes(rng, moving), *random_shapes(rng, moving))
         boxes = random_boxes(rng, 400, moving)
         accuracy = 10 ** rng.uniform(-3, -1, 400)
-        whole = find_regions(plan, boxes, every_pair(plan, 400), accuracy)
+        whole = find_fragments(plan, boxes, every_pair(plan, 400), accuracy)
         for part in (np.arange(400)[::-1], np.arange(7), rng.permutation(400)[:61], [3], [150]):
             some = Boxes(boxes.low[:, part], boxes.high[:, part])
-            found = find_regions(plan, some, every_pair(plan, len(part)), accuracy[part])
+            found = find_fragments(plan, some, every_pair(plan, len(part)), accuracy[part])
             for number, box in enumerate(part):
                 ours, theirs = whole.box == box, found.box == number
                 for name in ("item", "weight", "place", "error"):
@@ -301,10 +301,10 @@ def test_a_box_does_not_depend_on_its_batch(moving):
 def test_more_accuracy_costs_more_lines_and_brings_less_error():
     plan, boxes = planned(*SCENES["two spheres that cut each other"]), pixels(still=True)
     pairs = every_pair(plan, boxes.low.shape[1])
-    best = dense(find_regions(plan, boxes, pairs, 1e-6, 512), boxes)
+    best = dense(find_fragments(plan, boxes, pairs, 1e-6, 512), boxes)
     off = []
     for accuracy in (1e-2, 1e-3, 1e-4):
-        found = find_regions(plan, boxes, pairs, accuracy, 256)
+        found = find_fragments(plan, boxes, pairs, accuracy, 256)
         assert found.error.max() <= accuracy
         off.append(np.abs(dense(found, boxes) - best).max())
         assert off[-1] <= 3 * accuracy
@@ -320,7 +320,7 @@ def dense(found, boxes, items=16):
 
 def test_a_picture_without_objects_is_background():
     plan, boxes = planned(), pixels(still=True)
-    found = find_regions(plan, boxes, every_pair(plan, 0), 1e-3)
+    found = find_fragments(plan, boxes, every_pair(plan, 0), 1e-3)
     assert (found.item == -1).all() and (found.weight == 1.0).all()
     check_form(found, boxes)
 
@@ -334,14 +334,14 @@ def test_settled_orders_are_those_of_depths(moving):
         plan = planned(*random_shapes(rng, moving), FLOOR)
         boxes = random_boxes(rng, 150, moving)
         pairs = every_pair(plan, 150)
-        found = find_regions(plan, boxes, pairs, 1e-2)
+        found = find_fragments(plan, boxes, pairs, 1e-2)
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(
                 regions,
-                "find_ranks",
+                "find_depth_order",
                 lambda *a: (np.zeros(a[2].item.size, int), none, ~none, all_pairs(a[2], ~none)),
             )
-            compared = find_regions(plan, boxes, pairs, 1e-2)
+            compared = find_fragments(plan, boxes, pairs, 1e-2)
         allowed = np.full(150, 2e-2)
         for one in (found, compared):
             np.maximum.at(allowed, one.box, 2e-2 + 6.0 * one.error)
@@ -362,7 +362,7 @@ def test_a_sphere_that_rolls_on_the_floor_is_in_front_of_it():
     plan = planned(ball, below, FLOOR)
     boxes = Boxes(np.array([[9.0], [2.0], [-0.5]]), np.array([[10.0], [3.0], [0.5]]))
     pairs = Pairs(np.zeros(3, dtype=np.int64), np.array([2, 1, 0]))
-    cover = Cover(*np.ones((2, 3), dtype=bool), np.zeros(3), *np.full((4, 3), np.inf))
-    rank, settled, *_ = find_ranks(plan, boxes, pairs, cover, np.array([3]))
+    cover = Coverage(*np.ones((2, 3), dtype=bool), np.zeros(3), *np.full((4, 3), np.inf))
+    rank, settled, *_ = find_depth_order(plan, boxes, pairs, cover, np.array([3]))
     assert settled.tolist() == [True]
     assert rank.tolist() == [1, 2, 0]

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from adaptive_drt.scene.description import Sphere
-from adaptive_drt.visibility.fragments import Boxes, find_regions
+from adaptive_drt.visibility.fragments import Boxes, find_fragments
 from test_regions import every_pair, planned
 
 
@@ -24,7 +24,7 @@ def test_lines_do_not_depend_on_the_scenes_order(away):
             for a, b, c in (0.3 * rng.normal(size=(4, 3))).tolist()
         ]
         found = [
-            find_regions(planned(*(shapes[k] for k in order)), boxes, pairs, 1e-2)
+            find_fragments(planned(*(shapes[k] for k in order)), boxes, pairs, 1e-2)
             for order in (range(4), rng.permutation(4))
             for pairs in [every_pair(planned(*shapes), x.size)]
         ]

@@ -4,10 +4,10 @@
 import numpy as np
 import pytest
 
-from adaptive_drt.cubature.limb_correction import rim_gains
-from adaptive_drt.cubature.nodes import make_arms
-from adaptive_drt.shading.silhouette_rates import TOUCH
-from adaptive_drt.shading.variation import ROOT
+from adaptive_drt.cubature.limb_correction import limb_gains
+from adaptive_drt.cubature.nodes import make_nodes
+from adaptive_drt.shading.silhouette_rates import TANGENCY_COEFFICIENT
+from adaptive_drt.shading.variation import ROOT_COEFFICIENT
 
 BOXES, NODES = 4_000, 24
 ALL, ONE = np.zeros(4, dtype=np.int64), np.ones(1, dtype=np.int64)
@@ -27,7 +27,7 @@ def boxes(axes, reach, rng):
     spread[[0, 2, 5]] = half / np.sqrt(3.0)
     place = np.array([[0.3], [-0.2], [1.0]]) + np.zeros((3, BOXES))
     star = np.ones(BOXES, dtype=bool)
-    arms = make_arms(place, spread, wide, star, star, np.zeros(star.size, dtype=np.int64))
+    arms = make_nodes(place, spread, wide, star, star, np.zeros(star.size, dtype=np.int64))
     slope = np.where(wide, rng.normal(size=(3, BOXES)), 0.0)
     slope /= np.abs(slope).sum(axis=0)
     beyond = rng.uniform(*reach, BOXES)
@@ -38,7 +38,7 @@ def boxes(axes, reach, rng):
     every = np.arange(BOXES)
     center, v = slant(0.0 * place, every), slant(arms.offset, arms.region)
     weight = (1.0 - arms.middle[arms.region]) / arms.count[arms.region]
-    gain = rim_gains(v, center, weight, np.ones(v.size), arms.region, wide.sum(axis=0))
+    gain = limb_gains(v, center, weight, np.ones(v.size), arms.region, wide.sum(axis=0))
     off = np.bincount(arms.region, weight * (v - center[arms.region]))
     x, w = np.polynomial.legendre.leggauss(NODES)
     grid = np.stack(np.meshgrid(*[0.5 * x] * axes, *[[0.0]] * (3 - axes), indexing="ij"))
@@ -68,10 +68,10 @@ def test_far_from_a_rim_stars_are_right(axes, seed=8):
 
 def test_a_flat_slant_changes_nothing():
     flat, one = np.full(4, 0.3), np.ones(4)
-    gain = rim_gains(flat, flat[:1], one / 4.0, one, ALL, ONE)
+    gain = limb_gains(flat, flat[:1], one / 4.0, one, ALL, ONE)
     assert gain == pytest.approx(1.0)
     zero = np.zeros(4)
-    assert np.isfinite(rim_gains(zero, zero[:1], one / 4.0, one, ALL, ONE))
+    assert np.isfinite(limb_gains(zero, zero[:1], one / 4.0, one, ALL, ONE))
 
 
 def overlap(a, b, apart):
@@ -92,7 +92,7 @@ def test_how_shadows_of_round_things_begin(other, inside):
     """
     u = 1e-4
     bent = 1.0 + (-1.0 if inside else 1.0) / other
-    power = TOUCH / np.sqrt(bent)
+    power = TANGENCY_COEFFICIENT / np.sqrt(bent)
     if inside:
         hidden = np.pi - overlap(1.0, other, other - 1.0 + 2.0 * u)
     else:
@@ -105,4 +105,6 @@ def test_what_a_power_of_three_halves_leaves_of_a_midpoint(seed=9):
     begin = np.random.default_rng(seed).uniform(-0.5, 0.5, 400_000)
     mean = 0.4 * (np.maximum(0.5 - begin, 0.0) ** 2.5 - np.maximum(-0.5 - begin, 0.0) ** 2.5)
     off = np.maximum(-begin, 0.0) ** 1.5 - mean
-    assert ROOT == pytest.approx(2.0**1.5 * float(np.sqrt((off * off).mean())), rel=0.05)
+    assert ROOT_COEFFICIENT == pytest.approx(
+        2.0**1.5 * float(np.sqrt((off * off).mean())), rel=0.05
+    )

@@ -10,8 +10,8 @@ from adaptive_drt.scene.description import Camera, Motion, Quad, Scene, Sphere, 
 from adaptive_drt.scene.settings import Settings
 from adaptive_drt.tracing.compile import make_plan
 from adaptive_drt.tracing.intersect import Pairs
-from adaptive_drt.visibility.event_smoothness import find_smooth
-from adaptive_drt.visibility.polynomials import Boxes, make_forms
+from adaptive_drt.visibility.event_smoothness import find_smooth_boxes
+from adaptive_drt.visibility.polynomials import Boxes, make_polynomials
 from plain_hits import oracle_depth, rays
 
 LAMP = SphereLight((3.0, -2.0, 9.0), 0.5, (10.0, 10.0, 10.0))
@@ -38,8 +38,10 @@ def test_smooth_boxes_have_no_kinks(seed):
     count = 300
     low = np.stack([*rng.uniform(0.0, SIZE - 1.0, (2, count)), rng.uniform(-0.5, 0.3, count)])
     boxes = Boxes(low, low + np.array([[1.0], [1.0], [0.2]]))
-    forms, cover = make_forms(plan, boxes, Pairs(np.arange(count), np.zeros(count, dtype=int)))
-    smooth = find_smooth(forms, cover.full, np.arange(count), count)
+    forms, cover = make_polynomials(
+        plan, boxes, Pairs(np.arange(count), np.zeros(count, dtype=int))
+    )
+    smooth = find_smooth_boxes(forms, cover.full, np.arange(count), count)
     share = (np.arange(MOMENTS) + 0.5) / MOMENTS
     for box in np.flatnonzero(smooth & ~cover.full):
         # ends count at once for all rays, or for none
@@ -75,7 +77,9 @@ def test_some_boxes_are_smooth():
     y, x = (part.ravel() for part in np.mgrid[0:SIZE, 0:SIZE].astype(float))
     low = np.stack([x, y, np.full(x.size, -0.5)])
     boxes = Boxes(low, low + 1.0)
-    forms, cover = make_forms(plan, boxes, Pairs(np.arange(x.size), np.zeros(x.size, dtype=int)))
+    forms, cover = make_polynomials(
+        plan, boxes, Pairs(np.arange(x.size), np.zeros(x.size, dtype=int))
+    )
     cut = cover.some & ~cover.full
-    smooth = find_smooth(forms, cover.full, np.arange(x.size), x.size)
+    smooth = find_smooth_boxes(forms, cover.full, np.arange(x.size), x.size)
     assert smooth[cut].mean() > 0.4

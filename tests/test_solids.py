@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from adaptive_drt.geometry.closed_boxes import NO_SOLID
+from adaptive_drt.geometry.closed_boxes import NO_BOX
 from adaptive_drt.scene.description import (
     DiskLight,
     Motion,
@@ -20,10 +20,10 @@ from adaptive_drt.scene.description import (
     SphereLight,
 )
 from adaptive_drt.scene.settings import Settings
-from adaptive_drt.shading.direct_light import shade_among
+from adaptive_drt.shading.direct_light import shade_with_candidates
 from adaptive_drt.tracing import occluder_culling as occluder
 from adaptive_drt.tracing.compile import make_plan
-from adaptive_drt.tracing.intersect import pair_hits, surface
+from adaptive_drt.tracing.intersect import intersect_pairs, surface
 from adaptive_drt.tracing.occluder_culling import Occluders
 from random_scenes import look_at
 from solid_boxes import box, turned
@@ -53,9 +53,9 @@ def test_boxes_are_found_among_other_quads(seed):
     order = rng.permutation(len(shapes))
     solid = plan_of([shapes[k] for k in order]).solid
     first, second = (solid[(order >= low) & (order < low + 6)] for low in (1, 7))
-    assert solid[order == 0] == NO_SOLID
+    assert solid[order == 0] == NO_BOX
     assert (first == first[0]).all() and (second == second[0]).all()
-    assert NO_SOLID not in (first[0], second[0]) and first[0] != second[0]
+    assert NO_BOX not in (first[0], second[0]) and first[0] != second[0]
 
 
 def test_what_is_no_closed_box_is_none():
@@ -70,7 +70,7 @@ def test_what_is_no_closed_box_is_none():
         [*whole[1:], shifted],
         plate,
     ):
-        assert (plan_of(shapes).solid == NO_SOLID).all()
+        assert (plan_of(shapes).solid == NO_BOX).all()
 
 
 def test_six_planes_of_any_names_are_a_box():
@@ -91,7 +91,7 @@ def test_boxes_of_rounded_corners_and_stacks_are_found():
         for cube in stack for q in cube
     ]  # fmt: skip
     solid = plan_of([FLOOR, *rounded]).solid[1:].reshape(3, 6)
-    assert (solid == solid[:, :1]).all() and NO_SOLID not in solid
+    assert (solid == solid[:, :1]).all() and NO_BOX not in solid
     assert all(a[0] != b[0] for a, b in pairwise(solid))
 
 
@@ -110,7 +110,7 @@ def hits_of(plan):
     """What the centres of pixels see."""
     y, x = (part.ravel() + 0.5 for part in np.mgrid[:SIZE, :SIZE])
     w = plan.lens.directions(x, y)
-    far = np.array([pair_hits(plan, w, np.full(x.size, k)) for k in range(plan.object_count)])
+    far = np.array([intersect_pairs(plan, w, np.full(x.size, k)) for k in range(plan.object_count)])
     item = far.argmin(axis=0)
     seen = np.isfinite(far.min(axis=0))
     return surface(plan, w[:, seen], far.min(axis=0)[seen], item[seen])
@@ -137,9 +137,9 @@ def test_the_light_is_the_same_without_the_faces_behind(seed, monkeypatch):
     shape = plan.shadow_light(plan.lights[0])
     few = Occluders(plan).find(shape, hits, reach)
     with monkeypatch.context() as patch:
-        patch.setattr(occluder._Flats, "needed", lambda self, sight, pairs: pairs)
+        patch.setattr(occluder._QuadPlanes, "needed", lambda self, sight, pairs: pairs)
         every = Occluders(plan).find(shape, hits, reach)
-    one, other = (shade_among(plan, hits, time, [pairs]) for pairs in (few, every))
+    one, other = (shade_with_candidates(plan, hits, time, [pairs]) for pairs in (few, every))
     print(f"seed {seed}: {few.item.size} of {every.item.size} pairs")
     np.testing.assert_allclose(one, other, rtol=1e-9, atol=1e-9 * (other.max() or 1.0))
 
@@ -148,7 +148,7 @@ def test_half_the_faces_and_more_are_left_out(monkeypatch):
     plan = plan_of([FLOOR, *turned((-0.5, -0.5, 0.0), (1.0, 1.0, 1.0), 0.3, name="Cube")])
     hits = hits_of(plan)
     few = Occluders(plan).find(plan.lights[0], hits)
-    monkeypatch.setattr(occluder._Flats, "needed", lambda self, sight, pairs: pairs)
+    monkeypatch.setattr(occluder._QuadPlanes, "needed", lambda self, sight, pairs: pairs)
     every = Occluders(plan).find(plan.lights[0], hits)
     print(f"{few.item.size} of {every.item.size} pairs")
     assert few.item.size < 0.5 * every.item.size

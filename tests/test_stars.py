@@ -8,16 +8,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from adaptive_drt.cubature.evaluate import Parts, sample
-from adaptive_drt.cubature.nodes import TURNS, make_arms, turns
-from adaptive_drt.cubature.posteriori import LEFT, SURPRISE, UNMET, weigh
-from adaptive_drt.cubature.safety_factor import MOST, learn
+from adaptive_drt.cubature.evaluate import Subdomains, estimate_means
+from adaptive_drt.cubature.nodes import ROTATION_COUNT, make_nodes, rotation_index
+from adaptive_drt.cubature.posteriori import (
+    UNDETECTED_SHARE,
+    UNPREDICTED_RATIO,
+    UNPREDICTED_SHARE,
+    correct_errors,
+)
+from adaptive_drt.cubature.safety_factor import MAX_FACTOR, update_factors
 from adaptive_drt.scene.settings import Settings
-from adaptive_drt.shading.variation import BENDS, KINKS, STEPS, no_variation
+from adaptive_drt.shading.variation import KINK_KIND, SMOOTH_KIND, STEP_KIND, zero_variation
 from adaptive_drt.tracing.compile import make_plan
-from adaptive_drt.tracing.intersect import Pairs, nearest, pair_hits
+from adaptive_drt.tracing.intersect import Pairs, intersect_pairs, nearest_hits
 from adaptive_drt.tracing.occluder_culling import Occluders
-from adaptive_drt.visibility.fragments import no_regions
+from adaptive_drt.visibility.fragments import empty_fragments
 from random_scenes import random_scene
 
 DIAGONAL = (0, 2, 5)
@@ -47,7 +52,7 @@ def box_arms(wide, time=0.3, box=True, turn=0):
     spread[list(DIAGONAL)] = half / np.sqrt(3.0)
     place = np.array([[0.0], [0.0], [time]])
     true = np.ones(1, dtype=bool)
-    return make_arms(place, spread, half > 0.0, true, true & box, np.array([turn]))
+    return make_nodes(place, spread, half > 0.0, true, true & box, np.array([turn]))
 
 
 @pytest.mark.parametrize("wide", [(0, 0, 1), (1, 0, 0), (1, 1, 0), (0, 1, 1), (1, 1, 1)])
@@ -69,7 +74,7 @@ def test_quadratics_come_out_exact(wide, time, box):
 @pytest.mark.parametrize("time", [0.0, 0.3])
 @pytest.mark.parametrize("box", [True, False])
 def test_no_sample_lies_outside_its_box(wide, time, box):
-    for turn in range(TURNS):
+    for turn in range(ROTATION_COUNT):
         arms = box_arms(wide, time, box, turn)
         assert (np.abs(arms.offset) < np.array(wide)[:, None] + 1e-12).all()
 
@@ -78,12 +83,12 @@ def test_turns_are_those_of_places_in_the_pixel_and_the_shutter():
     rng = np.random.default_rng(23)
     cells = rng.integers(0, 2**10, (3, 4_000)) / 2**10
     cells[2] -= 0.5
-    found = turns(cells)
+    found = rotation_index(cells)
     for shift in ([[3.0], [0.0], [0.0]], [[-2.0], [700.0], [0.0]]):
-        np.testing.assert_array_equal(turns(cells + np.array(shift)), found)
-    np.testing.assert_array_equal(turns(cells * np.array([[1.0], [1.0], [-1.0]])), found)
+        np.testing.assert_array_equal(rotation_index(cells + np.array(shift)), found)
+    np.testing.assert_array_equal(rotation_index(cells * np.array([[1.0], [1.0], [-1.0]])), found)
     # as even as chance: 4,000 over 256 leave 16 to each, give or take 4
-    number = np.bincount(found % TURNS, minlength=TURNS)
+    number = np.bincount(found % ROTATION_COUNT, minlength=ROTATION_COUNT)
     assert 0 < number.min() and number.max() < 40
 
 
@@ -96,8 +101,8 @@ def test_an_edge_through_many_cells_meets_stars_of_both_signs():
     spread[list(DIAGONAL)] = 0.5 / 32.0 / np.sqrt(3.0)
     true = np.ones(count, dtype=bool)
     ratio = []
-    for turn in (turns(cells), np.zeros(count, dtype=np.int64)):
-        arms = make_arms(cells, spread, np.ones((3, count)) > 0, true, true, turn)
+    for turn in (rotation_index(cells), np.zeros(count, dtype=np.int64)):
+        arms = make_nodes(cells, spread, np.ones((3, count)) > 0, true, true, turn)
         off = []
         for slope in ((1.0, 0.5, 0.25), (1.0, 1.0, 0.5), (0.25, 1.0, 0.5)):
             for place in np.linspace(0.9, 1.3, 9):
@@ -142,39 +147,43 @@ def star(colors, center, foreseen):
     offset = np.array([[0.8, -0.8, 0.0, 0.0], [0.0, 0.0, 0.8, -0.8], [0.0] * 4])
     deviation = 0.5 * foreseen
     off = np.full((3, 1), center - np.mean(colors))
-    return weigh(deviation, foreseen, off, np.zeros(4, dtype=int), np.tile(away, (3, 1)), offset)
+    return correct_errors(
+        deviation, foreseen, off, np.zeros(4, dtype=int), np.tile(away, (3, 1)), offset
+    )
 
 
 def test_what_no_sample_met_counts_for_less():
-    foreseen = no_variation(1)
-    foreseen[KINKS, 0], foreseen[STEPS, 1], foreseen[BENDS, 0] = 0.02, 0.08, 0.01
+    foreseen = zero_variation(1)
+    foreseen[KINK_KIND, 0], foreseen[STEP_KIND, 1], foreseen[SMOOTH_KIND, 0] = 0.02, 0.08, 0.01
     same = star([0.5, 0.5, 0.5, 0.5], 0.5, foreseen)
-    assert np.allclose(same[BENDS], 0.5 * foreseen[BENDS])
-    assert np.allclose(same[1:], 0.5 * UNMET * foreseen[1:])
+    assert np.allclose(same[SMOOTH_KIND], 0.5 * foreseen[SMOOTH_KIND])
+    assert np.allclose(same[1:], 0.5 * UNDETECTED_SHARE * foreseen[1:])
     met = star([0.5, 0.5, 0.5, 0.1], 0.5, foreseen)
     assert np.allclose(met, 0.5 * foreseen)
 
 
 def test_what_was_not_foreseen_counts_along_the_axis_that_shows_it():
-    foreseen = no_variation(1)
-    foreseen[STEPS, 0] = 0.01
+    foreseen = zero_variation(1)
+    foreseen[STEP_KIND, 0] = 0.01
     found = star([0.5, 0.5, 0.5, 0.1], 0.5, foreseen) - 0.5 * foreseen
-    assert found.sum() == pytest.approx(LEFT * (0.1 - SURPRISE * 0.01))
-    assert found[STEPS, 1] > 2.0 * found[STEPS, 0]
-    assert not found[:STEPS].any()
-    assert not found[STEPS, 2].any()
+    assert found.sum() == pytest.approx(UNPREDICTED_SHARE * (0.1 - UNPREDICTED_RATIO * 0.01))
+    assert found[STEP_KIND, 1] > 2.0 * found[STEP_KIND, 0]
+    assert not found[:STEP_KIND].any()
+    assert not found[STEP_KIND, 2].any()
 
 
 def test_means_that_move_farther_than_foreseen_raise_a_pixels_error():
     change = np.array([[0.03, 0.001, 9.0], [0.03, 0.001, 9.0], [0.03, 0.001, 9.0]])
-    factor = learn(np.ones(3), change, np.full(3, 0.01))
-    assert np.allclose(factor, [3.0, 1.0, MOST])
+    factor = update_factors(np.ones(3), change, np.full(3, 0.01))
+    assert np.allclose(factor, [3.0, 1.0, MAX_FACTOR])
     # and it is forgotten by halves
-    assert np.allclose(learn(factor, np.zeros((3, 3)), np.full(3, 0.01)), [1.5, 1.0, 4.0])
+    assert np.allclose(update_factors(factor, np.zeros((3, 3)), np.full(3, 0.01)), [1.5, 1.0, 4.0])
 
 
 def test_an_error_of_nothing_is_no_error():
-    assert np.array_equal(learn(np.ones(2), np.array([[0.0, 1.0]] * 3), np.zeros(2)), [1.0, MOST])
+    assert np.array_equal(
+        update_factors(np.ones(2), np.array([[0.0, 1.0]] * 3), np.zeros(2)), [1.0, MAX_FACTOR]
+    )
 
 
 def test_centroids_that_are_known_are_not_shaded_again():
@@ -186,21 +195,21 @@ def test_centroids_that_are_known_are_not_shaded_again():
     objects = np.arange(plan.object_count)
     pairs = Pairs(np.tile(np.arange(x.size), objects.size), np.repeat(objects, x.size))
     w = plan.lens.directions(place[0], place[1])
-    _, item = nearest(x.size, pairs, pair_hits(plan, w[:, pairs.pixel], pairs.item))
+    _, item = nearest_hits(x.size, pairs, intersect_pairs(plan, w[:, pairs.pixel], pairs.item))
     place, item = place[:, item >= 0], item[item >= 0]
     m = item.size
     half = np.repeat([[0.5], [0.5], [0.0]], m, axis=1)
     spread = np.zeros((6, m))
     spread[list(DIAGONAL)] = half / np.sqrt(3.0)
     no, one = np.zeros(m, dtype=bool), np.ones(m)
-    bare = Parts(
-        place, spread, half, item, np.arange(m), no, turns(place), one, np.ones(m, dtype=int),
-        no, np.zeros((3, 0)), no_variation(0),
+    bare = Subdomains(
+        place, spread, half, item, np.arange(m), no, rotation_index(place), one,
+        np.ones(m, dtype=int), no, np.zeros((3, 0)), zero_variation(0),
     )  # fmt: skip
     occluders, nothing = Occluders(plan), np.zeros(0, dtype=int)
 
     def sampled(parts):
-        return sample(plan, occluders, parts, no_regions(), nothing)
+        return estimate_means(plan, occluders, parts, empty_fragments(), nothing)
 
     light = sampled(bare).light
     starred = replace(bare, star=~no, stake=np.full(m, 1e3 / light.color.mean()))

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from adaptive_drt.image import schedule as work_module
-from adaptive_drt.parallel.cancellation import Stopped
-from adaptive_drt.parallel.executor import Hands
-from adaptive_drt.parallel.pool import Call, Share, crew
+from adaptive_drt.parallel.cancellation import RenderCancelled
+from adaptive_drt.parallel.executor import RenderExecutor
+from adaptive_drt.parallel.pool import Call, SharedArguments, worker_pool
 from adaptive_drt.render import render, render_image
 from adaptive_drt.scene.settings import Settings
 from adaptive_drt.tracing.compile import make_plan
@@ -29,11 +29,11 @@ def plan_for(threads):
 
 def hands_for(threads):
     plan = plan_for(threads)
-    return Hands(plan.stop, plan.threads)
+    return RenderExecutor(plan.stop, plan.threads)
 
 
 def roots(numbers):
-    return [Call(math.sqrt, Share(()), (float(n) ** 2,)) for n in numbers]
+    return [Call(math.sqrt, SharedArguments(()), (float(n) ** 2,)) for n in numbers]
 
 
 def found(outcomes):
@@ -69,9 +69,12 @@ def test_what_is_aside_waits_for_a_hand_that_is_free():
 @pytest.mark.parametrize("aside", [False, True])
 def test_an_exception_comes_out_and_the_rest_is_stopped(aside):
     plan = plan_for(2)
-    calls = [Call(math.sqrt, Share(()), (-1.0,)), Call(time.sleep, Share(()), (0.2,))]
+    calls = [
+        Call(math.sqrt, SharedArguments(()), (-1.0,)),
+        Call(time.sleep, SharedArguments(()), (0.2,)),
+    ]
     with (
-        closing(Hands(plan.stop, plan.threads)) as hands,
+        closing(RenderExecutor(plan.stop, plan.threads)) as hands,
         pytest.raises(ValueError, match="math domain"),
     ):
         list(hands.gather(hands.aside(calls)) if aside else hands.results(calls))
@@ -80,13 +83,13 @@ def test_an_exception_comes_out_and_the_rest_is_stopped(aside):
 
 def test_closing_stops_what_is_under_way():
     plan = plan_for(2)
-    hands = Hands(plan.stop, plan.threads)
+    hands = RenderExecutor(plan.stop, plan.threads)
 
     def until_stopped():
         wait_for(plan.stop.is_set)
-        raise Stopped
+        raise RenderCancelled
 
-    hands.aside([Call(until_stopped, Share(()), ())] * 3)
+    hands.aside([Call(until_stopped, SharedArguments(()), ())] * 3)
     wait_for(lambda: hands._busy)
     hands.close()
     assert plan.stop.is_set() and not any(thread.is_alive() for thread in hands._threads)
@@ -94,20 +97,20 @@ def test_closing_stops_what_is_under_way():
 
 def test_closing_when_all_is_done_stops_nothing():
     plan = plan_for(2)
-    with closing(Hands(plan.stop, plan.threads)) as hands:
+    with closing(RenderExecutor(plan.stop, plan.threads)) as hands:
         assert found(hands.results(roots([2]))) == {0: 2}
     assert not plan.stop.is_set()
 
 
 def test_pixels_refined_aside_are_the_same(worker, monkeypatch):
     """Those that blocks cannot settle, by a worker while this process is asked for blocks."""
-    put, lent = work_module.Work.put_aside, []
+    put, lent = work_module.Scheduler.put_aside, []
 
     def watched(self, tasks):
         lent.append(sum(rows.size for rows, _ in tasks))
         put(self, tasks)
 
-    monkeypatch.setattr(work_module.Work, "put_aside", watched)
+    monkeypatch.setattr(work_module.Scheduler, "put_aside", watched)
     alone, beside = (
         render_image(random_scene(SEED), Settings(tolerance=1e-3, threads=threads))
         for threads in (1, 2)
@@ -125,5 +128,5 @@ def test_a_render_cancelled_while_pixels_are_aside(worker):
         progress = next(steps)
         place = progress.done / progress.total
     steps.close()
-    assert not crew._busy
+    assert not worker_pool._busy
     assert not [thread for thread in threading.enumerate() if thread.name == "Render"]

@@ -8,7 +8,7 @@ zero. Places are known by construction: each sphere is where a pixel, or a ray t
 import numpy as np
 import pytest
 
-from adaptive_drt.detection.occlusion import classify_pairs
+from adaptive_drt.detection.occlusion import classify_occluders
 from adaptive_drt.render import render_image
 from adaptive_drt.scene.description import Motion, Quad, QuadLight, Scene, Sphere
 from adaptive_drt.scene.settings import Settings
@@ -100,7 +100,7 @@ def test_tiny_occluders_before_a_wide_light_are_not_lost(radius, order):
     up = np.repeat([[0.0], [0.0], [1.0]], n, axis=1)
     surface = Surface(point, up, np.full(n, 1), np.zeros(n, dtype=bool))
     pairs = Pairs(np.arange(n), np.zeros(n, dtype=np.int64))
-    none, full = classify_pairs(plan, surface, light, pairs, 0.0)
+    none, full = classify_occluders(plan, surface, light, pairs, 0.0)
     w, c = LONG.lift(aim) - LONG.lift(point), LONG.lift(place) - LONG.lift(point)
     off = cross(w, c)
     cut = LONG.lift(radius) ** 2 * dot(w, w) > dot(off, off)

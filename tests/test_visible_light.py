@@ -5,8 +5,9 @@ import mpmath
 import numpy as np
 import pytest
 
+from adaptive_drt.geometry.silhouettes import CircularSilhouette
 from adaptive_drt.lights.form_factor import cap_factor, polygon_factor
-from adaptive_drt.lights.occluded_form_factor import RoundOutline, visible_factor
+from adaptive_drt.lights.occluded_form_factor import visible_factor
 from oracle.visible import quad_light, round_light, visible
 from solid_boxes import faces
 
@@ -48,7 +49,7 @@ class Views:
         self.a, self.b = a * rng.uniform(0.2, 1.0, n), b * rng.uniform(0.2, 1.0, n)
         self.quad = quad(self.c, self.a, self.b)
         self.axis, self.half_angle = axis, rng.uniform(0.05, 1.3, n)
-        self.round = RoundOutline(axis, np.cos(self.half_angle), np.sin(self.half_angle))
+        self.round = CircularSilhouette(axis, np.cos(self.half_angle), np.sin(self.half_angle))
         self.v = np.stack([aim(rng, n, 1.2, 0.3) for _ in range(4)])
         away = np.linalg.norm(self.v, axis=1)
         self.r = np.minimum(rng.uniform(0.05, 0.7, (4, n)), 0.9999 * away)
@@ -139,7 +140,7 @@ def test_howell_b3_with_and_without_a_sphere(a, b):
 def test_howell_b43_and_a_ring(h):
     """A sphere above the horizon, and what a smaller one before it leaves."""
     sine = 1 / h
-    light = RoundOutline(UP, np.sqrt([(1 - sine) * (1 + sine)]), np.array([sine]))
+    light = CircularSilhouette(UP, np.sqrt([(1 - sine) * (1 + sine)]), np.array([sine]))
     want = np.pi * sine**2
     assert visible_factor(light, UP, NO_SPHERES, NO_QUADS)[0] == pytest.approx(want, rel=1e-12)
     ball = (0.5 * UP[None], np.array([[0.25 * sine]]))
@@ -181,7 +182,7 @@ def test_rotation_and_mirror_do_not_matter():
     def turned(x):
         return np.moveaxis(np.tensordot(turn, x, axes=(1, -2)), 0, -2)
 
-    light = RoundOutline(turned(views.axis), views.round.cosine, views.round.sine)
+    light = CircularSilhouette(turned(views.axis), views.round.cosine, views.round.sine)
     for own, other in ((views.quad, turned(views.quad)), (views.round, light)):
         got = visible_factor(
             other, turned(views.normal), (turned(views.v), views.r), turned(views.quads)
@@ -220,7 +221,7 @@ def test_a_point_does_not_depend_on_its_batch():
             whole = views.factor(k, m, light)
             for rows in (slice(0, 1), slice(8999, 9000), slice(5, 8), slice(17, 4500, 3)):
                 part = (
-                    RoundOutline(light.axis[:, rows], light.cosine[rows], light.sine[rows])
+                    CircularSilhouette(light.axis[:, rows], light.cosine[rows], light.sine[rows])
                     if light is views.round
                     else light[..., rows]
                 )

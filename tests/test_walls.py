@@ -6,14 +6,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from adaptive_drt.geometry.parallelogram import distance_to, edges_of
+from adaptive_drt.geometry.parallelogram import distance_to_quad, quad_edges
 from adaptive_drt.render import render_image
 from adaptive_drt.scene.description import Material, Quad, Scene, SphereLight
 from adaptive_drt.scene.settings import Settings
 from adaptive_drt.shading.footprint import make_patch
-from adaptive_drt.shading.standing_quads import free_edges
+from adaptive_drt.shading.standing_quads import shadowing_edges
 from adaptive_drt.tracing.compile import make_plan
-from adaptive_drt.tracing.intersect import Pairs, pair_hits, surface
+from adaptive_drt.tracing.intersect import Pairs, intersect_pairs, surface
 from oracle.converged import relative_rmse
 from plain_hits import oracle_depth, rays
 from random_scenes import look_at
@@ -49,7 +49,7 @@ def standing(rng, foot=0.0, above=False):
     plan = make_plan(Scene(camera, (FLOOR, quad), (LAMP,)), Settings(threads=1))
     y, x = (part.ravel() + 0.5 for part in np.mgrid[:SIZE, :SIZE])
     w = plan.lens.directions(x, y)
-    far = [pair_hits(plan, w, np.full(x.size, item)) for item in (0, 1)]
+    far = [intersect_pairs(plan, w, np.full(x.size, item)) for item in (0, 1)]
     rows = np.flatnonzero(np.isfinite(far[0]) & (far[0] < far[1]))
     w, t, floor = w[:, rows], far[0][rows], np.zeros(rows.size, dtype=np.int64)
     hits = surface(plan, w, t, floor)
@@ -62,9 +62,9 @@ def standing(rng, foot=0.0, above=False):
     height = (corner * normal).sum(axis=0)
     pairs = Pairs(np.arange(rows.size), floor + 1)
     through = np.abs((patch.steps * normal).sum(axis=1))
-    edges, still = edges_of(corner, u, v), 0.0 * corner
-    found = free_edges(hits, patch, pairs, edges, normal, height, still, through)
-    touched = distance_to(corner, u, v) <= patch.reach
+    edges, still = quad_edges(corner, u, v), 0.0 * corner
+    found = shadowing_edges(hits, patch, pairs, edges, normal, height, still, through)
+    touched = distance_to_quad(corner, u, v) <= patch.reach
     return quad, camera, (x[rows], y[rows]), touched, found
 
 

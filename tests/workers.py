@@ -5,7 +5,7 @@ import time
 from contextlib import contextmanager
 
 from adaptive_drt import render as render_module
-from adaptive_drt.parallel.pool import crew
+from adaptive_drt.parallel.pool import worker_pool
 
 LONG = 60.0
 """Seconds: nobody waits so long, but for a worker that loads on a busy machine."""
@@ -21,8 +21,8 @@ def wait_for(condition):
 @contextmanager
 def mustered(monkeypatch, count):
     """The crew with so many workers, used for pictures of any size."""
-    monkeypatch.setattr(render_module, "CREWS_PIXELS", 0)
-    crew.muster(count)
-    wait_for(lambda: crew.ready == count)
-    yield crew
-    crew.stop()
+    monkeypatch.setattr(render_module, "WORKERS_PIXELS", 0)
+    worker_pool.muster(count)
+    wait_for(lambda: worker_pool.ready == count)
+    yield worker_pool
+    worker_pool.stop()

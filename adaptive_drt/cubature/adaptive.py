@@ -19,69 +19,75 @@ from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.floats import TINY
 from ..numerics.gather import columns, place
 from ..numerics.vector import rms
-from ..parallel.call_progress import part_of_call, tell
-from ..shading.direct_light import Shaded
-from ..shading.variation import BENDS, KINKS, ROOTS, STEPS, no_variation
+from ..parallel.call_progress import progress_range, report_progress
+from ..shading.direct_light import DirectLight
+from ..shading.variation import KINK_KIND, ROOT_KIND, SMOOTH_KIND, STEP_KIND, zero_variation
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs
 from ..tracing.occluder_culling import Occluders
-from ..visibility.fragments import Boxes, Regions, find_regions, no_regions
+from ..visibility.fragments import Boxes, Fragments, empty_fragments, find_fragments
 from .error_budget import Goal
-from .evaluate import IN_VAIN, Parts, join, left_by_stars, sample
-from .nodes import turns
-from .regions import Cells, merge, split, sums
-from .safety_factor import learn
+from .evaluate import (
+    SPLIT_ANYWAY_ERROR,
+    Subdomains,
+    concatenate_subdomains,
+    estimate_means,
+    multi_node_error,
+)
+from .nodes import rotation_index
+from .regions import Cells, grouped_sums, merge, split
+from .safety_factor import update_factors
 
-__all__ = ["Begun", "Refined", "Task", "begin", "refine"]
+__all__ = ["InitialCells", "RefinedPixels", "RefinementTask", "refine", "shade_initial_cells"]
 
 
-ROUNDS = 32
+MAX_ROUNDS = 32
 """Largest number of rounds, and so of successive splits of a cell."""
-ROUND = 0.3
+ROUND_WORK_SHARE = 0.3
 """Fraction of the remaining work of a call that one round does, roughly; for a progress bar."""
-MOST_CELLS = 4096
+MAX_CELLS = 4096
 """Largest number of cells of a pixel ..."""
-MORE_CELLS = 16_384
+MAX_CELLS_NEAR_GOAL = 16_384
 """... and the same where that many will probably meet the goal. Moving hard shadows need them at
 0.01 %."""
-NEARLY = 5.0
+NEAR_GOAL = 5.0
 """Largest error of a pixel, as a multiple of its goal, that four times as many cells are expected
 to bring below it (they leave a third of the error, and the goal grows by half)."""
-CROWD = 1 << 20
+MAX_ACTIVE_CELLS = 1 << 20
 """Approximate number of cells refined at a time; it bounds memory (some 300 bytes a cell)."""
-WORST = 0.29
+SPLIT_THRESHOLD = 0.29
 """Cells are split if their error is at least this fraction of the largest of their pixel. The value
 is no ratio that arises from equal parts (1/4, 1/8), or from a step that some nodes detected and
 others did not (3/10), so that rounding does not decide."""
-FAR = 16.0
+FOURFOLD_SPLIT_ERROR = 16.0
 """Error of a pixel, as a multiple of its goal, above which cells that are split along one axis are
 split into four parts, not two. (Steps in time that the multi-node rule samples in halves are left
 at 0.007 of their size before, and at 0.07 in one case of ten; thresholds of 7.3 and more take up to
 8 % more points at 1 %.)"""
-SLACK = 1.25
+MOTION_SLACK = 1.25
 """Error of a pixel that has been split, as a multiple of its goal, at which refinement stops if
 anything moves. A tenth of the pixels just miss their goals, and another round for so few takes a
 time set by its number of calls. The goal accounts for it (see `ACHIEVED_ERROR`). Where nothing
 moves, refinement takes only a round or two in any case."""
-DOMINANT = 0.5
+DOMINANT_CELL_SHARE = 0.5
 """Fraction of its pixel's error above which a single cell counts as dominant: then the pixel is
 refined beyond `MAX_CELLS`, as a few more cells meet the goal. (A pixel whose last split revealed a
 new feature: the estimate was 489 times the tolerance at 0.01 %, and is 10 times with this.)"""
-AXIS = 0.4
+AXIS_THRESHOLD = 0.4
 """A cell is split along each axis whose error is at least this fraction of that of its worst
 axis."""
-STRAY = 0.5
+HIDDEN_NODE_ERROR = 0.5
 """Error assigned to the fraction of a region's nodes that are hidden by another object, as a
 fraction of the contrast."""
-LINES = 16
+MAX_LINES = 16
 """Largest number of line samples an axis for the shape of regions; instead of taking more, it is
 better to split the cell."""
-EDGE_SHARE = 0.7
+SHAPE_ERROR_SHARE = 0.7
 """Fraction of the goal that errors in the shape of regions may contribute to a pixel's error."""
 
 
 @dataclass(frozen=True)
-class Task:
+class RefinementTask:
     """Pixels to be refined.
 
     Attributes
@@ -105,7 +111,7 @@ class Task:
 
 
 @dataclass(frozen=True)
-class Refined:
+class RefinedPixels:
     """Refined pixels: `color` (3, n), `alpha` (n,), `samples` (n,) points shaded, `error` (n,)
     estimated.
     """
@@ -117,7 +123,7 @@ class Refined:
 
 
 @dataclass(frozen=True)
-class Begun:
+class InitialCells:
     """Initial cells, shaded: `cells`, one a pixel; `samples` (n,) points shaded; `error` (n,)
     estimated.
     """
@@ -128,14 +134,14 @@ class Begun:
 
 
 @dataclass(frozen=True)
-class _Limits:
+class _PixelLimits:
     """Error limits of n pixels: `error` (n,), the goal at their present number of `cells` (n,)."""
 
     cells: Ints
     error: Array
 
     @classmethod
-    def of(cls, task: Task, pixel: Ints) -> _Limits:
+    def of(cls, task: RefinementTask, pixel: Ints) -> _PixelLimits:
         """Limits of a task's pixels, given the pixel index of every cell."""
         number = np.maximum(np.bincount(pixel, minlength=task.cut.size), 1)
         return cls(number, task.goal.error * number**task.growth)
@@ -148,13 +154,13 @@ class _Limits:
         return cells.share / most, self.cells[cells.pixel]
 
 
-def begin(plan: Plan, occluders: Occluders, task: Task) -> Begun:
+def shade_initial_cells(plan: Plan, occluders: Occluders, task: RefinementTask) -> InitialCells:
     """Shade the initial cells that are still blank, without refinement."""
-    cells, samples = _roots(plan, occluders, task)
-    return Begun(cells, samples, _error(cells, task.cut.size))
+    cells, samples = _initial_cells(plan, occluders, task)
+    return InitialCells(cells, samples, _pixel_errors(cells, task.cut.size))
 
 
-def _roots(plan: Plan, occluders: Occluders, task: Task) -> tuple[Cells, Ints]:
+def _initial_cells(plan: Plan, occluders: Occluders, task: RefinementTask) -> tuple[Cells, Ints]:
     """Initial cells, all shaded, and the number of points (n,) shaded so far."""
     plan.go_on()
     count = task.cut.size
@@ -162,83 +168,85 @@ def _roots(plan: Plan, occluders: Occluders, task: Task) -> tuple[Cells, Ints]:
     cells = task.cells
     blank = task.blank.nonzero()[0]
     if blank.size:
-        limits = _Limits.of(task, cells.pixel)
+        limits = _PixelLimits.of(task, cells.pixel)
         blanks, known = cells.take(blank), np.zeros(blank.size, dtype=np.bool_)
-        done, points = _shaded(plan, occluders, task, blanks, limits, known)
+        done, points = _shade_cells(plan, occluders, task, blanks, limits, known)
         cells = merge([cells.take(~task.blank), done])
         samples += points
     return cells, samples
 
 
-def refine(plan: Plan, occluders: Occluders, task: Task) -> Refined:
+def refine(plan: Plan, occluders: Occluders, task: RefinementTask) -> RefinedPixels:
     """Refine pixels to their goal."""
     count = task.cut.size
-    with part_of_call(0.0, ROUND):
-        cells, samples = _roots(plan, occluders, task)
-    refined = Refined(np.zeros((3, count)), np.zeros(count), samples, np.zeros(count))
+    with progress_range(0.0, ROUND_WORK_SHARE):
+        cells, samples = _initial_cells(plan, occluders, task)
+    refined = RefinedPixels(np.zeros((3, count)), np.zeros(count), samples, np.zeros(count))
     strain, settled = np.ones(count), 0
     crowds = [(cells, 0)]
     while crowds:
         cells, rounds = crowds.pop()
-        limits, mean = _Limits.of(task, cells.pixel), _means(cells, count)
-        for turn in range(rounds, ROUNDS):
+        limits, mean = _PixelLimits.of(task, cells.pixel), _pixel_means(cells, count)
+        for turn in range(rounds, MAX_ROUNDS):
             plan.go_on()
-            off = _error(cells, count)
-            slack = SLACK if turn and plan.motion else 1.0
-            chosen, parts = _choose(limits, cells, off * strain, slack)
+            off = _pixel_errors(cells, count)
+            slack = MOTION_SLACK if turn and plan.motion else 1.0
+            chosen, parts = _choose_splits(limits, cells, off * strain, slack)
             split_up = np.unique(cells.pixel[chosen])
             kept = np.isin(cells.pixel, split_up)
-            _enter(refined, cells.take(~kept))
+            _add_pixels(refined, cells.take(~kept))
             settled += np.unique(cells.pixel[~kept]).size
-            tell(settled / count)
+            report_progress(settled / count)
             if not chosen.size:
                 break
             kept[chosen] = False
-            cells, (finer, known) = cells.take(kept), _finer(cells.take(chosen), parts)
-            limits = _Limits.of(task, np.concatenate([cells.pixel, finer.pixel]))
+            cells, (finer, known) = cells.take(kept), _replacement_cells(cells.take(chosen), parts)
+            limits = _PixelLimits.of(task, np.concatenate([cells.pixel, finer.pixel]))
             part = (count - settled) / count
-            with part_of_call(1.0 - part, 1.0 - (1.0 - ROUND) * part):
-                done, points = _shaded(plan, occluders, task, finer, limits, known)
+            with progress_range(1.0 - part, 1.0 - (1.0 - ROUND_WORK_SHARE) * part):
+                done, points = _shade_cells(plan, occluders, task, finer, limits, known)
             samples += points
             cells = merge([cells, done])
-            before, mean = mean, _means(cells, count)
+            before, mean = mean, _pixel_means(cells, count)
             change = columns(mean - before, split_up)
-            strain[split_up] = learn(strain[split_up], change, off[split_up])
+            strain[split_up] = update_factors(strain[split_up], change, off[split_up])
             later = cells.pixel > cells.pixel[cells.pixel.size // 2]
-            if cells.pixel.size > CROWD and later.any():
+            if cells.pixel.size > MAX_ACTIVE_CELLS and later.any():
                 # pixels are independent: one half is refined after the other
                 crowds.append((cells.take(later), turn + 1))
                 cells = cells.take(~later)
         else:
-            _enter(refined, cells)
+            _add_pixels(refined, cells)
     return refined
 
 
-def _enter(refined: Refined, cells: Cells) -> None:
+def _add_pixels(refined: RefinedPixels, cells: Cells) -> None:
     """Add the results of pixels all of whose cells are given."""
     count = refined.alpha.size
-    refined.color[:] += _means(cells, count)
-    refined.alpha[:] += sums(cells.pixel, cells.share * cells.alpha, count)
-    refined.error[:] += _error(cells, count)
+    refined.color[:] += _pixel_means(cells, count)
+    refined.alpha[:] += grouped_sums(cells.pixel, cells.share * cells.alpha, count)
+    refined.error[:] += _pixel_errors(cells, count)
 
 
-def _means(cells: Cells, count: int) -> Array:
+def _pixel_means(cells: Cells, count: int) -> Array:
     """Mean radiance of pixels: (3, count)."""
-    return np.array([sums(cells.pixel, cells.share * c, count) for c in cells.color])
+    return np.array([grouped_sums(cells.pixel, cells.share * c, count) for c in cells.color])
 
 
-def _error(cells: Cells, count: int) -> Array:
+def _pixel_errors(cells: Cells, count: int) -> Array:
     """Estimated errors of pixels: (count,). Bends have one sign and are added; roots, kinks, steps
     and errors of shape have random signs, and their squares are added.
     """
     by_kind = cells.deviation.sum(axis=1)
-    bends = sums(cells.pixel, cells.share * by_kind[BENDS], count)
-    rest = cells.share * (by_kind[ROOTS] + by_kind[KINKS] + by_kind[STEPS] + cells.edge)
-    error: Array = bends + np.sqrt(sums(cells.pixel, rest * rest, count))
+    bends = grouped_sums(cells.pixel, cells.share * by_kind[SMOOTH_KIND], count)
+    rest = cells.share * (by_kind[ROOT_KIND] + by_kind[KINK_KIND] + by_kind[STEP_KIND] + cells.edge)
+    error: Array = bends + np.sqrt(grouped_sums(cells.pixel, rest * rest, count))
     return error
 
 
-def _choose(limits: _Limits, cells: Cells, error: Array, slack: float) -> tuple[Ints, Ints]:
+def _choose_splits(
+    limits: _PixelLimits, cells: Cells, error: Array, slack: float
+) -> tuple[Ints, Ints]:
     """Choose the cells to split (k,) and the number of parts along each axis (3, k).
 
     Parameters
@@ -250,9 +258,13 @@ def _choose(limits: _Limits, cells: Cells, error: Array, slack: float) -> tuple[
     limit, own = limits.error, cells.error
     worst = np.zeros(error.size)
     np.maximum.at(worst, cells.pixel, own)
-    likely = (error < NEARLY * limit) | (worst > DOMINANT * error)
-    open_ = (error > slack * limit) & (limits.cells < np.where(likely, MORE_CELLS, MOST_CELLS))
-    chosen = (open_[cells.pixel] & (own >= WORST * worst[cells.pixel]) & (own > 0.0)).nonzero()[0]
+    likely = (error < NEAR_GOAL * limit) | (worst > DOMINANT_CELL_SHARE * error)
+    open_ = (error > slack * limit) & (
+        limits.cells < np.where(likely, MAX_CELLS_NEAR_GOAL, MAX_CELLS)
+    )
+    chosen = (
+        open_[cells.pixel] & (own >= SPLIT_THRESHOLD * worst[cells.pixel]) & (own > 0.0)
+    ).nonzero()[0]
     part = cells.take(chosen)
     wide = part.high > part.low
     by_axis = part.deviation.sum(axis=0) * wide
@@ -261,20 +273,20 @@ def _choose(limits: _Limits, cells: Cells, error: Array, slack: float) -> tuple[
     by_axis[:2] += part.edge * wide[:2]
     by_axis[2] += part.edge * (wide[2] & ~flat)
     largest = by_axis.max(axis=0, initial=0.0)
-    cut = (by_axis >= AXIS * largest) & (by_axis > 0.0)
+    cut = (by_axis >= AXIS_THRESHOLD * largest) & (by_axis > 0.0)
     with np.errstate(over="ignore"):  # lights of 1e30 next to a picture of 1e-214
         excess = (error / limit)[part.pixel]
-    far = (excess > FAR) & (cut.sum(axis=0) == 1)
+    far = (excess > FOURFOLD_SPLIT_ERROR) & (cut.sum(axis=0) == 1)
     # the multi-node rule gains more than a split, unless its error would still exceed the limit
     gone = part.star | (part.edge > part.deviation.sum(axis=(0, 1)))
-    left = part.share * left_by_stars(part.deviation, wide.sum(axis=0))
-    cut &= gone | (left > IN_VAIN * limit[part.pixel])
+    left = part.share * multi_node_error(part.deviation, wide.sum(axis=0))
+    cut &= gone | (left > SPLIT_ANYWAY_ERROR * limit[part.pixel])
     parts = np.where(cut, np.where(far, 4, 2), 1)
     some = cut.any(axis=0) | ~part.star
     return chosen[some], columns(parts, some)
 
 
-def _finer(cells: Cells, parts: Ints) -> tuple[Cells, Mask]:
+def _replacement_cells(cells: Cells, parts: Ints) -> tuple[Cells, Mask]:
     """Cells that replace given ones: their children, or where there is one part the same cell, for
     which the multi-node rule may then be used.
 
@@ -292,8 +304,13 @@ def _finer(cells: Cells, parts: Ints) -> tuple[Cells, Mask]:
     return finer, known
 
 
-def _shaded(
-    plan: Plan, occluders: Occluders, task: Task, cells: Cells, limits: _Limits, known: Mask
+def _shade_cells(
+    plan: Plan,
+    occluders: Occluders,
+    task: RefinementTask,
+    cells: Cells,
+    limits: _PixelLimits,
+    known: Mask,
 ) -> tuple[Cells, Ints]:
     """Shade cells; returns them with colours and errors, and the number of points (n,) shaded a
     pixel.
@@ -305,13 +322,13 @@ def _shaded(
     """
     cut = task.cut[cells.pixel]
     crossed, filled = cells.take(cut.nonzero()[0]), cells.take((~cut).nonzero()[0])
-    found = _find_regions(plan, task, crossed) if crossed.pixel.size else no_regions()
+    found = _find_regions(plan, task, crossed) if crossed.pixel.size else empty_fragments()
     hit = (found.item >= 0).nonzero()[0]
-    parts = join(
-        _region_parts(crossed, found, hit, limits),
-        _whole_parts(task, filled, crossed, limits, known[~cut]),
+    parts = concatenate_subdomains(
+        _region_subdomains(crossed, found, hit, limits),
+        _whole_subdomains(task, filled, crossed, limits, known[~cut]),
     )
-    samples = sample(plan, occluders, parts, found, hit)
+    samples = estimate_means(plan, occluders, parts, found, hit)
     light = samples.light
     own, rest = slice(hit.size), slice(hit.size, None)
     done = []
@@ -322,52 +339,59 @@ def _shaded(
         whole = replace(filled, color=color, alpha=ones, deviation=deviation, star=star)
         done.append(whole)
     if crossed.pixel.size:
-        light = Shaded(light.color[:, own], light.deviation[..., own])
-        light.deviation[STEPS] += (
-            STRAY * task.goal.contrast * samples.lost[own] * (parts.half[:, own] > 0.0)
+        light = DirectLight(light.color[:, own], light.deviation[..., own])
+        light.deviation[STEP_KIND] += (
+            HIDDEN_NODE_ERROR * task.goal.contrast * samples.lost[own] * (parts.half[:, own] > 0.0)
         )
         star = crossed.star.copy()
         star[found.box[hit]] &= ~samples.vain[own]
         crossed = replace(crossed, star=star)
-        done.append(_assembled(plan, task, crossed, found, hit, light))
+        done.append(_cells_from_regions(plan, task, crossed, found, hit, light))
     pixel = np.concatenate([crossed.pixel[found.box[hit]], filled.pixel])
     shaded = np.bincount(np.repeat(pixel, samples.points), minlength=task.cut.size)
     return (merge(done) if len(done) > 1 else done[0]), shaded
 
 
-def _find_regions(plan: Plan, task: Task, cells: Cells) -> Regions:
+def _find_regions(plan: Plan, task: RefinementTask, cells: Cells) -> Fragments:
     """Visible regions of cells that are cut by outlines."""
-    accuracy = EDGE_SHARE * task.goal.error / (task.goal.contrast * np.sqrt(cells.share))
+    accuracy = SHAPE_ERROR_SHARE * task.goal.error / (task.goal.contrast * np.sqrt(cells.share))
     rivals = task.rivals.of(cells.pixel, task.cut.size)
-    return find_regions(plan, Boxes(cells.low, cells.high), rivals, accuracy, LINES)
+    return find_fragments(plan, Boxes(cells.low, cells.high), rivals, accuracy, MAX_LINES)
 
 
-def _whole_parts(task: Task, cells: Cells, before: Cells, limits: _Limits, known: Mask) -> Parts:
+def _whole_subdomains(
+    task: RefinementTask, cells: Cells, before: Cells, limits: _PixelLimits, known: Mask
+) -> Subdomains:
     """Subdomains for cells that are filled by one object, numbered after the cells `before`."""
     middle, half = 0.5 * (cells.low + cells.high), 0.5 * (cells.high - cells.low)
     spread = np.zeros((6, cells.pixel.size))
     spread[[0, 2, 5]] = half / np.sqrt(3.0)
     number = before.pixel.size + np.arange(cells.pixel.size)
     item, stakes = task.item[cells.pixel], limits.stakes(cells)
-    turn, light = turns(middle), (columns(cells.color, known), columns(cells.deviation, known, -1))
-    return Parts(middle, spread, half, item, number, cells.star, turn, *stakes, known, *light)
+    turn, light = (
+        rotation_index(middle),
+        (columns(cells.color, known), columns(cells.deviation, known, -1)),
+    )
+    return Subdomains(middle, spread, half, item, number, cells.star, turn, *stakes, known, *light)
 
 
-def _region_parts(cells: Cells, found: Regions, hit: Ints, limits: _Limits) -> Parts:
+def _region_subdomains(
+    cells: Cells, found: Fragments, hit: Ints, limits: _PixelLimits
+) -> Subdomains:
     """Subdomains for the visible regions that show an object."""
     box, spread = found.box[hit], columns(found.spread, hit)
-    half = np.minimum(0.5 * columns(cells.high - cells.low, box), _extent(spread))
+    half = np.minimum(0.5 * columns(cells.high - cells.low, box), _half_extents(spread))
     stake, crowd = limits.stakes(cells)
     stake = found.weight[hit] * stake[box]
     centroid, item = columns(found.place, hit), found.item[hit]
-    turn = turns(0.5 * (cells.low + cells.high))[box]
+    turn = rotation_index(0.5 * (cells.low + cells.high))[box]
     star, each, known = cells.star[box], (stake, crowd[box]), np.zeros(hit.size, dtype=np.bool_)
-    light = np.zeros((3, 0)), no_variation(0)
-    return Parts(centroid, spread, half, item, box, star, turn, *each, known, *light)
+    light = np.zeros((3, 0)), zero_variation(0)
+    return Subdomains(centroid, spread, half, item, box, star, turn, *each, known, *light)
 
 
-def _assembled(
-    plan: Plan, task: Task, cells: Cells, found: Regions, hit: Ints, light: Shaded
+def _cells_from_regions(
+    plan: Plan, task: RefinementTask, cells: Cells, found: Fragments, hit: Ints, light: DirectLight
 ) -> Cells:
     """Cells composed of their visible regions.
 
@@ -378,22 +402,22 @@ def _assembled(
     color = np.empty((3, found.box.size))
     color[:] = backdrop[:, None]
     color[:, hit] = light.color
-    mean = np.array([sums(found.box, found.weight * c, count) for c in color])
+    mean = np.array([grouped_sums(found.box, found.weight * c, count) for c in color])
     box, weight = found.box[hit], found.weight[hit]
     deviation = np.array(
-        [[sums(box, weight * row, count) for row in kind] for kind in light.deviation]
+        [[grouped_sums(box, weight * row, count) for row in kind] for kind in light.deviation]
     )
     away = color - columns(mean, found.box)
-    edge = sums(found.box, found.error * rms(away), count)
+    edge = grouped_sums(found.box, found.error * rms(away), count)
     edge += task.goal.contrast * found.missed
-    deviation[STEPS, 2] += task.goal.contrast * found.late
+    deviation[STEP_KIND, 2] += task.goal.contrast * found.late
     alpha = np.ones(count)
     if plan.transparent:
-        alpha = sums(box, weight, count)
+        alpha = grouped_sums(box, weight, count)
     return replace(cells, color=mean, alpha=alpha, deviation=deviation, edge=edge)
 
 
-def _extent(spread: Array) -> Array:
+def _half_extents(spread: Array) -> Array:
     """Half extents (3, m) of boxes with given roots of second moments."""
     xx, yx, yy, tx, ty, tt = spread * spread
     extent: Array = np.sqrt(3.0 * np.array([xx, yx + yy, tx + ty + tt]))

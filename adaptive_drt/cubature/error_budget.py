@@ -14,70 +14,70 @@ import numpy as np
 
 from ..numerics.arrays import Array, Mask
 
-__all__ = ["GROWTH", "LEAST", "Goal", "Motion", "make_goal"]
+__all__ = ["GOAL_GROWTH", "MIN_GOAL", "Goal", "MotionErrors", "make_goal"]
 
 
-REACHED = 0.575
+ACHIEVED_ERROR = 0.575
 """RMS error with which a pixel under motion ends, as a fraction of its own goal (the picture's
 goal, grown with the number of its cells), if a single cell is predicted for it ..."""
-RISE = 0.02
+ACHIEVED_RISE = 0.02
 """... and the increase of that fraction with each doubling of the predicted number of cells. Easy
 pixels take more cells than predicted the lower the tolerance is, hard ones fewer (at 1, 0.1 and
 0.01 % pixels with one predicted cell end with 0.55, 0.77 and 1.27 of their goal, those with 64 with
 0.2 to 0.4). A picture has both. (116 random scenes at these tolerances: the median of the estimates
 is 0.5 to 0.6 of the tolerance, and 5 of 348 are above it; at 0.55 for all pixels, and without steps
 in time in the model, 7 of 43 were above at 1 %.)"""
-MOST_REACHED = 0.77
+MAX_ACHIEVED_ERROR = 0.77
 """Largest fraction of its goal with which a pixel under motion is predicted to end."""
-GROWTH = 0.3
+GOAL_GROWTH = 0.3
 """Exponent of the number of its cells with which a refined pixel's goal grows. To bring the sum of
 squares of all errors to a given value with the fewest cells, the next cell must gain the same
 everywhere: where n cells leave an error of about c / n, the square gains 2 c^2 / n^3, so error^2 /
 n is the same everywhere: an exponent of 0.5. But then few pixels have most of the error, and the
 result depends on how well their errors are estimated (135 random scenes at 0.1 %, exponents 0.5 and
 0.3: 25 and 28 points a pixel, but 3 and 1 pictures beyond the tolerance)."""
-POWER = GROWTH / (1.0 + GROWTH)
+GOAL_POWER = GOAL_GROWTH / (1.0 + GOAL_GROWTH)
 """Exponent by which a pixel's own goal follows from its error c as one cell: n cells leave c / n,
 and c / n = goal n^`GOAL_GROWTH` where (c / goal)^`GOAL_POWER` = n^`GOAL_GROWTH`."""
-STILL_REACHED = 0.53
+STILL_ACHIEVED_ERROR = 0.53
 """Error with which a pixel without motion ends, as a fraction of the goal times (e /
 goal)^`GOAL_POWER`, where e is its predicted error under the multi-node rule: many pixels meet the
 goal by their first use of that rule. (Still scenes of the benchmark and 47 random ones, RMS: 0.2,
 0.3, 0.4, 0.5, 0.6, 0.8, 1.0, 1.2 and 1.5 of the goal where e is 0.025, 0.1, 0.3, 0.7, 1.5, 6, 18,
 48 and 100 of it.)"""
-FIRST = 0.6
+MOTION_ERROR_SHARE = 0.6
 """Constant c of the law c / n by which the error of a pixel under motion falls with n cells, as a
 fraction of its estimated error before refinement."""
-CUT = 0.05
+CUT_PIXEL_ERROR = 0.05
 """Error assumed for a pixel of which nothing is known except that outlines cut it, as a fraction of
 the contrast."""
-CUT_CROWDED = 0.25
+CROWDED_PIXEL_ERROR = 0.25
 """The same for pixels where many objects may be visible (median with 2 objects: 0.005 to 0.03 of
 the contrast, with 4: 0.1, with 5 to 20: 0.15 to 0.5)."""
-RESERVE = 0.72
+BUDGETED_SHARE = 0.72
 """Fraction of the tolerance for which the goal is set. The rest is for errors that the estimates
 miss, and for pixels that end with more than the model predicts. (210 random scenes: at 0.65, 0.72,
 0.85 and 1 some 2, 4, 3 and 3 are beyond 0.01 %, none beyond 0.1 %; but from 0.85 on a tenth of the
 estimates of pictures with moving hard shadows end above the tolerance.)"""
-GRID = 1.01
+GOAL_RATIO = 1.01
 """Ratio of successive goals in the discrete grid of goals. The error of the picture jumps where the
 goal passes a pixel's own error, so the largest admissible goal is often equal to such an error, and
 rounding would decide whether the pixel is above it. A goal on the grid coincides with no pixel's
 error."""
-GRID_START = 0.9
+GOAL_GRID_ORIGIN = 0.9
 """One goal of the grid, as a fraction of the tolerance. It is no ratio of errors and contrasts that
 scenes made of round numbers have."""
-WIDEST = 1e3
+MAX_GOAL = 1e3
 """Largest goal of the grid, as a multiple of the tolerance."""
-LEAST = 2.0**-6
+MIN_GOAL = 2.0**-6
 """Smallest goal of the grid, as a fraction of the tolerance."""
-DARK = 0.1
+UNLIT_MEAN_SHARE = 0.1
 """Mean radiance assumed for a picture of which no sampled pixel centre is lit, as a fraction of the
 mean estimated error."""
 
 
 @dataclass(frozen=True)
-class Motion:
+class MotionErrors:
     """Error terms of n pixels that depend on motion during the shutter.
 
     Attributes
@@ -118,7 +118,7 @@ def make_goal(
     starred: Array,
     cut: Mask,
     rest: tuple[float, int] = (0.0, 0),
-    motion: Motion | None = None,
+    motion: MotionErrors | None = None,
 ) -> Goal:
     """Find the error goal of a picture.
 
@@ -133,30 +133,33 @@ def make_goal(
     motion : error terms due to motion, if anything moves.
     """
     # where no pixel centre is lit, the estimated errors set the scale
-    mean = _mean(color) or DARK * _mean(error)
+    mean = _mean(color) or UNLIT_MEAN_SHARE * _mean(error)
     if not mean > 0.0:
         return Goal(np.inf, 1.0)
     contrast = max(float(np.sqrt((color * color).mean())), mean)
-    known = np.where(cut, CUT * contrast, error)
+    known = np.where(cut, CUT_PIXEL_ERROR * contrast, error)
     if motion is not None:
-        known[cut & motion.crowded] = CUT_CROWDED * contrast
-    target = RESERVE * tolerance * mean
-    scale = GRID_START * tolerance * mean
+        known[cut & motion.crowded] = CROWDED_PIXEL_ERROR * contrast
+    target = BUDGETED_SHARE * tolerance * mean
+    scale = GOAL_GRID_ORIGIN * tolerance * mean
     # bisection: the remaining error of the picture grows with the goal
-    low, high = int(np.log(LEAST) / np.log(GRID)), int(np.log(WIDEST) / np.log(GRID))
-    small = known <= scale * GRID**low
+    low, high = (
+        int(np.log(MIN_GOAL) / np.log(GOAL_RATIO)),
+        int(np.log(MAX_GOAL) / np.log(GOAL_RATIO)),
+    )
+    small = known <= scale * GOAL_RATIO**low
     budget = target * target * (known.size + rest[1]) - rest[0]
     budget -= float((known[small] ** 2).sum())
-    left = _Law.make(known, starred, cut, motion, ~small)
-    if left(scale * GRID ** (high - 1)) <= budget:
+    left = _ErrorModel.make(known, starred, cut, motion, ~small)
+    if left(scale * GOAL_RATIO ** (high - 1)) <= budget:
         low = high - 1  # nothing has to be refined, as in many still pictures
     while high - low > 1:
         middle = (low + high) // 2
-        if left(scale * GRID**middle) > budget:
+        if left(scale * GOAL_RATIO**middle) > budget:
             high = middle
         else:
             low = middle
-    return Goal(float(scale * GRID**low), contrast)
+    return Goal(float(scale * GOAL_RATIO**low), contrast)
 
 
 def _mean(values: Array) -> float:
@@ -164,7 +167,7 @@ def _mean(values: Array) -> float:
 
 
 @dataclass(frozen=True)
-class _Law:
+class _ErrorModel:
     """Model of the errors of m pixels after refinement to a given goal.
 
     Attributes
@@ -184,17 +187,20 @@ class _Law:
 
     @classmethod
     def make(
-        cls, known: Array, starred: Array, cut: Mask, motion: Motion | None, some: Mask
-    ) -> _Law:
+        cls, known: Array, starred: Array, cut: Mask, motion: MotionErrors | None, some: Mask
+    ) -> _ErrorModel:
         """Make the model for the pixels at `some`; the other arguments as those of `make_goal`."""
         known, starred, cut = known[some], starred[some], cut[some]
         if motion is None:
             slow, steps = cut, None
-            first = np.where(cut, FIRST * known, starred) ** POWER
+            first = np.where(cut, MOTION_ERROR_SHARE * known, starred) ** GOAL_POWER
         else:
             slow, hard = cut | motion.moves[some], motion.hard[some]
             first, stepped = (
-                np.where(cut, FIRST * known, np.where(slow, FIRST * c, starred)) ** POWER
+                np.where(
+                    cut, MOTION_ERROR_SHARE * known, np.where(slow, MOTION_ERROR_SHARE * c, starred)
+                )
+                ** GOAL_POWER
                 for c in (hard, hard + motion.steps[some])
             )
             steps = motion.standing[some], stepped
@@ -206,9 +212,11 @@ class _Law:
         if self.steps is not None:
             standing, stepped = self.steps
             first = np.where(standing > level, stepped, first)
-        grown = first * level**-POWER
+        grown = first * level**-GOAL_POWER
         limit = np.maximum(grown, 1.0)
-        reached = np.minimum(REACHED + RISE * np.log2(limit) / GROWTH, MOST_REACHED)
-        after = level * np.where(self.slow, reached * limit, STILL_REACHED * grown)
+        reached = np.minimum(
+            ACHIEVED_ERROR + ACHIEVED_RISE * np.log2(limit) / GOAL_GROWTH, MAX_ACHIEVED_ERROR
+        )
+        after = level * np.where(self.slow, reached * limit, STILL_ACHIEVED_ERROR * grown)
         left = np.where(self.error > level, after, self.error)
         return float((left * left).sum())

@@ -18,55 +18,64 @@ from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.floats import TINY
 from ..numerics.gather import columns, place
 from ..numerics.vector import dot
-from ..parallel.call_progress import part_of_call
-from ..shading.direct_light import Shaded, shade, shade_among
+from ..parallel.call_progress import progress_range
+from ..shading.direct_light import DirectLight, shade, shade_with_candidates
 from ..shading.footprint import make_patch
-from ..shading.variation import no_variation
-from ..tracing.closest_approach import hits_or_near
+from ..shading.variation import zero_variation
+from ..tracing.closest_approach import hits_or_closest_points
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs, Surface, surface
 from ..tracing.occluder_culling import Occluders
-from ..visibility.fragments import Regions
+from ..visibility.fragments import Fragments
 from ..visibility.line_intervals import TIME
-from .limb_correction import rim_gains
-from .node_clipping import kept_parts
-from .nodes import Arms, make_arms
-from .posteriori import weigh
-from .regions import sums
+from .limb_correction import limb_gains
+from .node_clipping import clip_nodes
+from .nodes import Nodes, make_nodes
+from .posteriori import correct_errors
+from .regions import grouped_sums
 
-__all__ = ["IN_VAIN", "Parts", "Samples", "join", "left_by_stars", "sample"]
+__all__ = [
+    "SPLIT_ANYWAY_ERROR",
+    "Estimates",
+    "Subdomains",
+    "concatenate_subdomains",
+    "estimate_means",
+    "multi_node_error",
+]
 
 
-STAR = np.array([[0.005, 0.05, 0.09, 0.35], [0.02, 0.09, 0.15, 0.5], [0.02, 0.13, 0.2, 0.5]])
+MULTI_NODE_ERROR = np.array(
+    [[0.005, 0.05, 0.09, 0.35], [0.02, 0.09, 0.15, 0.5], [0.02, 0.13, 0.2, 0.5]]
+)
 """Error of the multi-node rule as a fraction of the error of the centroid rule, by number of axes
 (rows) and by kind of error (columns: bends, roots, kinks, steps). Of a power 3/2, a kink and a step
 at random places the rule leaves 0.032, 0.088 and 0.35 in an interval, 0.071, 0.15 and 0.35 in a
 square, 0.13, 0.22 and 0.38 in a cube; the values for bends were measured. (Means over the shutter
 at 0.01 %, as used by blocks: with 0.02 for an interval the true errors were 0.1 to 0.4 of the
 estimates, with a tenth more points a pixel; with 0.005 they were 0.3 to 0.6.)"""
-MARGIN = 1.6
+SHADOW_SEARCH_RADIUS = 1.6
 """Radius, as a multiple of a subdomain's extent, within which shadow edges are searched for around
 its centroid. A patch is linearised on a plane, and so is the growth of an occluder's angular size;
 near contact both change faster (135 random scenes at 0.1 %: the worst error is 1.21 of the
 tolerance without this margin, 0.97 with it)."""
-NEEDED = 0.1
+CENTROID_RULE_ERROR = 0.1
 """Largest predicted error for which a still subdomain keeps the centroid rule, as a fraction of its
 pixel's goal over the square root of the pixel's number of cells. The multi-node rule also detects
 errors that were not predicted (400 spheres, 0.01 %: at 0.01, 0.05 and 0.2 the picture's error is
 0.46, 0.50 and 0.64 of the tolerance, with 19.2, 18.6 and 18.1 points a pixel; the errors of 210
 random scenes are the same at 0.1 as at 0.01)."""
-LOOKED = 0.5
+CENTROIDS_WORK_SHARE = 0.5
 """Fraction of the work of `estimate_means` that shading the centroids takes, for a progress bar."""
-NOWHERE = -1.0
+NO_SEARCH_RADIUS = -1.0
 """Search radius, in metres, of centroids around which no search for occluders was made: negative,
 so that every node lies beyond it."""
-IN_VAIN = 1.5
+SPLIT_ANYWAY_ERROR = 1.5
 """Predicted error of a cell under the multi-node rule, as a multiple of its pixel's goal, above
 which the cell will be split in any case and the rule is not applied."""
 
 
 @dataclass(frozen=True)
-class Parts:
+class Subdomains:
     """Subdomains: m parts of cells, each showing one object, whose mean radiance is to be
     estimated.
 
@@ -98,7 +107,7 @@ class Parts:
 
 
 @dataclass(frozen=True)
-class Samples:
+class Estimates:
     """Estimates for m subdomains.
 
     Attributes
@@ -109,14 +118,14 @@ class Samples:
     lost : (m,) fraction of the nodes that are hidden by another object even at the centroid.
     """
 
-    light: Shaded
+    light: DirectLight
     points: Ints
     vain: Mask
     lost: Array
 
 
 @dataclass(frozen=True)
-class _Centers:
+class _Centroids:
     """Centroids of m subdomains.
 
     `hits` are the surfaces there, `light` their radiance with predicted errors, `reach` (m,) the
@@ -125,21 +134,23 @@ class _Centers:
     """
 
     hits: Surface
-    light: Shaded
+    light: DirectLight
     reach: Array
     slant: Array
 
 
-def join(one: Parts, other: Parts) -> Parts:
+def concatenate_subdomains(one: Subdomains, other: Subdomains) -> Subdomains:
     """Concatenate two sets of subdomains, those of `one` first."""
     fields = [
         np.concatenate([getattr(one, name), getattr(other, name)], axis=-1)
-        for name in Parts.__dataclass_fields__
+        for name in Subdomains.__dataclass_fields__
     ]
-    return Parts(*fields)
+    return Subdomains(*fields)
 
 
-def sample(plan: Plan, occluders: Occluders, parts: Parts, found: Regions, hit: Ints) -> Samples:
+def estimate_means(
+    plan: Plan, occluders: Occluders, parts: Subdomains, found: Fragments, hit: Ints
+) -> Estimates:
     """Estimate the mean radiance of m subdomains, each by the centroid rule or the multi-node rule.
 
     Parameters
@@ -150,21 +161,23 @@ def sample(plan: Plan, occluders: Occluders, parts: Parts, found: Regions, hit: 
     """
     size, wide = parts.item.size, parts.half > 0.0
     axes, box = wide.sum(axis=0), np.arange(size) >= hit.size
-    with part_of_call(0.0, LOOKED):
-        centers = _look(plan, occluders, parts)
-    needed, vain = _worth(parts, centers.light.deviation, axes, box)
-    arms = make_arms(parts.place, parts.spread, wide, needed & ~vain, box, parts.turn)
-    left, stray = _kept(plan, parts, found, hit, arms)
+    with progress_range(0.0, CENTROIDS_WORK_SHARE):
+        centers = _shade_centroids(plan, occluders, parts)
+    needed, vain = _choose_rule(parts, centers.light.deviation, axes, box)
+    arms = make_nodes(parts.place, parts.spread, wide, needed & ~vain, box, parts.turn)
+    left, stray = _clip_offsets(plan, parts, found, hit, arms)
     star, part = arms.count > 1, 1.0 / arms.count[arms.region]
-    points, lost = arms.count + star - parts.known, sums(arms.region, part * stray, size)
+    points, lost = arms.count + star - parts.known, grouped_sums(arms.region, part * stray, size)
     light = centers.light
     if star.any():
-        with part_of_call(LOOKED, 1.0):
-            light = _by_stars(plan, occluders, parts, centers, arms, left, axes)
-    return Samples(light, points, vain, lost)
+        with progress_range(CENTROIDS_WORK_SHARE, 1.0):
+            light = _multi_node_means(plan, occluders, parts, centers, arms, left, axes)
+    return Estimates(light, points, vain, lost)
 
 
-def _kept(plan: Plan, parts: Parts, found: Regions, hit: Ints, arms: Arms) -> tuple[Array, Mask]:
+def _clip_offsets(
+    plan: Plan, parts: Subdomains, found: Fragments, hit: Ints, arms: Nodes
+) -> tuple[Array, Mask]:
     """Scale factor of each node's offset, and whether the node is hidden even at factor 0: (k,)
     each.
     """
@@ -172,22 +185,22 @@ def _kept(plan: Plan, parts: Parts, found: Regions, hit: Ints, arms: Arms) -> tu
     if hit.size:
         own = slice(int(arms.count[: hit.size].sum()))
         region = arms.region[own]
-        left[own], stray[own] = kept_parts(
+        left[own], stray[own] = clip_nodes(
             plan, found, hit[region], columns(parts.place, region), arms.offset[:, own],
             columns(parts.half, region), arms.lot[own],
         )  # fmt: skip
     return left, stray
 
 
-def _by_stars(
+def _multi_node_means(
     plan: Plan,
     occluders: Occluders,
-    parts: Parts,
-    centers: _Centers,
-    arms: Arms,
+    parts: Subdomains,
+    centers: _Centroids,
+    arms: Nodes,
     left: Array,
     axes: Ints,
-) -> Shaded:
+) -> DirectLight:
     """Mean radiance of m subdomains, where some use the multi-node rule.
 
     Parameters
@@ -201,28 +214,31 @@ def _by_stars(
     shown, slant = columns(center, region), centers.slant[region]
     rows = star[region].nonzero()[0]
     spots = columns(parts.place, region[rows]) + columns(offset, rows)
-    light, slant[rows] = _look_around(plan, occluders, parts, centers, spots, region[rows])
+    light, slant[rows] = _shade_nodes(plan, occluders, parts, centers, spots, region[rows])
     place(shown, rows, light)
-    color = np.array([sums(region, part * row, size) for row in shown])
+    color = np.array([grouped_sums(region, part * row, size) for row in shown])
     color += arms.middle * (center - color)
     round_ = (star & (parts.item < plan.sphere_count)).nonzero()[0]
     if round_.size:
-        gain = _at_rims((slant, centers.slant), round_, arms, left, axes[round_])
+        gain = _limb_gains((slant, centers.slant), round_, arms, left, axes[round_])
         off = columns(color - center, round_)
         color[:, round_] = np.maximum(columns(center, round_) + gain * off, 0.0)
-    best, short = STAR[axes - 1].T, sums(region, part * (1.0 - left * left), size)
+    best, short = (
+        MULTI_NODE_ERROR[axes - 1].T,
+        grouped_sums(region, part * (1.0 - left * left), size),
+    )
     deviation = foreseen * np.where(star, best + (1.0 - best) * short, 1.0)[:, None]
     rows = star.nonzero()[0]
-    deviation[..., rows] = weigh(
+    deviation[..., rows] = correct_errors(
         columns(deviation, rows, -1),
         columns(foreseen, rows, -1),
         columns(center - color, rows),
-        *_shown(shown - columns(color, region), offset, parts.half, region, star),
+        *_node_differences(shown - columns(color, region), offset, parts.half, region, star),
     )
-    return Shaded(color, deviation)
+    return DirectLight(color, deviation)
 
 
-def _worth(parts: Parts, foreseen: Array, axes: Ints, box: Mask) -> tuple[Mask, Mask]:
+def _choose_rule(parts: Subdomains, foreseen: Array, axes: Ints, box: Mask) -> tuple[Mask, Mask]:
     """Decide which of m subdomains need the multi-node rule, and which are in cells to be split
     anyway.
 
@@ -237,25 +253,29 @@ def _worth(parts: Parts, foreseen: Array, axes: Ints, box: Mask) -> tuple[Mask, 
         each = parts.stake * foreseen.sum(axis=(0, 1))
         # errors are predicted less well under motion: with a moving occluder node values were 3
         # times as far off
-        needed = each * np.sqrt(parts.crowd) > np.where(lasting, 0.0, NEEDED)
+        needed = each * np.sqrt(parts.crowd) > np.where(lasting, 0.0, CENTROID_RULE_ERROR)
         # a region with an extent in time may be in several pieces, some far from the centroid
         needed |= lasting & ~box
-        left = parts.stake * left_by_stars(foreseen, axes)
-        vain = sums(parts.cell, left, int(parts.cell.max(initial=-1)) + 1) > IN_VAIN
+        left = parts.stake * multi_node_error(foreseen, axes)
+        vain = (
+            grouped_sums(parts.cell, left, int(parts.cell.max(initial=-1)) + 1) > SPLIT_ANYWAY_ERROR
+        )
     return parts.star & needed, vain[parts.cell]
 
 
-def left_by_stars(foreseen: Array, axes: Ints) -> Array:
+def multi_node_error(foreseen: Array, axes: Ints) -> Array:
     """Predicted errors (m,) of the multi-node rule.
 
     foreseen : (4, 3, m) predicted errors of the centroid rule, by kind and axis.
     axes : (m,) along how many axes the subdomains have an extent.
     """
-    left: Array = (STAR[axes - 1].T * foreseen.sum(axis=1)).sum(axis=0)
+    left: Array = (MULTI_NODE_ERROR[axes - 1].T * foreseen.sum(axis=1)).sum(axis=0)
     return left
 
 
-def _at_rims(slant: tuple[Array, Array], rows: Ints, arms: Arms, left: Array, axes: Ints) -> Array:
+def _limb_gains(
+    slant: tuple[Array, Array], rows: Ints, arms: Nodes, left: Array, axes: Ints
+) -> Array:
     """Evaluate `limb_gains` for some subdomains on spheres.
 
     Parameters
@@ -272,10 +292,10 @@ def _at_rims(slant: tuple[Array, Array], rows: Ints, arms: Arms, left: Array, ax
     some = ((own >= 0) & (left > 0.0)).nonzero()[0]
     own, region = own[some], arms.region[some]
     weight = (1.0 - arms.middle[region]) / arms.count[region]
-    return rim_gains(slant[0][some], slant[1][rows], weight, left[some], own, axes)
+    return limb_gains(slant[0][some], slant[1][rows], weight, left[some], own, axes)
 
 
-def _shown(
+def _node_differences(
     away: Array, offset: Array, half: Array, region: Ints, star: Mask
 ) -> tuple[Ints, Array, Array]:
     """Nodes of the subdomains that use the multi-node rule.
@@ -292,29 +312,29 @@ def _shown(
     return np.cumsum(star)[own] - 1, columns(away, rows), place
 
 
-def _look(plan: Plan, occluders: Occluders, parts: Parts) -> _Centers:
+def _shade_centroids(plan: Plan, occluders: Occluders, parts: Subdomains) -> _Centroids:
     """Shade the centroids of m subdomains and predict the errors of the centroid rule."""
     hits, w, t, time = _hits(plan, parts.place, parts.item)
-    slant, known = _slant(hits, w), parts.known
+    slant, known = _incidence_cosines(hits, w), parts.known
     if not known.any():
-        light, reach = _foreseen(plan, occluders, hits, w, t, time, parts.half)
-        return _Centers(hits, light, reach, slant)
+        light, reach = _shade_with_errors(plan, occluders, hits, w, t, time, parts.half)
+        return _Centroids(hits, light, reach, slant)
     rows, same = (~known).nonzero()[0], known.nonzero()[0]
     when = time[rows] if isinstance(time, np.ndarray) else time
     near = hits.take(rows), columns(w, rows), t[rows], when, columns(parts.half, rows)
-    light, far = _foreseen(plan, occluders, *near)
-    reach = np.full(known.size, NOWHERE)
+    light, far = _shade_with_errors(plan, occluders, *near)
+    reach = np.full(known.size, NO_SEARCH_RADIUS)
     reach[rows] = far
-    color, deviation = np.empty((3, known.size)), no_variation(known.size)
+    color, deviation = np.empty((3, known.size)), zero_variation(known.size)
     place(color, rows, light.color)
     place(color, same, parts.color)
     place(deviation, rows, light.deviation)
     place(deviation, same, parts.deviation)
     found = tuple(Pairs(rows[pairs.pixel], pairs.item) for pairs in light.candidates)
-    return _Centers(hits, Shaded(color, deviation, found), reach, slant)
+    return _Centroids(hits, DirectLight(color, deviation, found), reach, slant)
 
 
-def _foreseen(
+def _shade_with_errors(
     plan: Plan,
     occluders: Occluders,
     hits: Surface,
@@ -322,21 +342,21 @@ def _foreseen(
     t: Array,
     time: Array | float,
     half: Array,
-) -> tuple[Shaded, Array]:
+) -> tuple[DirectLight, Array]:
     """Shade hits, with predicted errors of their means over boxes of half extents (3, m).
 
     Returns with it the radius in metres within which the candidate occluders are complete: (m,).
     """
     with np.errstate(over="ignore", invalid="ignore"):  # overflow affects error estimates only
-        patch = replace(make_patch(plan, w, t, hits, half), margin=MARGIN)
+        patch = replace(make_patch(plan, w, t, hits, half), margin=SHADOW_SEARCH_RADIUS)
     return shade(plan, occluders, hits, time, patch), patch.reach
 
 
-def _look_around(
+def _shade_nodes(
     plan: Plan,
     occluders: Occluders,
-    parts: Parts,
-    centers: _Centers,
+    parts: Subdomains,
+    centers: _Centroids,
     spots: Array,
     region: Ints,
 ) -> tuple[Array, Array]:
@@ -349,15 +369,15 @@ def _look_around(
     farthest = np.zeros(parts.item.size)
     np.maximum.at(farthest, region, np.sqrt(dot(away, away)))
     around = [
-        _served(occluders, plan.shadow_light(light), centers, known, farthest)
+        _node_occluders(occluders, plan.shadow_light(light), centers, known, farthest)
         for light, known in zip(plan.lights, centers.light.candidates, strict=True)
     ]
     candidates = [pairs.of(region, parts.item.size) for pairs in around]
-    return shade_among(plan, hits, time, candidates), _slant(hits, w)
+    return shade_with_candidates(plan, hits, time, candidates), _incidence_cosines(hits, w)
 
 
-def _served(
-    occluders: Occluders, light: Emitter, centers: _Centers, known: Pairs, farthest: Array
+def _node_occluders(
+    occluders: Occluders, light: Emitter, centers: _Centroids, known: Pairs, farthest: Array
 ) -> Pairs:
     """Candidate occluders that are complete for all nodes of each subdomain.
 
@@ -386,11 +406,11 @@ def _hits(plan: Plan, spots: Array, item: Ints) -> tuple[Surface, Array, Array, 
     """
     w = plan.lens.directions(spots[0], spots[1])
     time: Array | float = spots[2] if plan.motion else 0.0
-    t = hits_or_near(plan, w, item, time)
+    t = hits_or_closest_points(plan, w, item, time)
     return surface(plan, w, t, item, time), w, t, time
 
 
-def _slant(hits: Surface, w: Array) -> Array:
+def _incidence_cosines(hits: Surface, w: Array) -> Array:
     """Cosines (k,) between surface normals and rays, without sign."""
     slant: Array = np.abs(dot(hits.normal, w)) / np.sqrt(dot(w, w))
     return slant

@@ -12,29 +12,29 @@ from __future__ import annotations
 import numpy as np
 
 from ..numerics.arrays import Array, Ints, Mask
-from .regions import sums
+from .regions import grouped_sums
 
-__all__ = ["rim_gains"]
+__all__ = ["limb_gains"]
 
 
-FLAT = 2.0**-20
+MIN_COSINE_DIFFERENCE = 2.0**-20
 """Smallest difference between the mean cosine of the nodes and that of the centroid, as a fraction
 of the latter, that is used. A smaller one carries no information."""
-GRAZING = 2.0**-100
+MIN_SQUARED_COSINE = 2.0**-100
 """Smallest squared cosine that is not only rounding."""
-SMALL = 1e-6
+MIN_RELATIVE_VARIANCE = 1e-6
 """Smallest relative variance of a root's argument that is used. Below it, the mean root differs
 from the root of the mean by an eighth of the variance, as at this value."""
-PEAKED = 0.2
+FOURTH_MOMENT_CORRECTION = 0.2
 """Coefficient of s^4 (1/3 - s^2), by which the mean root is less than that of a uniform density;
 s^2 is the relative variance. When a corner of a box with n equal axes is at 0, s^2 = 1 / (3 n), the
 fourth moment is s^4 (9/5 + 18/5 (1/3 - s^2)), and the mean root falls by 5/128 of it; the higher
 moments add two fifths."""
-LEAST, MOST = 0.5, 2.0
+MIN_GAIN, MAX_GAIN = 0.5, 2.0
 """Bounds of the gain."""
 
 
-def rim_gains(
+def limb_gains(
     slant: Array, center: Array, weight: Array, kept: Array, region: Ints, axes: Ints
 ) -> Array:
     """Factors (m,) on the difference between the multi-node mean and the radiance at the centroid.
@@ -52,14 +52,14 @@ def rim_gains(
     square = center * center
     away = slant - center[region]
     more = slant * slant - square[region]
-    shown = sums(region, weight * away, count)
-    mean = sums(region, weight * more / (kept * kept), count)
-    spread = sums(region, weight * (more / kept) ** 2, count) - mean * mean
-    mean = np.maximum(square + mean, GRAZING)
+    shown = grouped_sums(region, weight * away, count)
+    mean = grouped_sums(region, weight * more / (kept * kept), count)
+    spread = grouped_sums(region, weight * (more / kept) ** 2, count) - mean * mean
+    mean = np.maximum(square + mean, MIN_SQUARED_COSINE)
     true = np.sqrt(mean) * _mean_root(spread / (mean * mean), axes > 1) - center
-    telling = np.abs(shown) > FLAT * center
+    telling = np.abs(shown) > MIN_COSINE_DIFFERENCE * center
     gain = np.where(telling, true, 1.0) / np.where(telling, shown, 1.0)
-    bounded: Array = np.clip(gain, LEAST, MOST)
+    bounded: Array = np.clip(gain, MIN_GAIN, MAX_GAIN)
     return bounded
 
 
@@ -71,9 +71,9 @@ def _mean_root(spread: Array, peaked: Mask) -> Array:
     too large for that, it is taken to be u^p from 0 on, whose relative variance is 1 / ((p + 1) (p
     + 3)).
     """
-    half = np.sqrt(3.0 * np.clip(spread, SMALL, 1.0 / 3.0))
+    half = np.sqrt(3.0 * np.clip(spread, MIN_RELATIVE_VARIANCE, 1.0 / 3.0))
     even = ((1.0 + half) ** 1.5 - np.maximum(1.0 - half, 0.0) ** 1.5) / (3.0 * half)
-    bulge = np.where(peaked, PEAKED * np.maximum(1.0 / 3.0 - spread, 0.0), 0.0)
+    bulge = np.where(peaked, FOURTH_MOMENT_CORRECTION * np.maximum(1.0 / 3.0 - spread, 0.0), 0.0)
     even -= bulge * spread * spread
     power = np.sqrt(1.0 + 1.0 / np.maximum(spread, 1.0 / 3.0)) - 0.5
     root: Array = np.where(spread < 1.0 / 3.0, even, np.sqrt(1.0 - 0.25 / (power * power)))

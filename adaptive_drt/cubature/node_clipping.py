@@ -16,23 +16,23 @@ from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.gather import columns
 from ..numerics.vector import dot
 from ..shading.footprint import make_patch
-from ..tracing.closest_approach import hits_or_near
+from ..tracing.closest_approach import hits_or_closest_points
 from ..tracing.compile import Plan
-from ..tracing.intersect import Pairs, pair_hits, surface
-from ..visibility.fragments import Regions
+from ..tracing.intersect import Pairs, intersect_pairs, surface
+from ..visibility.fragments import Fragments
 
-__all__ = ["kept_parts"]
+__all__ = ["clip_nodes"]
 
 
-PARTS = (1.0, 0.7, 0.4, 0.0)
+SCALES = (1.0, 0.7, 0.4, 0.0)
 """Scale factors of a node's offset that are tried one after the other. The last is the centroid."""
-TOUCHING = 8.0
+CONTACT_DEPTH = 8.0
 """Depth difference, as a multiple of a region's extent on the surface, up to which an object that
 hides a node may be in contact with the surface."""
 
 
-def kept_parts(
-    plan: Plan, found: Regions, region: Ints, middle: Array, arm: Array, half: Array, lot: Ints
+def clip_nodes(
+    plan: Plan, found: Fragments, region: Ints, middle: Array, arm: Array, half: Array, lot: Ints
 ) -> tuple[Array, Mask]:
     """Scale factors of the offsets of m nodes for which no other object lies just in front of them.
 
@@ -51,22 +51,22 @@ def kept_parts(
     number = np.bincount(found.box)
     # the only region of a box has nothing in front of it
     open_ = (number[found.box[region]] > 1).nonzero()[0]
-    for length in PARTS:
+    for length in SCALES:
         if not open_.size:
             break
         part[open_] = length
         at = columns(middle, open_) + length * columns(arm, open_)
         lost = np.zeros(int(lot[-1]) + 1, dtype=np.bool_)
         own = region[open_], at, columns(half, open_)
-        lost[lot[open_[_behind(plan, found, number.size, *own)]]] = True
+        lost[lot[open_[_hidden_nodes(plan, found, number.size, *own)]]] = True
         open_ = open_[lost[lot[open_]]]
     stray = np.zeros(region.size, dtype=np.bool_)
     stray[open_] = True
     return part, stray
 
 
-def _behind(
-    plan: Plan, found: Regions, boxes: int, region: Ints, place: Array, half: Array
+def _hidden_nodes(
+    plan: Plan, found: Fragments, boxes: int, region: Ints, place: Array, half: Array
 ) -> Ints:
     """Indices of nodes, at m positions, that have another object of their box just in front of
     them.
@@ -76,17 +76,19 @@ def _behind(
     w = plan.lens.directions(place[0], place[1])
     time: Array | float = place[2] if plan.motion else 0.0
     item, box = found.item[region], found.box[region]
-    own = hits_or_near(plan, w, item, time)
+    own = hits_or_closest_points(plan, w, item, time)
     shown = Pairs(found.box, found.item).of(box, boxes)
     shown = shown.take((shown.item >= 0) & (shown.item != item[shown.pixel]))
     sample, rival = shown.pixel, shown.item
     when = place[2, sample][:, None] if plan.motion else 0.0
     front = np.full(region.size, np.inf)
-    np.minimum.at(front, sample, pair_hits(plan, columns(w, sample[:, None]), rival, when)[:, 0])
+    np.minimum.at(
+        front, sample, intersect_pairs(plan, columns(w, sample[:, None]), rival, when)[:, 0]
+    )
     rows: Ints = (front < own).nonzero()[0]
     w, t = columns(w, rows), own[rows]
     hits = surface(plan, w, t, item[rows], time[rows] if isinstance(time, np.ndarray) else time)
     with np.errstate(over="ignore", invalid="ignore"):  # overflow affects this test only
         reach = make_patch(plan, w, t, hits, columns(half, rows)).reach
-        near: Mask = (t - front[rows]) * np.sqrt(dot(w, w)) < TOUCHING * reach
+        near: Mask = (t - front[rows]) * np.sqrt(dot(w, w)) < CONTACT_DEPTH * reach
     return rows[near]

@@ -13,14 +13,14 @@ import numpy as np
 
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.gather import columns
-from ..numerics.low_discrepancy import generator, mix
-from ..tracing.intersect import places
+from ..numerics.low_discrepancy import generalized_golden_ratio, splitmix64
+from ..tracing.intersect import positions_in_runs
 from ..visibility.line_intervals import TIME
 
-__all__ = ["Arms", "make_arms", "turns"]
+__all__ = ["Nodes", "make_nodes", "rotation_index"]
 
 
-MIDDLE = np.array([0.39, 0.1, 0.15])
+CENTROID_WEIGHT = np.array([0.39, 0.1, 0.15])
 """Weight of the centroid in the mean, for a box in 1, 2 and 3 dimensions; the other nodes are moved
 outwards accordingly. The values are about where kinks and steps at random places leave the least
 error: in an interval 0.09 and 0.35 of the error of the centroid rule, against 0.22 and 0.51 without
@@ -29,30 +29,30 @@ kinks, but twice as much of a fourth power; 4/9, the Gauss rule, leaves none of 
 but a fifth more of kinks.) In a box, the six nodes along the axes lie on its sides even without a
 centroid, and so do those of regions that are not boxes, except along a single axis, where regions
 are intervals: in those cases the centroid has no weight."""
-CORNERS = np.array([[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]])
+TETRAHEDRON = np.array([[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]])
 """Four corners of a cube that form a tetrahedron, (nodes, axes): the rule in three dimensions
 before it is rotated. It is exact for quadratics, as six nodes along the axes are, with four nodes
 that lie less far out."""
-INSIDE = 1.0 - 2.0**-10
+NODE_SCALE = 1.0 - 2.0**-10
 """Factor on the distance of all nodes from the centroid. Without it, nodes of a box or a triangle
 lie exactly on a side, where rounding decides whether a point on an outline is hit, or whether one
 on a seam is inside another object. It changes the second moments of the rule by a five
 hundredth."""
-TURNS = 256
+ROTATION_COUNT = 256
 """Number of rotations of the rules. An edge that crosses thousands of cells of one size would
 otherwise meet identical node patterns at only a few offsets, and their errors would have one sign
 (210 random scenes at 0.01 %: with rotations, 1 exceeds the tolerance, by a factor of 1.05; without,
 4 do, by up to 1.55, with 7 % more points)."""
-BITS = 22
+HASHED_BITS = 22
 """Bits of a position in the pixel, and in half the shutter, that are hashed to choose the
 rotation."""
-ASIDE = 2.0**-30
+MID_SHUTTER_ROUNDING = 2.0**-30
 """Fraction of the shutter: regions whose centroid is nearer to mid-shutter than this are taken to
 be centred there, as only rounding says otherwise."""
 
 
 @dataclass(frozen=True)
-class Arms:
+class Nodes:
     """Cubature nodes: k nodes of the rules of m subdomains.
 
     Attributes
@@ -72,7 +72,7 @@ class Arms:
     middle: Array
 
 
-def turns(middle: Array) -> Ints:
+def rotation_index(middle: Array) -> Ints:
     """Rotation of the rule of each box, given the boxes' centres (3, c) in x, y and t: (c,) numbers
     >= 0.
 
@@ -82,11 +82,11 @@ def turns(middle: Array) -> Ints:
     """
     inside = middle - np.floor(middle)
     inside[TIME] = np.abs(middle[TIME])
-    x, y, t = (inside * 2.0**BITS).astype(np.uint64)
-    return (mix(mix(mix(x) ^ y) ^ t) >> np.uint64(1)).astype(np.int64)
+    x, y, t = (inside * 2.0**HASHED_BITS).astype(np.uint64)
+    return (splitmix64(splitmix64(splitmix64(x) ^ y) ^ t) >> np.uint64(1)).astype(np.int64)
 
 
-def make_arms(place: Array, spread: Array, wide: Mask, star: Mask, box: Mask, turn: Ints) -> Arms:
+def make_nodes(place: Array, spread: Array, wide: Mask, star: Mask, box: Mask, turn: Ints) -> Nodes:
     """Make the nodes of m subdomains, given their centroids and roots of second moments.
 
     Parameters
@@ -104,27 +104,27 @@ def make_arms(place: Array, spread: Array, wide: Mask, star: Mask, box: Mask, tu
         picture; a subdomain centred at mid-shutter gets nodes along the axes instead.
     """
     axes, time = wide.sum(axis=0), place[TIME]
-    side = np.where(np.abs(time) > ASIDE, np.sign(time), 0.0)
+    side = np.where(np.abs(time) > MID_SHUTTER_ROUNDING, np.sign(time), 0.0)
     cube = star & (axes == 3) & (side != 0.0)
-    count = np.where(star & (axes > 0), np.where(cube, len(CORNERS), 2 * axes), 1)
+    count = np.where(star & (axes > 0), np.where(cube, len(TETRAHEDRON), 2 * axes), 1)
     region = np.repeat(np.arange(count.size), count)
-    number = places(count)
+    number = positions_in_runs(count)
     inner = cube[region]
-    unit = _unit_arms(wide, count, region, number, turn)
+    unit = _axis_nodes(wide, count, region, number, turn)
     rows = inner.nonzero()[0]
-    unit[:, rows] = _TETRAHEDRA[:, turn[region[rows]] % TURNS, number[rows]]
+    unit[:, rows] = _TETRAHEDRA[:, turn[region[rows]] % ROTATION_COUNT, number[rows]]
     unit[TIME, rows] *= side[region[rows]]
     inward = (axes == 1) | (box & (cube | (axes == 2)))
-    middle = np.where(inward & (count > 1), MIDDLE[axes - 1], 0.0)
-    unit *= INSIDE / np.sqrt(1.0 - middle[region])
+    middle = np.where(inward & (count > 1), CENTROID_WEIGHT[axes - 1], 0.0)
+    unit *= NODE_SCALE / np.sqrt(1.0 - middle[region])
     xx, yx, yy, tx, ty, tt = columns(spread, region)
     x, y, t = unit
     offset = np.array([xx * x, yx * x + yy * y, tx * x + ty * y + tt * t])
     first = np.where(inner, number == 0, number % 2 == 0)
-    return Arms(region, count, offset, np.cumsum(first) - 1, middle)
+    return Nodes(region, count, offset, np.cumsum(first) - 1, middle)
 
 
-def _unit_arms(wide: Mask, count: Ints, region: Ints, number: Ints, turn: Ints) -> Array:
+def _axis_nodes(wide: Mask, count: Ints, region: Ints, number: Ints, turn: Ints) -> Array:
     """Node offsets (3, k) along the axes, in roots of second moments.
 
     In two dimensions without time, the cross is rotated in the plane of the picture.
@@ -137,19 +137,19 @@ def _unit_arms(wide: Mask, count: Ints, region: Ints, number: Ints, turn: Ints) 
     unit: Array = np.where(own, sign * np.sqrt(axes[region]), 0.0)
     flat = (axes == 2) & ~wide[TIME] & (count > 1)
     rows = flat[region].nonzero()[0]
-    angle = (0.5 * np.pi) * ((turn % TURNS / TURNS)[region[rows]] + along[rows])
+    angle = (0.5 * np.pi) * ((turn % ROTATION_COUNT / ROTATION_COUNT)[region[rows]] + along[rows])
     unit[:TIME, rows] = np.sqrt(2.0) * sign[rows] * np.array([np.cos(angle), np.sin(angle)])
     return unit
 
 
-def _turned() -> Array:
+def _rotated_tetrahedra() -> Array:
     """Tetrahedra under many rotations, by coordinate: (3, `ROTATION_COUNT`, nodes).
 
     The rotations are made from evenly spread points in a cube (Shoemake 1992, "Uniform random
     rotations"; the points are Roberts', see `low_discrepancy`). Only those are kept whose nodes all
     lie inside a box.
     """
-    root, i = generator(3), np.arange(16 * TURNS)
+    root, i = generalized_golden_ratio(3), np.arange(16 * ROTATION_COUNT)
     a, b, c = (0.5 + i / root**power for power in (1, 2, 3))
     a, b, c = a % 1.0, 2.0 * np.pi * b, 2.0 * np.pi * c
     p, q = np.sqrt(1.0 - a), np.sqrt(a)
@@ -162,11 +162,11 @@ def _turned() -> Array:
         ]
     )
     # (3, many, samples)
-    corners = (rotation[..., None] * CORNERS.T[None, :, None, :]).sum(axis=1)
-    longest = np.sqrt(3.0 * (1.0 - MIDDLE[2]))
+    corners = (rotation[..., None] * TETRAHEDRON.T[None, :, None, :]).sum(axis=1)
+    longest = np.sqrt(3.0 * (1.0 - CENTROID_WEIGHT[2]))
     fits = np.abs(corners).max(axis=(0, 2)) <= longest
-    kept: Array = corners[:, fits.nonzero()[0][:TURNS]]
+    kept: Array = corners[:, fits.nonzero()[0][:ROTATION_COUNT]]
     return kept
 
 
-_TETRAHEDRA = _turned()
+_TETRAHEDRA = _rotated_tetrahedra()

@@ -14,30 +14,30 @@ from ..numerics.arrays import Array, Ints
 from ..numerics.floats import TINY
 from ..numerics.gather import columns
 from ..numerics.vector import dot, rms
-from ..shading.variation import KINKS, ROOTS, STEPS
-from .regions import sums
+from ..shading.variation import KINK_KIND, ROOT_KIND, STEP_KIND
+from .regions import grouped_sums
 
-__all__ = ["weigh"]
+__all__ = ["correct_errors"]
 
 
-TELLING = 0.5
+CONFIRMING_DIFFERENCE = 0.5
 """Difference that confirms a prediction, as a fraction of the predicted error. A step with a
 quarter of the nodes beyond it makes a difference equal to its predicted error; one with no nodes
 beyond it makes none."""
-UNMET = 0.7
+UNDETECTED_SHARE = 0.7
 """Fraction of the predicted error of roots, kinks and steps that is kept where no node detected
 them. They may lie between the nodes, and then cut off less than a quarter of the domain. (135
 random scenes at 0.1 %: 0.5, 0.7 and 1 leave the worst at 0.93, 0.80 and 0.79 of the tolerance, with
 33, 37 and 41 points a pixel; 50 at 0.01 %, 0.5 and 0.7: at 1.8 and 1.6, with 292 and 315.)"""
-SURPRISE = 2.0
+UNPREDICTED_RATIO = 2.0
 """Multiple of the predicted error above which a difference shows variation that was not
 predicted."""
-LEFT = 0.5
+UNPREDICTED_SHARE = 0.5
 """Fraction of the difference that was not predicted which is added to the error of the multi-node
 rule, distributed over the axes along which its samples differ."""
 
 
-def weigh(
+def correct_errors(
     deviation: Array, foreseen: Array, off: Array, region: Ints, away: Array, offset: Array
 ) -> Array:
     """Correct the error estimates of the multi-node rule by its samples: (4, 3, m).
@@ -51,30 +51,32 @@ def weigh(
     offset : (3, k) of the nodes from the centroids, in half extents of the subdomains.
     """
     found, total = rms(off), foreseen.sum(axis=(0, 1))
-    telling = TELLING * total
-    share = np.clip(np.minimum(found, telling) / np.maximum(telling, TINY), UNMET, 1.0)
+    telling = CONFIRMING_DIFFERENCE * total
+    share = np.clip(np.minimum(found, telling) / np.maximum(telling, TINY), UNDETECTED_SHARE, 1.0)
     deviation = deviation.copy()
-    deviation[ROOTS] *= share
-    deviation[KINKS] *= share
-    deviation[STEPS] *= share
-    more = found - SURPRISE * total
+    deviation[ROOT_KIND] *= share
+    deviation[KINK_KIND] *= share
+    deviation[STEP_KIND] *= share
+    more = found - UNPREDICTED_RATIO * total
     odd = (more > 0.0).nonzero()[0]
     if odd.size:
         place = np.full(off.shape[1], -1)
         place[odd] = np.arange(odd.size)
         own = (place[region] >= 0).nonzero()[0]
-        contrast = _contrast(place[region[own]], columns(away, own), columns(offset, own), odd.size)
+        contrast = _axis_differences(
+            place[region[own]], columns(away, own), columns(offset, own), odd.size
+        )
         along = contrast.sum(axis=0)
         along = contrast / np.where(along > 0.0, along, 1.0)
-        deviation[STEPS][:, odd] += LEFT * more[odd] * along
+        deviation[STEP_KIND][:, odd] += UNPREDICTED_SHARE * more[odd] * along
     return deviation
 
 
-def _contrast(region: Ints, away: Array, offset: Array, count: int) -> Array:
+def _axis_differences(region: Ints, away: Array, offset: Array, count: int) -> Array:
     """Relative size of the samples' differences along each axis: (3, count), in arbitrary units."""
     contrast = np.zeros((3, count))
     for axis in range(3):
         for weight in (offset[axis], offset[axis] ** 2):
-            part = np.array([sums(region, weight * row, count) for row in away])
+            part = np.array([grouped_sums(region, weight * row, count) for row in away])
             contrast[axis] += dot(part, part)
     return np.sqrt(contrast)

@@ -9,9 +9,9 @@ import numpy as np
 
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.gather import columns
-from ..shading.variation import no_variation
+from ..shading.variation import zero_variation
 
-__all__ = ["Cells", "merge", "split", "sums"]
+__all__ = ["Cells", "grouped_sums", "merge", "split"]
 
 
 @dataclass(frozen=True)
@@ -46,12 +46,12 @@ class Cells:
         c = pixel.size
         return cls(
             pixel, low, high, share, np.zeros((3, c)), np.zeros(c),
-            no_variation(c), np.zeros(c), star,
+            zero_variation(c), np.zeros(c), star,
         )  # fmt: skip
 
     def take(self, keep: Mask | Ints) -> Cells:
         """Select cells by a mask or an index."""
-        return Cells(*(columns(getattr(self, name), keep, -1) for name in FIELDS))
+        return Cells(*(columns(getattr(self, name), keep, -1) for name in CELL_FIELDS))
 
     @property
     def error(self) -> Array:
@@ -60,14 +60,14 @@ class Cells:
         return total
 
 
-FIELDS = tuple(Cells.__dataclass_fields__)
+CELL_FIELDS = tuple(Cells.__dataclass_fields__)
 
 
 def merge(parts: list[Cells]) -> Cells:
     """Concatenate lists of cells and sort them by pixel; within a pixel the order of the lists is
     kept.
     """
-    fields = [np.concatenate([getattr(p, name) for p in parts], axis=-1) for name in FIELDS]
+    fields = [np.concatenate([getattr(p, name) for p in parts], axis=-1) for name in CELL_FIELDS]
     order = np.argsort(fields[0], kind="stable")
     return Cells(*(columns(field, order, -1) for field in fields))
 
@@ -92,7 +92,7 @@ def split(cells: Cells, parts: Ints) -> Cells:
     return Cells.blank(cells.pixel[parent], low, high, share, cells.star[parent])
 
 
-def sums(row: Ints, values: Array, count: int) -> Array:
+def grouped_sums(row: Ints, values: Array, count: int) -> Array:
     """Sum values by group: (count,). `row` is the group of each value; they are added in their
     order.
     """

@@ -14,17 +14,17 @@ from ..numerics.arrays import Array
 from ..numerics.floats import TINY
 from ..numerics.vector import rms
 
-__all__ = ["learn"]
+__all__ = ["update_factors"]
 
 
-KEPT = 0.5
+DECAY = 0.5
 """Decay of a factor from one round to the next. (50 random scenes at 0.01 %: without safety factors
 the two worst are at 2.3 and 1.5 of the tolerance, with them at 1.8 and 1.2 for 4 % more points.)"""
-MOST = 8.0
+MAX_FACTOR = 8.0
 """Largest factor: while a pixel has few cells, its mean may change by any amount."""
 
 
-def learn(factor: Array, change: Array, error: Array) -> Array:
+def update_factors(factor: Array, change: Array, error: Array) -> Array:
     """Update the safety factors (n,) of pixels after a round of splits.
 
     Parameters
@@ -35,5 +35,5 @@ def learn(factor: Array, change: Array, error: Array) -> Array:
     """
     with np.errstate(over="ignore"):  # the estimate may be next to 0
         found = rms(change) / np.maximum(error, TINY)
-    learnt: Array = np.clip(np.maximum(found, KEPT * factor), 1.0, MOST)
+    learnt: Array = np.clip(np.maximum(found, DECAY * factor), 1.0, MAX_FACTOR)
     return learnt

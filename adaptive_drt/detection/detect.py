@@ -16,32 +16,44 @@ import numpy as np
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.gather import columns
 from ..numerics.vector import dot
-from ..parallel.call_progress import each_of, part_of_call
+from ..parallel.call_progress import iterate_with_progress, progress_range
 from ..tracing.compile import Plan
-from ..tracing.intersect import Pairs, Surface, curvature, nearest, pair_hits, surface
+from ..tracing.intersect import Pairs, Surface, curvature, intersect_pairs, nearest_hits, surface
 from ..tracing.occluder_culling import Occluders
 from .edges import EdgeTest, detect_edges, half_pixel
 from .moving_shadows import light_changes, patch_light_changes
-from .moving_silhouettes import ENDS, moves_in_sight, outlines_pass
-from .occlusion import Shadow, contributes, detect_shadows, shines_whole
-from .shadow_discontinuities import detect_shadow_edges, detect_steep_light, patch_reach
+from .moving_silhouettes import SHUTTER_ENDS, detect_moving_silhouettes, moves_under_fixed_ray
+from .occlusion import (
+    LightVisibility,
+    classify_horizon,
+    classify_light_visibility,
+    fully_above_horizon,
+)
+from .shadow_discontinuities import detect_shadow_edges, detect_steep_irradiance, patch_reach
 from .swept_occlusion import classify_patches
 
-__all__ = ["Center", "Clear", "Flags", "detect", "detect_clear", "trace_center"]
+__all__ = [
+    "CenterRays",
+    "DetectionFlags",
+    "SmoothBlockFlags",
+    "detect",
+    "detect_smooth_blocks",
+    "trace_center_rays",
+]
 
-Clock: TypeAlias = Callable[[str], None]
+StageCallback: TypeAlias = Callable[[str], None]
 """Callback that is called with the name of each stage that has ended."""
 
 
-FOUND, SEEN = 0.15, 0.4
+CANDIDATES_FOUND, OCCLUSION_CLASSIFIED = 0.15, 0.4
 """Progress of the detection for one light, 0 to 1: when its candidate occluders are found, and when
 its visibility is classified."""
-ENDLESS = 1e100
+UNBOUNDED_REACH = 1e100
 """Reach in metres from which a patch of surface is treated as unbounded."""
 
 
 @dataclass(frozen=True)
-class Center:
+class CenterRays:
     """The centre rays of a tile of n pixels at the middle of the shutter.
 
     Attributes
@@ -65,7 +77,7 @@ class Center:
 
 
 @dataclass(frozen=True)
-class Flags:
+class DetectionFlags:
     """In which domains rays are distributed for n pixels, and what detection found on the way.
 
     Attributes
@@ -79,13 +91,13 @@ class Flags:
     """
 
     mask: Mask
-    shadows: tuple[Shadow, ...]
+    shadows: tuple[LightVisibility, ...]
     candidates: tuple[Pairs, ...]
     outline: Mask
     rivals: Pairs
 
 
-def trace_center(plan: Plan, x: Array, y: Array, pairs: Pairs) -> Center:
+def trace_center_rays(plan: Plan, x: Array, y: Array, pairs: Pairs) -> CenterRays:
     """Trace the centre rays of n pixels.
 
     Parameters
@@ -95,18 +107,18 @@ def trace_center(plan: Plan, x: Array, y: Array, pairs: Pairs) -> Center:
     """
     count = x.size
     w = plan.lens.directions(x, y)
-    t = pair_hits(plan, columns(w, pairs.pixel), pairs.item)
-    depth, item = nearest(count, pairs, t)
+    t = intersect_pairs(plan, columns(w, pairs.pixel), pairs.item)
+    depth, item = nearest_hits(count, pairs, t)
     depth_still, item_still = depth, item
     if plan.motion:
         still = (~plan.moves[pairs.item]).nonzero()[0]
-        depth_still, item_still = nearest(count, pairs.take(still), t[still])
+        depth_still, item_still = nearest_hits(count, pairs.take(still), t[still])
     rows = (item >= 0).nonzero()[0]
     hits = surface(plan, columns(w, rows), depth[rows], item[rows])
-    return Center(w, pairs, t, depth, item, depth_still, item_still, rows, hits)
+    return CenterRays(w, pairs, t, depth, item, depth_still, item_still, rows, hits)
 
 
-def everywhere(plan: Plan, center: Center) -> Flags:
+def flag_everywhere(plan: Plan, center: CenterRays) -> DetectionFlags:
     """The flags of the paper's baseline: every effect of the scene is flagged in every pixel."""
     count = center.depth.size
     mask = np.zeros((3, count), dtype=np.bool_)
@@ -114,10 +126,12 @@ def everywhere(plan: Plan, center: Center) -> Flags:
     mask[1] = plan.motion
     mask[2] = plan.edges
     nothing = np.zeros(0, dtype=np.int64)
-    return Flags(mask, (), (), np.zeros(count, dtype=np.bool_), Pairs(nothing, nothing))
+    return DetectionFlags(mask, (), (), np.zeros(count, dtype=np.bool_), Pairs(nothing, nothing))
 
 
-def detect(plan: Plan, occluders: Occluders, center: Center, clock: Clock) -> Flags:
+def detect(
+    plan: Plan, occluders: Occluders, center: CenterRays, clock: StageCallback
+) -> DetectionFlags:
     """Flag the pixels of a tile for which rays have to be distributed, for each domain.
 
     Parameters
@@ -126,19 +140,21 @@ def detect(plan: Plan, occluders: Occluders, center: Center, clock: Clock) -> Fl
     clock : called with the name of each stage that has ended.
     """
     pairs = center.pairs
-    found = _find_outlines(plan, center, clock)
+    found = _find_silhouettes(plan, center, clock)
     test, outlines = found.test, found.outline
     mask = np.zeros((3, outlines.size), dtype=np.bool_)
     mask[1], mask[2] = found.motion, found.edge
     shadows, candidates = _detect_light(plan, occluders, center, test, mask, clock)
     if test is not None and plan.motion:
-        mask[1] |= _outline_light(plan, occluders, center, test, mask)
+        mask[1] |= _light_changes_at_silhouettes(plan, occluders, center, test, mask)
         clock("detect moving shadows")
-    return Flags(mask, shadows, candidates, outlines, _rivals(plan, pairs, test, outlines))
+    return DetectionFlags(
+        mask, shadows, candidates, outlines, _visible_candidates(plan, pairs, test, outlines)
+    )
 
 
 @dataclass(frozen=True)
-class _Outlines:
+class _SilhouetteFlags:
     """Silhouettes and intersection curves of surfaces in n pixels, during the shutter.
 
     Attributes
@@ -155,7 +171,7 @@ class _Outlines:
     outline: Mask
 
 
-def _find_outlines(plan: Plan, center: Center, clock: Clock) -> _Outlines:
+def _find_silhouettes(plan: Plan, center: CenterRays, clock: StageCallback) -> _SilhouetteFlags:
     """Find silhouettes and intersection curves in the pixels of a tile, during the shutter."""
     count = center.depth.size
     pairs = center.pairs
@@ -171,15 +187,15 @@ def _find_outlines(plan: Plan, center: Center, clock: Clock) -> _Outlines:
     if plan.motion:
         moving = pairs.take(plan.moves[pairs.item])
         w = columns(center.w, moving.pixel)
-        passing, swept = outlines_pass(plan, count, moving, w, front_still, clear)
-        motion = passing | moves_in_sight(plan, center.item)
+        passing, swept = detect_moving_silhouettes(plan, count, moving, w, front_still, clear)
+        motion = passing | moves_under_fixed_ray(plan, center.item)
         edge = edge | swept
         outline = edge | passing
         clock("detect motion")
-    return _Outlines(test, motion, edge, outline)
+    return _SilhouetteFlags(test, motion, edge, outline)
 
 
-def _rivals(plan: Plan, pairs: Pairs, test: EdgeTest | None, outlines: Mask) -> Pairs:
+def _visible_candidates(plan: Plan, pairs: Pairs, test: EdgeTest | None, outlines: Mask) -> Pairs:
     """The candidates of pixels with silhouettes, without those that objects at rest hide."""
     keep = outlines[pairs.pixel]
     if test is not None:
@@ -189,7 +205,7 @@ def _rivals(plan: Plan, pairs: Pairs, test: EdgeTest | None, outlines: Mask) -> 
 
 
 @dataclass(frozen=True)
-class Clear:
+class SmoothBlockFlags:
     """Which of n square blocks of pixels are smooth, and the objects that may be seen in each.
 
     Attributes
@@ -211,17 +227,19 @@ class Clear:
     pairs: Pairs
 
 
-def detect_clear(plan: Plan, occluders: Occluders, center: Center, clock: Clock) -> Clear:
+def detect_smooth_blocks(
+    plan: Plan, occluders: Occluders, center: CenterRays, clock: StageCallback
+) -> SmoothBlockFlags:
     """Find the square blocks of pixels over which radiance is proven smooth.
 
     `plan` is the scene compiled for an image whose pixels are the blocks, with `edges` enabled.
     """
-    found = _find_outlines(plan, center, clock)
+    found = _find_silhouettes(plan, center, clock)
     assert found.test is not None
     clear = ~found.outline & ~found.motion
     rows = clear[center.rows].nonzero()[0]
     hits = center.hits.take(rows)
-    reach = np.minimum(*_reach(plan, center, found.test))[rows]
+    reach = np.minimum(*_reach_bounds(plan, center, found.test))[rows]
     bend = curvature(plan, hits)
     dull = np.ones(rows.size, dtype=np.bool_)
     moving = np.zeros_like(clear)
@@ -237,36 +255,37 @@ def detect_clear(plan: Plan, occluders: Occluders, center: Center, clock: Clock)
         lit = np.ones(rows.size, dtype=np.bool_)
         lit[candidates.pixel[~none]] = False
         places = [
-            light.moved(time) for time in (ENDS if light.displacement is not None else (0.0,))
+            light.moved(time)
+            for time in (SHUTTER_ENDS if light.displacement is not None else (0.0,))
         ]
         whole, dark = np.ones((2, rows.size), dtype=np.bool_)
         for place in places:
             # both tests are linear in the light's position, so its ends decide for its whole path
-            lit &= ~detect_steep_light(replace(light, center=place), hits, reach)
-            whole &= shines_whole(light, place, hits, reach, bend)
-            dark &= contributes(light, place, hits, reach, bend)[0]
+            lit &= ~detect_steep_irradiance(replace(light, center=place), hits, reach)
+            whole &= fully_above_horizon(light, place, hits, reach, bend)
+            dark &= classify_horizon(light, place, hits, reach, bend)[0]
         dull &= blocked | (lit & (whole | dark))
         if light.displacement is not None:
             moving[center.rows[rows]] |= ~(dark | blocked)
     clear[center.rows[rows]] &= dull
     whole = (~found.outline & (center.item >= 0)).nonzero()[0]
-    rivals = _rivals(plan, center.pairs, found.test, found.outline)
+    rivals = _visible_candidates(plan, center.pairs, found.test, found.outline)
     item = np.concatenate([rivals.item, center.item[whole]])
     order = np.argsort(item, kind="stable")
     pairs = Pairs(np.concatenate([rivals.pixel, whole])[order], item[order])
     clock("clear squares")
     item = np.where(found.outline, -1, center.item)
-    return Clear(clear, moving, tuple(hidden), item, pairs)
+    return SmoothBlockFlags(clear, moving, tuple(hidden), item, pairs)
 
 
 def _detect_light(
     plan: Plan,
     occluders: Occluders,
-    center: Center,
+    center: CenterRays,
     test: EdgeTest | None,
     mask: Mask,
-    clock: Clock,
-) -> tuple[tuple[Shadow, ...], tuple[Pairs, ...]]:
+    clock: StageCallback,
+) -> tuple[tuple[LightVisibility, ...], tuple[Pairs, ...]]:
     """Add to the mask the flags that follow from each light, at the hits of the centre rays.
 
     Returns for each light its visibility from the hits, and its candidate occluders.
@@ -274,28 +293,28 @@ def _detect_light(
     rows, hits = center.rows, center.hits
     reach = np.zeros(rows.size)
     if test is not None:
-        reach, deep = _reach(plan, center, test)
+        reach, deep = _reach_bounds(plan, center, test)
         # an unbounded reach is replaced by the distance to the camera
         away = np.sqrt(dot(hits.point, hits.point))
         reach = np.minimum(np.where(np.isinf(reach), away, reach), deep)
     shadows, found = [], []
-    for light in each_of(plan.lights):
+    for light in iterate_with_progress(plan.lights):
         shape = plan.shadow_light(light)
-        with part_of_call(0.0, FOUND):
+        with progress_range(0.0, CANDIDATES_FOUND):
             candidates = occluders.find(shape, hits, reach)
-        with part_of_call(FOUND, SEEN):
-            shadow = detect_shadows(plan, hits, shape, candidates)
+        with progress_range(CANDIDATES_FOUND, OCCLUSION_CLASSIFIED):
+            shadow = classify_light_visibility(plan, hits, shape, candidates)
         shadows.append(shadow)
         found.append(candidates)
         mask[0, rows] |= shadow.partial & plan.penumbra
         clock("detect penumbrae")
         if plan.edges:
-            dark = contributes(shape, shape.center, hits, reach, curvature(plan, hits))[0]
+            dark = classify_horizon(shape, shape.center, hits, reach, curvature(plan, hits))[0]
             open_ = ~dark & ~mask[2, rows]
             live = candidates.take(open_[candidates.pixel])
-            with part_of_call(SEEN, 1.0):
+            with progress_range(OCCLUSION_CLASSIFIED, 1.0):
                 mask[2, rows] |= detect_shadow_edges(plan, hits, shape, live, reach)
-            mask[2, rows] |= detect_steep_light(light, hits, reach, plan) & ~dark
+            mask[2, rows] |= detect_steep_irradiance(light, hits, reach, plan) & ~dark
             clock("detect shadow edges")
         if plan.motion:
             changes = light_changes(plan, hits, shape, candidates, reach)
@@ -304,7 +323,7 @@ def _detect_light(
     return tuple(shadows), tuple(found)
 
 
-def _reach(plan: Plan, center: Center, test: EdgeTest) -> tuple[Array, Array]:
+def _reach_bounds(plan: Plan, center: CenterRays, test: EdgeTest) -> tuple[Array, Array]:
     """Two upper bounds (hits,) on the reach of each hit's surface within its pixel, metres.
 
     The first follows from the angle at which the surface is seen (see `patch_reach`), the second
@@ -322,8 +341,8 @@ def _reach(plan: Plan, center: Center, test: EdgeTest) -> tuple[Array, Array]:
     return patch_reach(plan, center.hits, w), by_depth
 
 
-def _outline_light(
-    plan: Plan, occluders: Occluders, center: Center, test: EdgeTest, mask: Mask
+def _light_changes_at_silhouettes(
+    plan: Plan, occluders: Occluders, center: CenterRays, test: EdgeTest, mask: Mask
 ) -> Mask:
     """Whether the light on any surface in a pixel with a silhouette may change in time: (n,).
 
@@ -333,7 +352,7 @@ def _outline_light(
     pairs = center.pairs
     changes = np.zeros(mask.shape[1], dtype=np.bool_)
     open_ = mask[2] & ~mask[1]
-    rests = ~moves_in_sight(plan, pairs.item)
+    rests = ~moves_under_fixed_ray(plan, pairs.item)
     rows = (test.seen & open_[pairs.pixel] & rests).nonzero()[0]
     if not rows.size:
         return changes
@@ -343,7 +362,7 @@ def _outline_light(
     with np.errstate(over="ignore", invalid="ignore"):
         reach = 0.5 * (far - near) * length + far * half_pixel(plan)
     # no finite ball bounds a surface that is seen edge-on
-    endless = ~(np.abs(reach) < ENDLESS)
+    endless = ~(np.abs(reach) < UNBOUNDED_REACH)
     changes[pairs.pixel[rows[endless]]] = True
     rows, w, near, far, reach = (columns(x, ~endless, -1) for x in (rows, w, near, far, reach))
     patch = Surface(

@@ -22,20 +22,20 @@ from ..numerics.jet import Jet
 from ..numerics.taylor_range import rectangle_range
 from ..numerics.vector import cross, dot
 from ..tracing.compile import Plan
-from ..tracing.intersect import Pairs, nearest, object_runs
-from .surface_intersections import detect_seams
+from ..tracing.intersect import Pairs, nearest_hits, split_by_shape_kind
+from .surface_intersections import detect_intersections
 
-__all__ = ["Cover", "EdgeTest", "detect_edges", "half_pixel"]
+__all__ = ["EdgeTest", "PixelCoverage", "detect_edges", "half_pixel"]
 
 
-PLANE_OPERATIONS = 32
+EDGE_FUNCTION_OPERATIONS = 32
 """Number of rounded operations behind one edge function w.plane.
 
 Its rounding error is at most so many unit roundoffs of |w| |plane|."""
 
 
 @dataclass(frozen=True)
-class Cover:
+class PixelCoverage:
     """Coverage of pixels by their candidate objects, at the middle of the shutter.
 
     Attributes
@@ -92,7 +92,7 @@ def detect_edges(plan: Plan, count: int, pairs: Pairs, w: Array, t: Array) -> Ed
     w : (3, m) directions through the pixels' centres, per pair.
     t : (m,) ray parameters of the centre rays' hits, inf for a miss.
     """
-    cover = _covers(plan, pairs, w)
+    cover = _classify_coverage(plan, pairs, w)
     front = np.full(count, np.inf)
     full = cover.full.nonzero()[0]
     np.minimum.at(front, pairs.pixel[full], cover.far[full])
@@ -103,7 +103,7 @@ def detect_edges(plan: Plan, count: int, pairs: Pairs, w: Array, t: Array) -> Ed
     edge = np.zeros(count, dtype=np.bool_)
     edge[pairs.pixel[seen & ~cover.full]] = True
     both = seen & cover.full
-    edge |= _seams(plan, count, pairs.take(both), w, t, both)
+    edge |= _intersection_edges(plan, count, pairs.take(both), w, t, both)
     nearest_still = np.full(count, np.inf)
     some_still = (cover.some & ~plan.moves[pairs.item]).nonzero()[0]
     np.minimum.at(nearest_still, pairs.pixel[some_still], cover.near[some_still])
@@ -111,42 +111,46 @@ def detect_edges(plan: Plan, count: int, pairs: Pairs, w: Array, t: Array) -> Ed
     return EdgeTest(edge, front, front_still, nearest_still, cover.some, seen, cover.near, far)
 
 
-def _seams(plan: Plan, count: int, pairs: Pairs, w: Array, t: Array, chosen: Mask) -> Mask:
+def _intersection_edges(
+    plan: Plan, count: int, pairs: Pairs, w: Array, t: Array, chosen: Mask
+) -> Mask:
     """Whether objects that cover a pixel and overlap in depth may intersect in it: (count,).
 
     It is enough to test the object that the centre ray hits first against each of the others.
     """
     w, t = columns(w, chosen), t[chosen]
     rivals = np.bincount(pairs.pixel, minlength=count)
-    _, front = nearest(count, pairs, t)
+    _, front = nearest_hits(count, pairs, t)
     rows = ((rivals[pairs.pixel] > 1) & (pairs.item != front[pairs.pixel])).nonzero()[0]
     seam = np.zeros(count, dtype=np.bool_)
     other = front[pairs.pixel[rows]]
     # no hit at the centre though the pixel is covered is an effect of rounding: flag the pixel
     found = other >= 0
     cut = ~found
-    cut[found] = detect_seams(
+    cut[found] = detect_intersections(
         plan, columns(w, rows[found]), other[found], pairs.item[rows[found]], half_pixel(plan)
     )
     seam[pairs.pixel[rows[cut]]] = True
     return seam
 
 
-def _covers(plan: Plan, pairs: Pairs, w: Array) -> Cover:
+def _classify_coverage(plan: Plan, pairs: Pairs, w: Array) -> PixelCoverage:
     """Coverage of pixels by candidates; w (3, m) are the pixels' centre directions, per pair."""
     m = pairs.item.size
-    cover = Cover(
+    cover = PixelCoverage(
         np.zeros(m, dtype=np.bool_), np.zeros(m, dtype=np.bool_), np.zeros(m), np.full(m, np.inf)
     )
-    for rows, ids in object_runs(plan, pairs.item):
-        part = _sphere_cover if ids[0] < plan.sphere_count else _quad_cover
+    for rows, ids in split_by_shape_kind(plan, pairs.item):
+        part = _sphere_coverage if ids[0] < plan.sphere_count else _quad_coverage
         some, full, near, far = part(plan, ids, columns(w, rows))
         cover.some[rows], cover.full[rows] = some, full
         cover.near[rows], cover.far[rows] = near, far
     return cover
 
 
-def _sphere_cover(plan: Plan, item: NDArray[np.int64], w: Array) -> tuple[Mask, Mask, Array, Array]:
+def _sphere_coverage(
+    plan: Plan, item: NDArray[np.int64], w: Array
+) -> tuple[Mask, Mask, Array, Array]:
     """Coverage of pixels by spheres: `some`, `full`, `near` and `far` of `PixelCoverage`."""
     lens = plan.lens
     v, r = columns(plan.spheres.center, item), plan.spheres.radius[item]
@@ -172,7 +176,7 @@ def _sphere_cover(plan: Plan, item: NDArray[np.int64], w: Array) -> tuple[Mask, 
     inside = vv < r * r
     some &= inside | (along + slope >= 0.0)
     full &= inside | (along - slope > 0.0)
-    small, large = _shortest(plan, length), length + h
+    small, large = _least_direction_length(plan, length), length + h
     root_low, root_high = np.sqrt(np.maximum(low, 0.0)), np.sqrt(np.maximum(high, 0.0))
     sign = np.where(inside, 1.0, -1.0)
     first = along - slope + np.where(inside, root_low, -root_high)
@@ -182,7 +186,7 @@ def _sphere_cover(plan: Plan, item: NDArray[np.int64], w: Array) -> tuple[Mask, 
     return some, full, near, far
 
 
-def _shortest(plan: Plan, length: Array) -> Array:
+def _least_direction_length(plan: Plan, length: Array) -> Array:
     """Lower bound on the lengths of a pixel's directions, given that of its centre ray.
 
     None is shorter than the distance of the image plane, however wide the pixel is.
@@ -190,7 +194,9 @@ def _shortest(plan: Plan, length: Array) -> Array:
     lens = plan.lens
     normal = cross(lens.right, lens.up)
     plane = np.abs(dot(normal, lens.base)) / np.sqrt(dot(normal, normal))
-    return np.maximum(length - half_pixel(plan), (1.0 - PLANE_OPERATIONS * UNIT_ROUNDOFF) * plane)
+    return np.maximum(
+        length - half_pixel(plan), (1.0 - EDGE_FUNCTION_OPERATIONS * UNIT_ROUNDOFF) * plane
+    )
 
 
 def _discriminant_range(plan: Plan, w: Array, v: Array, r: Array) -> tuple[Array, Array]:
@@ -205,7 +211,9 @@ def _discriminant_range(plan: Plan, w: Array, v: Array, r: Array) -> tuple[Array
     return rectangle_range(d, 0.5, 0.5, remainder)
 
 
-def _quad_cover(plan: Plan, item: NDArray[np.int64], w: Array) -> tuple[Mask, Mask, Array, Array]:
+def _quad_coverage(
+    plan: Plan, item: NDArray[np.int64], w: Array
+) -> tuple[Mask, Mask, Array, Array]:
     """Coverage of pixels by quads: `some`, `full`, `near` and `far` of `PixelCoverage`."""
     lens = plan.lens
     ids = item - plan.sphere_count
@@ -220,7 +228,7 @@ def _quad_cover(plan: Plan, item: NDArray[np.int64], w: Array) -> tuple[Mask, Ma
     length = np.sqrt(dot(w, w))
     for plane in planes:
         value, spread = _linear_range(lens.right, lens.up, w, plane)
-        rounding = PLANE_OPERATIONS * UNIT_ROUNDOFF * length * np.sqrt(dot(plane, plane))
+        rounding = EDGE_FUNCTION_OPERATIONS * UNIT_ROUNDOFF * length * np.sqrt(dot(plane, plane))
         some &= value + spread >= -rounding
         full &= value - spread > rounding
     facing, spread = _linear_range(lens.right, lens.up, w, normal)
@@ -235,7 +243,7 @@ def _quad_cover(plan: Plan, item: NDArray[np.int64], w: Array) -> tuple[Mask, Ma
         columns(plan.quads.edge_v, ids),
     )
     farthest = np.max([dot(c, c) for c in (q, q + u, q + v, q + u + v)], axis=0)
-    far = np.minimum(far, np.sqrt(farthest) / _shortest(plan, length))
+    far = np.minimum(far, np.sqrt(farthest) / _least_direction_length(plan, length))
     return some, full, np.where(np.isnan(near), 0.0, near), far
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..geometry.parallelogram import edge_planes
-from ..geometry.sphere import cone_touch
+from ..geometry.sphere import cone_overlap
 from ..lights.emitter import QUAD, Emitter, view_cone
 from ..numerics.arrays import Array, Mask
 from ..numerics.floats import TINY
@@ -18,8 +18,8 @@ from ..numerics.gather import columns
 from ..numerics.vector import cross, dot
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs, Surface, curvature
-from .moving_silhouettes import ENDS, clip_positive
-from .occlusion import classify_pairs, contributes
+from .moving_silhouettes import SHUTTER_ENDS, clip_positive
+from .occlusion import classify_horizon, classify_occluders
 
 __all__ = ["light_changes", "patch_light_changes"]
 
@@ -36,19 +36,19 @@ def light_changes(plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, re
     moving = plan.moves[pairs.item]
     bend = curvature(plan, surface)
     if light.displacement is not None:
-        return _moving_light(plan, surface, light, pairs.take(~moving), reach, bend)
-    live = ~contributes(light, light.center, surface, reach, bend)[0][pairs.pixel]
+        return _changes_of_moving_light(plan, surface, light, pairs.take(~moving), reach, bend)
+    live = ~classify_horizon(light, light.center, surface, reach, bend)[0][pairs.pixel]
     changes = np.zeros(surface.item.size, dtype=np.bool_)
     candidates = pairs.take(moving & live)
     if not candidates.item.size:
         return changes
-    touched = _touched(plan, surface, light, candidates, reach)
-    always = _always_full(plan, surface, light, candidates, reach)
+    touched = _may_shadow(plan, surface, light, candidates, reach)
+    always = _always_hidden(plan, surface, light, candidates, reach)
     changes[candidates.pixel[touched & ~always]] = True
     # nothing changes where one occluder, at rest or moving, always hides all of the light
     still = pairs.take(~moving & live)
     hidden = np.zeros_like(changes)
-    hidden[still.pixel[_always_full(plan, surface, light, still, reach)]] = True
+    hidden[still.pixel[_always_hidden(plan, surface, light, still, reach)]] = True
     hidden[candidates.pixel[always]] = True
     changes &= ~hidden
     return changes
@@ -70,12 +70,14 @@ def patch_light_changes(
         changes[:] = True
         return changes
     candidates = pairs.take(plan.moves[pairs.item])
-    touched = _touched(plan, patch, light, candidates, reach)
+    touched = _may_shadow(plan, patch, light, candidates, reach)
     changes[candidates.pixel[touched]] = True
     return changes
 
 
-def _always_full(plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, reach: Array) -> Mask:
+def _always_hidden(
+    plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, reach: Array
+) -> Mask:
     """Whether an occluder hides all of the light at both ends of the shutter, so at all times.
 
     The centres at which a sphere blocks a fixed ray fill a convex cylinder, and the points that a
@@ -83,19 +85,19 @@ def _always_full(plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, rea
     in time. All points within reach are covered if a sphere smaller by the reach hides the light,
     or if the edge functions of a quad are larger than their change within the reach.
     """
-    ends = [classify_pairs(plan, surface, light, pairs, time)[1] for time in ENDS]
+    ends = [classify_occluders(plan, surface, light, pairs, time)[1] for time in SHUTTER_ENDS]
     always = ends[0] & ends[1]
-    for kind, part in ((True, _sphere_hides), (False, _quad_hides)):
+    for kind, part in ((True, _spheres_hide_from_patch), (False, _quads_hide_from_patch)):
         wide = always & (reach[pairs.pixel] > 0.0) & ((pairs.item < plan.sphere_count) == kind)
         rows = wide.nonzero()[0]
         if rows.size:
             chosen = pairs.take(rows)
-            for time in ENDS:
+            for time in SHUTTER_ENDS:
                 always[rows] &= part(plan, surface, light, chosen, time, reach[chosen.pixel])
     return always
 
 
-def _sphere_hides(
+def _spheres_hide_from_patch(
     plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, time: float, reach: Array
 ) -> Mask:
     """Whether spheres hide all of a light from all points within reach: (m,)."""
@@ -103,12 +105,12 @@ def _sphere_hides(
     r = plan.spheres.radius[pairs.item] - reach
     v = plan.spheres.moved(pairs.item, time) - point
     cone = view_cone(light, light.moved(time), point)
-    _, cover, tangent = cone_touch(cone.axis, cone.cosine, cone.sine, v, r)
+    _, cover, tangent = cone_overlap(cone.axis, cone.cosine, cone.sine, v, r)
     hides: Mask = cover & (r > 0.0) & (tangent + reach <= cone.near)
     return hides
 
 
-def _quad_hides(
+def _quads_hide_from_patch(
     plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, time: float, reach: Array
 ) -> Mask:
     """Whether quads hide all of a light from all points within reach: (m,).
@@ -122,14 +124,14 @@ def _quad_hides(
     planes, normal, height = edge_planes(q, u, v)
     to = light.moved(time) - point
     hides: Mask = height > reach * _length(normal)
-    hides &= dot(to, normal) - height > _extent(light, normal)
+    hides &= dot(to, normal) - height > _half_extent(light, normal)
     for plane, corner, edge in zip(planes, (q, q, q + u, q + v), (v, u, v, u), strict=True):
         shift = reach * (_length(cross(to - corner, edge)) + light.radius * _length(edge))
-        hides &= dot(to, plane) - _extent(light, plane) > shift
+        hides &= dot(to, plane) - _half_extent(light, plane) > shift
     return hides
 
 
-def _extent(light: Emitter, plane: Array) -> Array:
+def _half_extent(light: Emitter, plane: Array) -> Array:
     """Largest |(L - centre).plane| over points L of a light, for vectors `plane` (3, n)."""
     if light.kind == QUAD:
         extent: Array = np.abs(dot(light.half_u, plane)) + np.abs(dot(light.half_v, plane))
@@ -137,24 +139,26 @@ def _extent(light: Emitter, plane: Array) -> Array:
     return light.radius * _length(plane)
 
 
-def _moving_light(
+def _changes_of_moving_light(
     plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, reach: Array, bend: Array
 ) -> Mask:
     """Whether the light of a moving light may change: (n,). `pairs` are occluders at rest."""
-    dark = [contributes(light, light.moved(time), surface, reach, bend)[0] for time in ENDS]
+    dark = [
+        classify_horizon(light, light.moved(time), surface, reach, bend)[0] for time in SHUTTER_ENDS
+    ]
     changes = ~(dark[0] & dark[1])
-    always = _always_full(plan, surface, light, pairs, reach)
+    always = _always_hidden(plan, surface, light, pairs, reach)
     changes[pairs.pixel[always]] = False
     return changes
 
 
-def _touched(plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, reach: Array) -> Mask:
+def _may_shadow(plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, reach: Array) -> Mask:
     """Whether moving occluders may hide some of a light at rest at some time: (m,)."""
     touched = np.zeros(pairs.item.size, dtype=np.bool_)
     ball = pairs.item < plan.sphere_count
     for rows, part in (
-        (ball.nonzero()[0], _sphere_touches),
-        ((~ball).nonzero()[0], _quad_touches),
+        (ball.nonzero()[0], _moving_spheres_may_shadow),
+        ((~ball).nonzero()[0], _moving_quads_may_shadow),
     ):
         if rows.size:
             chosen = pairs.take(rows)
@@ -162,7 +166,7 @@ def _touched(plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, reach: 
     return touched
 
 
-def _sphere_touches(
+def _moving_spheres_may_shadow(
     plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, reach: Array
 ) -> Mask:
     """Whether a sphere's sweep may intersect the convex hull of a point's patch and a light: (m,).
@@ -177,16 +181,16 @@ def _sphere_touches(
     r = spheres.radius[pairs.item]
     w = light.center - columns(surface.point, pairs.pixel)
     ww = np.maximum(dot(w, w), TINY)
-    at = [dot(v + t * d, w) for t in ENDS]
+    at = [dot(v + t * d, w) for t in SHUTTER_ENDS]
     latest = np.clip((np.maximum(at[0], at[1]) + r * np.sqrt(ww)) / ww, 0.0, 1.0)
     wide = r + reach + latest * light.radius
     gap = _segment_distance(v - 0.5 * d, d, w)
-    slack = TOUCH_ROUNDING * (wide + np.sqrt(ww))
+    slack = SEGMENT_DISTANCE_ROUNDING * (wide + np.sqrt(ww))
     touched: Mask = gap <= wide + slack
     return touched
 
 
-TOUCH_ROUNDING = 2.0**-44
+SEGMENT_DISTANCE_ROUNDING = 2.0**-44
 """Generous bound on the relative rounding error of a distance between segments."""
 
 
@@ -195,7 +199,7 @@ def _segment_distance(start: Array, along: Array, w: Array) -> Array:
     a, e, f = dot(along, along), dot(w, w), dot(w, start)
     c, b = dot(along, start), dot(along, w)
     denominator = a * e - b * b
-    parallel = denominator <= TOUCH_ROUNDING * a * e
+    parallel = denominator <= SEGMENT_DISTANCE_ROUNDING * a * e
     t = np.where(
         parallel, 0.0, np.clip((b * f - c * e) / np.where(parallel, 1.0, denominator), 0, 1)
     )
@@ -218,7 +222,9 @@ def _length(vector: Array) -> Array:
     return length
 
 
-def _quad_touches(plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, reach: Array) -> Mask:
+def _moving_quads_may_shadow(
+    plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, reach: Array
+) -> Mask:
     """Whether a moving quad may intersect some segment from a point's patch to the light: (m,).
 
     The maximum of an edge function over the light is convex in time, so its values at both ends of
@@ -237,13 +243,13 @@ def _quad_touches(plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, re
     to = light.center - point
     normal = cross(u, v)
     size = _length(normal)
-    sides = [dot(q + t * d, normal) for t in ENDS]
+    sides = [dot(q + t * d, normal) for t in SHUTTER_ENDS]
     crosses = sides[0] * sides[1] <= reach * reach * size * size
     first, last = np.full(ids.size, -0.5), np.full(ids.size, 0.5)
     edges = (v, u, v, u)
     for k in range(4):
         values = []
-        for t in ENDS:
+        for t in SHUTTER_ENDS:
             place = q + t * d
             planes, _, _ = edge_planes(place, u, v)
             widen = reach * (
@@ -251,7 +257,7 @@ def _quad_touches(plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, re
             )
             if k > 1:
                 widen = widen + reach * size
-            values.append(dot(to, planes[k]) + _extent(light, planes[k]) + widen)
+            values.append(dot(to, planes[k]) + _half_extent(light, planes[k]) + widen)
         first, last = clip_positive(first, last, values[0], values[1])
     side = np.where(sides[0] < 0.0, -1.0, 1.0)
     across = side * dot(to, normal) + light.radius * size + reach * size

@@ -23,14 +23,14 @@ from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs
 from .edges import half_pixel
 
-__all__ = ["ENDS", "clip_positive", "moves_in_sight", "outlines_pass"]
+__all__ = ["SHUTTER_ENDS", "clip_positive", "detect_moving_silhouettes", "moves_under_fixed_ray"]
 
 
-ENDS = (-0.5, 0.5)
+SHUTTER_ENDS = (-0.5, 0.5)
 """Shutter times at which the shutter opens and closes; it is 1 long."""
 
 
-def outlines_pass(
+def detect_moving_silhouettes(
     plan: Plan, count: int, pairs: Pairs, w: Array, depth: Array, clear: Array
 ) -> tuple[Mask, Mask]:
     """Find the pixels in which a moving object may be visible at some time.
@@ -55,8 +55,8 @@ def outlines_pass(
     front = np.full(count, np.inf)
     ball = pairs.item < plan.sphere_count
     for rows, part in (
-        (ball.nonzero()[0], _sphere_passes),
-        ((~ball).nonzero()[0], _quad_passes),
+        (ball.nonzero()[0], _sphere_passages),
+        ((~ball).nonzero()[0], _quad_passages),
     ):
         if not rows.size:
             continue
@@ -80,7 +80,7 @@ def outlines_pass(
     return motion, outline
 
 
-def _sphere_passes(plan: Plan, pairs: Pairs, w: Array) -> tuple[Mask, Mask, Array, Array, Mask]:
+def _sphere_passages(plan: Plan, pairs: Pairs, w: Array) -> tuple[Mask, Mask, Array, Array, Mask]:
     """How moving spheres pass through pixels: (m,) each.
 
     Returns
@@ -126,7 +126,7 @@ def _sphere_passes(plan: Plan, pairs: Pairs, w: Array) -> tuple[Mask, Mask, Arra
     return seen, always, near, far, np.ones_like(seen)
 
 
-def _quad_passes(plan: Plan, pairs: Pairs, w: Array) -> tuple[Mask, Mask, Array, Array, Mask]:
+def _quad_passages(plan: Plan, pairs: Pairs, w: Array) -> tuple[Mask, Mask, Array, Array, Mask]:
     """How moving quads pass through pixels: as `_sphere_passages`.
 
     Edge functions are linear in time while the camera stays on one side of the quad's plane.
@@ -139,9 +139,9 @@ def _quad_passes(plan: Plan, pairs: Pairs, w: Array) -> tuple[Mask, Mask, Array,
         columns(quads.edge_v, ids),
         columns(quads.displacement, ids),
     )
-    ends = [edge_planes(columns(quads.corner, ids) + t * d, u, v) for t in ENDS]
+    ends = [edge_planes(columns(quads.corner, ids) + t * d, u, v) for t in SHUTTER_ENDS]
     normal = cross(u, v)
-    sides = [dot(columns(quads.corner, ids) + t * d, normal) for t in ENDS]
+    sides = [dot(columns(quads.corner, ids) + t * d, normal) for t in SHUTTER_ENDS]
     crosses = sides[0] * sides[1] <= 0.0
     first, last = np.full(ids.size, -0.5), np.full(ids.size, 0.5)
     always = ~crosses
@@ -166,11 +166,11 @@ def _quad_passes(plan: Plan, pairs: Pairs, w: Array) -> tuple[Mask, Mask, Array,
     with np.errstate(over="ignore"):  # unbounded where seen edge-on
         far = np.maximum(np.abs(sides[0]), np.abs(sides[1])) / np.maximum(least, TINY)
     seen = crosses | (first <= last)
-    shifts = ~_slides(d, u, v)
+    shifts = ~_moves_in_own_plane(d, u, v)
     return seen, always, np.where(crosses, 0.0, near), far, shifts
 
 
-SLIDE_ROUNDING = 2.0**-48
+TRIPLE_PRODUCT_ROUNDING = 2.0**-48
 """Generous bound on the rounding error of the triple product of a displacement and two edges.
 
 It is relative to the product of their lengths, and also holds in a scene that was rotated."""
@@ -190,7 +190,7 @@ def clip_positive(first: Array, last: Array, start: Array, end: Array) -> tuple[
     return np.where(never, np.inf, first), last
 
 
-def moves_in_sight(plan: Plan, item: NDArray[np.int64]) -> Mask:
+def moves_under_fixed_ray(plan: Plan, item: NDArray[np.int64]) -> Mask:
     """Whether the point that a fixed ray hits moves with the object: (n,) for objects, -1 for none.
 
     It does on a moving sphere, and on a moving quad unless that moves within its own plane.
@@ -198,13 +198,15 @@ def moves_in_sight(plan: Plan, item: NDArray[np.int64]) -> Mask:
     shifts = plan.moves.copy()
     quads = plan.quads
     if quads.displacement is not None:
-        shifts[plan.sphere_count :] &= ~_slides(quads.displacement, quads.edge_u, quads.edge_v)
+        shifts[plan.sphere_count :] &= ~_moves_in_own_plane(
+            quads.displacement, quads.edge_u, quads.edge_v
+        )
     return np.append(shifts, False)[item]
 
 
-def _slides(d: Array, u: Array, v: Array) -> Mask:
+def _moves_in_own_plane(d: Array, u: Array, v: Array) -> Mask:
     """Whether displacements d of parallelograms with edges u, v are in their planes: (n,)."""
-    rounding = SLIDE_ROUNDING * _length(d) * _length(u) * _length(v)
+    rounding = TRIPLE_PRODUCT_ROUNDING * _length(d) * _length(u) * _length(v)
     within: Mask = np.abs(dot(d, cross(u, v))) <= rounding
     return within
 

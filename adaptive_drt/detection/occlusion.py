@@ -13,45 +13,45 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..geometry.parallelogram import Planes, edge_planes, off_plane, quad_blocks_segment
+from ..geometry.parallelogram import PlaneNormals, edge_planes, quad_blocks_segment, snapped_height
 from ..geometry.sphere import (
-    blocks_segment,
-    cone_touch,
+    cone_overlap,
     discriminant,
     discriminant_rounding,
-    graze_of,
-    starts_within,
+    origin_inside,
+    sphere_blocks_segment,
+    surface_tolerance,
 )
-from ..lights.emitter import POINT, QUAD, Cone, Emitter, off_back, view_cone
-from ..lights.form_factor import CORNERS
+from ..lights.emitter import POINT, QUAD, Emitter, ViewCone, height_above_quad_light, view_cone
+from ..lights.form_factor import QUAD_CORNERS
 from ..numerics.arrays import Array, Mask
 from ..numerics.floats import TINY, UNIT_ROUNDOFF
 from ..numerics.gather import columns
 from ..numerics.jet import Jet
 from ..numerics.taylor_range import rectangle_range
 from ..numerics.vector import cross, dot, norm, squared_norm
-from ..parallel.call_progress import tell
+from ..parallel.call_progress import report_progress
 from ..tracing.compile import Plan
-from ..tracing.intersect import Pairs, Surface, in_cache
+from ..tracing.intersect import Pairs, Surface, cache_sized_chunks
 
 __all__ = [
-    "Shadow",
-    "ball_hides",
-    "classify_pairs",
-    "contributes",
-    "detect_shadows",
-    "shines_whole",
+    "LightVisibility",
+    "classify_balls",
+    "classify_horizon",
+    "classify_light_visibility",
+    "classify_occluders",
+    "fully_above_horizon",
 ]
 
 
-PLANE_OPERATIONS = 32
+EDGE_FUNCTION_OPERATIONS = 32
 """Number of rounded operations behind one edge function w.plane.
 
 Its rounding error is at most so many unit roundoffs of |w| |plane|."""
 
 
 @dataclass(frozen=True)
-class Shadow:
+class LightVisibility:
     """Visibility of a light from n points at one shutter time.
 
     Attributes
@@ -68,9 +68,9 @@ class Shadow:
     pairs: Pairs
 
 
-def detect_shadows(
+def classify_light_visibility(
     plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, time: Array | float = 0.0
-) -> Shadow:
+) -> LightVisibility:
     """Classify the visibility of a light from n points.
 
     Parameters
@@ -78,10 +78,10 @@ def detect_shadows(
     light : as it casts shadows (`Plan.shadow_light`).  pairs : candidate occluders.
     time : shutter times of the points, a number or (n,).
     """
-    dark, horizon = contributes(light, light.moved(time), surface)
+    dark, horizon = classify_horizon(light, light.moved(time), surface)
     live = pairs.take(~dark[pairs.pixel])
     when = time[live.pixel] if isinstance(time, np.ndarray) else time
-    none, full = classify_pairs(plan, surface, light, live, when)
+    none, full = classify_occluders(plan, surface, light, live, when)
     blocked = np.zeros(dark.size, dtype=np.bool_)
     blocked[live.pixel[full]] = True
     kept = live.take(~none & ~blocked[live.pixel])
@@ -90,10 +90,10 @@ def detect_shadows(
     partial |= horizon & ~blocked
     if light.kind == POINT or not light.casts_shadow:
         partial[:] = False
-    return Shadow(dark, blocked, partial, kept)
+    return LightVisibility(dark, blocked, partial, kept)
 
 
-def contributes(
+def classify_horizon(
     light: Emitter,
     center: Array,
     surface: Surface,
@@ -110,31 +110,32 @@ def contributes(
     """
     to = center - surface.point
     # a light that lies in the horizon up to rounding contributes nothing
-    graze = graze_of(surface.point, light.radius)
+    graze = surface_tolerance(surface.point, light.radius)
     if light.kind == QUAD:
         heights = [
-            dot(surface.normal, to + su * light.half_u + sv * light.half_v) for su, sv in CORNERS
+            dot(surface.normal, to + su * light.half_u + sv * light.half_v)
+            for su, sv in QUAD_CORNERS
         ]
         low, high = heights[0], heights[0]
         for height in heights[1:]:
             low, high = np.minimum(low, height), np.maximum(high, height)
-        behind = off_back(light, to, surface.point) <= -reach
-        dark = behind | (high <= graze - _tilt(light, to, reach, bend))
+        behind = height_above_quad_light(light, to, surface.point) <= -reach
+        dark = behind | (high <= graze - _height_variation(light, to, reach, bend))
         # a surface in the plane of the light receives nothing from it
         dark |= light.touches(surface.item)
         return dark, ~dark & (low <= graze)
     if light.kind == POINT:
-        dark = ~(dot(surface.normal, to) > graze - _tilt(light, to, reach, bend))
+        dark = ~(dot(surface.normal, to) > graze - _height_variation(light, to, reach, bend))
         return dark, np.zeros_like(dark)
     cone = view_cone(light, center, surface.point)
     height = dot(surface.normal, cone.axis)
     distance = np.maximum(cone.distance, TINY)
-    tilt, graze = _tilt(light, to, reach, bend) / distance, graze / distance
+    tilt, graze = _height_variation(light, to, reach, bend) / distance, graze / distance
     dark = height <= -cone.sine - tilt + graze
     return dark, ~dark & (height < cone.sine + graze)
 
 
-def shines_whole(
+def fully_above_horizon(
     light: Emitter, center: Array, surface: Surface, reach: Array, bend: Array
 ) -> Mask:
     """Where all of a light is above the horizon of all surface points within reach: (n,) bool.
@@ -142,18 +143,22 @@ def shines_whole(
     A quad light must also face all of them. The parameters are those of `classify_horizon`.
     """
     to = center - surface.point
-    tilt = _tilt(light, to, reach, bend) + graze_of(surface.point, light.radius)
+    tilt = _height_variation(light, to, reach, bend) + surface_tolerance(
+        surface.point, light.radius
+    )
     low = dot(surface.normal, to)
     if light.kind == QUAD:
         low -= np.abs(dot(surface.normal, light.half_u))
         low -= np.abs(dot(surface.normal, light.half_v))
-        whole: Mask = (low > tilt) & (off_back(light, to, surface.point) > reach)
+        whole: Mask = (low > tilt) & (height_above_quad_light(light, to, surface.point) > reach)
     else:
         whole = low > tilt + (0.0 if light.kind == POINT else light.radius)
     return whole
 
 
-def _tilt(light: Emitter, to: Array, reach: Array | float, bend: Array | float) -> Array:
+def _height_variation(
+    light: Emitter, to: Array, reach: Array | float, bend: Array | float
+) -> Array:
     """Bound on the change of a light's height above the tangent plane within reach: (n,) metres.
 
     On a plane the height does not change. On a sphere of centre C and radius r the height of a
@@ -168,7 +173,7 @@ def _tilt(light: Emitter, to: Array, reach: Array | float, bend: Array | float) 
     return tilt
 
 
-def classify_pairs(
+def classify_occluders(
     plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, time: Array | float
 ) -> tuple[Mask, Mask]:
     """Whether each occluder certainly hides nothing of the light, or certainly all of it.
@@ -186,10 +191,13 @@ def classify_pairs(
     none, full = np.zeros(m, dtype=np.bool_), np.zeros(m, dtype=np.bool_)
     ball = pairs.item < plan.sphere_count
     done = 0
-    for all_rows, part in ((ball.nonzero()[0], _by_sphere), ((~ball).nonzero()[0], _by_quad)):
-        for rows in in_cache(all_rows):
+    for all_rows, part in (
+        (ball.nonzero()[0], _classify_spheres),
+        ((~ball).nonzero()[0], _classify_quads),
+    ):
+        for rows in cache_sized_chunks(all_rows):
             plan.go_on()
-            tell(done / m)
+            report_progress(done / m)
             done += rows.size
             chosen = pairs.take(rows)
             when = time[rows] if isinstance(time, np.ndarray) else time
@@ -197,7 +205,7 @@ def classify_pairs(
     return none, full
 
 
-def _by_sphere(
+def _classify_spheres(
     plan: Plan, surface: Surface, light: Emitter, center: Array, pairs: Pairs, time: Array | float
 ) -> tuple[Mask, Mask]:
     """`classify_occluders` for spheres; `center` is the light's at the time of each pair."""
@@ -205,20 +213,20 @@ def _by_sphere(
     r = plan.spheres.radius[pairs.item]
     place = plan.spheres.moved(pairs.item, time)
     v = place - point
-    graze = graze_of(point, r)
+    graze = surface_tolerance(point, r)
     if light.kind == POINT:
-        block = blocks_segment(center - point, v, r, graze)
+        block = sphere_blocks_segment(center - point, v, r, graze)
         return ~block, block
     enclosed = pairs.item == surface.item[pairs.pixel]
-    enclosed |= starts_within(dot(v, v), r, graze)
-    none, full = ball_hides(plan, light, center, point, place, r, enclosed)
+    enclosed |= origin_inside(dot(v, v), r, graze)
+    none, full = classify_balls(plan, light, center, point, place, r, enclosed)
     away = norm(center - place)
     none = np.where(enclosed, away + light.radius <= r, none)
     full = np.where(enclosed, away - light.radius >= r, full)
     return none & ~full, full
 
 
-def ball_hides(
+def classify_balls(
     plan: Plan,
     light: Emitter,
     center: Array,
@@ -241,7 +249,7 @@ def ball_hides(
     """
     v = place - point
     cone = view_cone(light, center, point)
-    touch, cover, tangent = cone_touch(cone.axis, cone.cosine, cone.sine, v, r)
+    touch, cover, tangent = cone_overlap(cone.axis, cone.cosine, cone.sine, v, r)
     none: Mask = ~touch | (norm(v) - r >= cone.far)
     full: Mask = cover & (tangent <= cone.near)
     # a light inside the ball is hidden from outside
@@ -250,7 +258,7 @@ def ball_hides(
         none |= dot(light.normal, place - center) <= -r
         unsure = (~none & ~full & ~enclosed).nonzero()[0]
         if unsure.size:
-            some = _over_quad(
+            some = _classify_over_quad_light(
                 plan,
                 light,
                 columns(center - point, unsure),
@@ -262,7 +270,7 @@ def ball_hides(
     return none, full
 
 
-def _over_quad(
+def _classify_over_quad_light(
     plan: Plan, light: Emitter, to: Array, v: Array, r: Array, tangent: Array
 ) -> tuple[Mask, Mask]:
     """`classify_balls` for a quad light, by jets in the light's two coordinates.
@@ -294,7 +302,7 @@ def _over_quad(
     return none, full
 
 
-def _by_quad(
+def _classify_quads(
     plan: Plan, surface: Surface, light: Emitter, center: Array, pairs: Pairs, time: Array | float
 ) -> tuple[Mask, Mask]:
     """`classify_occluders` for quads; `center` is the light's at the time of each pair."""
@@ -303,7 +311,7 @@ def _by_quad(
     u, v = columns(plan.quads.edge_u, ids), columns(plan.quads.edge_v, ids)
     q = plan.quads.moved(ids, time) - point
     planes, normal, height = edge_planes(q, u, v)
-    height = off_plane(height, normal, graze_of(point, np.sqrt(dot(q, q))))
+    height = snapped_height(height, normal, surface_tolerance(point, np.sqrt(dot(q, q))))
     to = center - point
     if light.kind == POINT:
         block = quad_blocks_segment(to, planes, normal, height)
@@ -312,7 +320,7 @@ def _by_quad(
     if light.kind == QUAD:
         reach = np.abs(dot(light.half_u, normal)) + np.abs(dot(light.half_v, normal))
         outside, within = _quad_in_planes(light, to, planes)
-        outside |= _corners_outside(light, to, q, u, v)
+        outside |= _separated_by_light_edges(light, to, q, u, v)
     else:
         reach = light.radius * np.sqrt(dot(normal, normal))
         cone = view_cone(light, center, point)
@@ -321,7 +329,7 @@ def _by_quad(
     return none, within & (over - reach > 0.0) & ~none
 
 
-def _quad_in_planes(light: Emitter, to: Array, planes: Planes) -> tuple[Mask, Mask]:
+def _quad_in_planes(light: Emitter, to: Array, planes: PlaneNormals) -> tuple[Mask, Mask]:
     """Whether a quad light certainly lies outside one of a quad's edge planes, or inside all."""
     outside = np.zeros(to.shape[1], dtype=np.bool_)
     within = np.ones(to.shape[1], dtype=np.bool_)
@@ -329,13 +337,13 @@ def _quad_in_planes(light: Emitter, to: Array, planes: Planes) -> tuple[Mask, Ma
     for plane in planes:
         value = dot(to, plane)
         spread = np.abs(dot(light.half_u, plane)) + np.abs(dot(light.half_v, plane))
-        rounding = PLANE_OPERATIONS * UNIT_ROUNDOFF * size * np.sqrt(dot(plane, plane))
+        rounding = EDGE_FUNCTION_OPERATIONS * UNIT_ROUNDOFF * size * np.sqrt(dot(plane, plane))
         outside |= value + spread < -rounding
         within &= value - spread > rounding
     return outside, within
 
 
-def _corners_outside(light: Emitter, to: Array, q: Array, u: Array, v: Array) -> Mask:
+def _separated_by_light_edges(light: Emitter, to: Array, q: Array, u: Array, v: Array) -> Mask:
     """Whether one edge plane of a quad light has all corners of a quad on its outer side."""
     planes, _, height = edge_planes(
         to - light.half_u - light.half_v, 2.0 * light.half_u, 2.0 * light.half_v
@@ -350,7 +358,9 @@ def _corners_outside(light: Emitter, to: Array, q: Array, u: Array, v: Array) ->
     return outside & (height > 0.0)
 
 
-def _cone_in_planes(cone: Cone, planes: Planes, q: Array, u: Array, v: Array) -> tuple[Mask, Mask]:
+def _cone_in_planes(
+    cone: ViewCone, planes: PlaneNormals, q: Array, u: Array, v: Array
+) -> tuple[Mask, Mask]:
     """Whether a circular cone certainly misses a quad, or certainly lies inside it."""
     corners = (q, q + v, q + u, q + u + v)
     # the ends of the edges u = 0, v = 0, u = 1, v = 1
@@ -358,7 +368,7 @@ def _cone_in_planes(cone: Cone, planes: Planes, q: Array, u: Array, v: Array) ->
     within = np.ones(cone.distance.shape, dtype=np.bool_)
     beyond = np.zeros_like(within)
     reached = np.ones_like(within)
-    slack = PLANE_OPERATIONS * UNIT_ROUNDOFF
+    slack = EDGE_FUNCTION_OPERATIONS * UNIT_ROUNDOFF
     for plane in planes:
         sine = dot(cone.axis, plane) / np.maximum(np.sqrt(dot(plane, plane)), TINY)
         within &= sine > cone.sine + slack

@@ -17,13 +17,13 @@ from .edges import half_pixel
 __all__ = ["Footprint", "make_footprint"]
 
 
-FLATTEST = 0.25
+MAX_FLAT_PATCH_WIDTH = 0.25
 """Largest width of a footprint on a sphere that is bounded by way of the tangent plane.
 
 The unit is the sphere's radius times the cosine of the angle at which it is seen."""
 
 
-APART_ROUNDING = 2.0**-40
+DISTANCE_ROUNDING = 2.0**-40
 """Generous bound on the relative rounding error of a distance from a parallelogram."""
 
 
@@ -71,7 +71,7 @@ class Footprint:
                 height = np.sqrt(safe / np.where(flat, dot(side, side), 1.0))
                 beyond = np.maximum(beyond, (np.abs(along) / safe - 1.0) * height)
             away = np.hypot(dot(v, normal) / np.sqrt(safe), beyond)
-        clear: Mask = flat & (away * (1.0 - APART_ROUNDING) > r + self.off[at])
+        clear: Mask = flat & (away * (1.0 - DISTANCE_ROUNDING) > r + self.off[at])
         return clear
 
 
@@ -104,19 +104,19 @@ def make_footprint(plan: Plan, surface: Surface, reach: Array) -> Footprint:
         # a sphere is wide^2 / 2 r away from its tangent plane, and more along an oblique ray
         room = np.abs(facing) / np.sqrt(dot(w, w))
         off = 2.0 * wide * wide * curvature(plan, surface) / room
-        off = np.where(wide * curvature(plan, surface) < FLATTEST * room, off, np.inf)
+        off = np.where(wide * curvature(plan, surface) < MAX_FLAT_PATCH_WIDTH * room, off, np.inf)
         held = np.isfinite(wide)
         off = np.where(held, off, np.inf)
         sides = [np.where(held, step * grow, 0.0) for step in steps]
     rim = (~np.isfinite(off)).nonzero()[0]
     if rim.size:
-        off[rim], (sides[0][:, rim], sides[1][:, rim]) = _along_rays(
+        off[rim], (sides[0][:, rim], sides[1][:, rim]) = _parallelograms_along_rays(
             plan, columns(point, rim), t[rim], reach[rim]
         )
     return Footprint((sides[0], sides[1]), off)
 
 
-def _along_rays(
+def _parallelograms_along_rays(
     plan: Plan, point: Array, t: Array, reach: Array
 ) -> tuple[Array, tuple[Array, Array]]:
     """`off` and `steps` of parallelograms along the ray and the pixel's x axis.

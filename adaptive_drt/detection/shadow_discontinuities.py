@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..geometry.parallelogram import edge_planes
-from ..geometry.sphere import cone_touch, discriminant, discriminant_rounding
+from ..geometry.sphere import cone_overlap, discriminant, discriminant_rounding
 from ..lights.emitter import POINT, QUAD, Emitter, view_cone
 from ..numerics.arrays import Array, Mask
 from ..numerics.floats import TINY
@@ -24,16 +24,16 @@ from ..numerics.gather import columns
 from ..numerics.jet import Jet
 from ..numerics.taylor_range import rectangle_range
 from ..numerics.vector import cross, dot
-from ..parallel.call_progress import tell
+from ..parallel.call_progress import report_progress
 from ..tracing.compile import Plan
-from ..tracing.intersect import Pairs, Surface, in_cache
+from ..tracing.intersect import Pairs, Surface, cache_sized_chunks
 from .edges import half_pixel
 from .pixel_bounds import Footprint, make_footprint
 
-__all__ = ["detect_shadow_edges", "detect_steep_light", "patch_reach"]
+__all__ = ["detect_shadow_edges", "detect_steep_irradiance", "patch_reach"]
 
 
-_Part: TypeAlias = Callable[[Plan, Surface, Emitter, Pairs, Array, Footprint | None], Mask]
+_OccluderTest: TypeAlias = Callable[[Plan, Surface, Emitter, Pairs, Array, Footprint | None], Mask]
 """Whether occluders of one kind of shape may cast a sharp shadow edge: see `_sharp_by_sphere`."""
 
 
@@ -70,15 +70,15 @@ def patch_reach(plan: Plan, surface: Surface, w: Array) -> Array:
     return np.where(np.isfinite(reach), reach, np.sqrt(dot(surface.point, surface.point)))
 
 
-LARGEST_PATCH = 0.25
+MAX_PATCH_TO_DISTANCE = 0.25
 """Largest reach of a patch over which irradiance is not steep, as a fraction of its distance to the
 light. Over a quarter of the distance the irradiance may change by half."""
-LARGEST_CHANGE = 0.1
+MAX_DISTANCE_CHANGE = 0.1
 """Largest change, either way, of the distance to a light over a footprint, as a fraction of it.
 On a plane irradiance falls with the cube of the distance: by 0.45 over that range."""
 
 
-def detect_steep_light(
+def detect_steep_irradiance(
     light: Emitter, surface: Surface, reach: Array, plan: Plan | None = None
 ) -> Mask:
     """Find the pixels over which irradiance is steep because the light is near: (n,) bool.
@@ -97,7 +97,7 @@ def detect_steep_light(
         distance = np.sqrt(dot(away, away))
     else:
         distance = np.maximum(np.sqrt(dot(away, away)) - light.radius, 0.0)
-    steep: Mask = reach > LARGEST_PATCH * distance
+    steep: Mask = reach > MAX_PATCH_TO_DISTANCE * distance
     rows = steep.nonzero()[0]
     if plan is None or plan.settings.order == 1 or not rows.size:
         return steep
@@ -109,7 +109,7 @@ def detect_steep_light(
     # bound on the second-order term of the distance; unbounded at the light
     with np.errstate(over="ignore"):
         change += reach[rows] ** 2 / (2.0 * np.maximum(length - reach[rows], TINY))
-    steep[rows] = change > LARGEST_CHANGE * length
+    steep[rows] = change > MAX_DISTANCE_CHANGE * length
     return steep
 
 
@@ -128,27 +128,32 @@ def detect_shadow_edges(
     if plan.settings.order == 2 and pairs.item.size:
         patch = make_footprint(plan, surface, reach)
     ball = pairs.item < plan.sphere_count
-    for all_rows, part in ((ball.nonzero()[0], _by_sphere), ((~ball).nonzero()[0], _by_quad)):
-        for rows in in_cache(all_rows):
+    for all_rows, part in (
+        (ball.nonzero()[0], _sharp_by_sphere),
+        ((~ball).nonzero()[0], _sharp_by_quad),
+    ):
+        for rows in cache_sized_chunks(all_rows):
             plan.go_on()
-            tell(rows[0] / pairs.item.size)
+            report_progress(rows[0] / pairs.item.size)
             chosen = pairs.take(rows)
             wide = reach[chosen.pixel]
             sharp = part(plan, surface, light, chosen, wide, patch).nonzero()[0]
             if patch is not None and light.kind != POINT and sharp.size:
                 sharp = sharp[
-                    _most_crosses(
+                    _enough_shadow_lines_cross(
                         part, plan, surface, light, chosen.take(sharp), wide[sharp], patch
                     )
                 ]
             edge[chosen.pixel[sharp]] = True
     if patch is not None and light.kind == POINT:
         some = pairs.take(ball & edge[pairs.pixel])
-        edge[some.pixel[_hidden(plan, surface, light, some, patch)]] = False
+        edge[some.pixel[_hidden_from_patch(plan, surface, light, some, patch)]] = False
     return edge
 
 
-def _hidden(plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, patch: Footprint) -> Mask:
+def _hidden_from_patch(
+    plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, patch: Footprint
+) -> Mask:
     """Whether a sphere hides a point light from a whole patch, so that no shadow edge is visible.
 
     All lines from the patch to the light meet the sphere, which contains neither the light nor a
@@ -158,25 +163,25 @@ def _hidden(plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, patch: F
     point = columns(surface.point, pairs.pixel)
     center, r = columns(plan.spheres.center, pairs.item), plan.spheres.radius[pairs.item]
     v, to, gap = center - point, light.center - point, center - light.center
-    low, _, rounding = _line_range(to, v, r, patch, pairs.pixel)
+    low, _, rounding = _shadow_line_range(to, v, r, patch, pairs.pixel)
     along = dot(to, v)
     hidden: Mask = patch.clear_of(v, r, pairs.pixel) & (low > rounding)
     hidden &= (dot(gap, gap) > r * r) & (along > 0.0) & (along < dot(to, to))
     return hidden
 
 
-PROBES = ((0.5, 0.0), (-0.5, 0.0), (0.0, 0.5), (0.0, -0.5))
+LIGHT_PROBES = ((0.5, 0.0), (-0.5, 0.0), (0.0, 0.5), (0.0, -0.5))
 """Points of a light, in its half extents, whose shadow lines are tested besides its centre's.
 A shadow line is the edge of the shadow that the point would cast as a point light."""
-FEWEST = 2
+MIN_PROBES_CROSSED = 2
 """Least number of probes whose shadow lines cross a patch in which the visible part of the light
 changes by half. The part hidden from one place of the patch and visible from another is then a band
 that holds half of the light. It contains the centre, for a half plane without it holds less, and
 two of the probes, for a band with only one would be narrower than half of the light."""
 
 
-def _most_crosses(
-    part: _Part,
+def _enough_shadow_lines_cross(
+    part: _OccluderTest,
     plan: Plan,
     surface: Surface,
     light: Emitter,
@@ -195,8 +200,8 @@ def _most_crosses(
         sides = (light.half_u, light.half_v)
         odd = np.zeros(pairs.item.size, dtype=np.bool_)
     else:
-        sides = _across(plan, light, to, pairs, point)
-        odd = _odd_disk(plan, light, to, pairs, point, reach)
+        sides = _facing_half_extents(plan, light, to, pairs, point)
+        odd = _probes_unreliable(plan, light, to, pairs, point, reach)
 
     def crosses(place: Array, rows: NDArray[np.int64]) -> Mask:
         spot = replace(light.pinpoint(), center=place)
@@ -207,13 +212,13 @@ def _most_crosses(
     rows = (result & ~odd).nonzero()[0]
     # all probes in one call: few pairs are left, and a call costs more than they do
     u, v = (columns(np.broadcast_to(side, point.shape), rows) for side in sides)
-    probes = [light.center + a * u + b * v for a, b in PROBES]
-    found = crosses(np.concatenate(probes, axis=1), np.tile(rows, len(PROBES)))
-    result[rows] = found.reshape(len(PROBES), -1).sum(axis=0) >= FEWEST
+    probes = [light.center + a * u + b * v for a, b in LIGHT_PROBES]
+    found = crosses(np.concatenate(probes, axis=1), np.tile(rows, len(LIGHT_PROBES)))
+    result[rows] = found.reshape(len(LIGHT_PROBES), -1).sum(axis=0) >= MIN_PROBES_CROSSED
     return result | odd
 
 
-def _across(
+def _facing_half_extents(
     plan: Plan, light: Emitter, to: Array, pairs: Pairs, point: Array
 ) -> tuple[Array, Array]:
     """Half extents (3, m) of a round light across the view: to the occluder, and normal to that."""
@@ -227,16 +232,16 @@ def _across(
     least = np.abs(axis)
     least = least == least.min(axis=0)
     other = cross(axis, least.astype(np.float64))
-    aside = np.where(size > ALIGNED * far, aside, other)
+    aside = np.where(size > ALIGNMENT_TOLERANCE * far, aside, other)
     first = aside * (light.radius / np.maximum(np.sqrt(dot(aside, aside)), TINY))
     return first, cross(axis, first)
 
 
-ALIGNED = 2.0**-40
+ALIGNMENT_TOLERANCE = 2.0**-40
 """Largest distance from the line to a light, relative to the light's, of an occluder on it."""
 
 
-def _odd_disk(
+def _probes_unreliable(
     plan: Plan, light: Emitter, to: Array, pairs: Pairs, point: Array, reach: Array
 ) -> Mask:
     """Pairs (m,) for which the probes of a round light of radius R do not prove anything.
@@ -259,7 +264,7 @@ def _odd_disk(
     return odd
 
 
-def _by_sphere(
+def _sharp_by_sphere(
     plan: Plan,
     surface: Surface,
     light: Emitter,
@@ -281,8 +286,8 @@ def _by_sphere(
     line = view_cone(light.pinpoint(), light.center, point)
     sharp = np.ones(r.size, dtype=np.bool_)
     for test in (line,) if light.kind in (QUAD, POINT) else (line, cone):
-        touch, _, _ = cone_touch(test.axis, test.cosine, test.sine, v, small)
-        _, cover, _ = cone_touch(test.axis, test.cosine, test.sine, v, large)
+        touch, _, _ = cone_overlap(test.axis, test.cosine, test.sine, v, small)
+        _, cover, _ = cone_overlap(test.axis, test.cosine, test.sine, v, large)
         # within reach of the surface itself anything may be hidden
         sharp &= (~touch | (small == 0.0)) & (cover | (vv <= large * large))
         if plan.settings.order == 1:
@@ -297,25 +302,29 @@ def _by_sphere(
         rows = rows[patch.clear_of(columns(v, rows), r[rows], pairs.pixel[rows])]
         if rows.size:
             to = columns(np.broadcast_to(light.center, point.shape), rows) - columns(point, rows)
-            sharp[rows] = _line_crosses(to, columns(v, rows), r[rows], patch, pairs.pixel[rows])
+            sharp[rows] = _shadow_line_crosses(
+                to, columns(v, rows), r[rows], patch, pairs.pixel[rows]
+            )
     if light.kind == QUAD and plan.settings.order == 2:
         rows = (sharp & (vv > large * large)).nonzero()[0]
         if rows.size:
             to = light.center - columns(point, rows)
-            high = _range(light, to, columns(v, rows), small[rows])[1]
-            low = _range(light, to, columns(v, rows), large[rows])[0]
+            high = _discriminant_range(light, to, columns(v, rows), small[rows])[1]
+            low = _discriminant_range(light, to, columns(v, rows), large[rows])[0]
             sharp[rows] = ((high <= 0.0) | (small[rows] == 0.0)) & (low >= 0.0)
     return sharp
 
 
-def _line_crosses(to: Array, v: Array, r: Array, patch: Footprint, at: NDArray[np.int64]) -> Mask:
+def _shadow_line_crosses(
+    to: Array, v: Array, r: Array, patch: Footprint, at: NDArray[np.int64]
+) -> Mask:
     """Whether D(L - p, C - p) may change its sign in a patch: see `_shadow_line_range`."""
-    low, high, rounding = _line_range(to, v, r, patch, at)
+    low, high, rounding = _shadow_line_range(to, v, r, patch, at)
     crosses: Mask = (high >= -rounding) & (low <= rounding)
     return crosses
 
 
-def _line_range(
+def _shadow_line_range(
     to: Array, v: Array, r: Array, patch: Footprint, at: NDArray[np.int64]
 ) -> tuple[Array, Array, Array]:
     """Bounds of D(L - p, C - p), a quadratic in p, for p in patches, and its rounding: (m,) each.
@@ -333,7 +342,7 @@ def _line_range(
     return low, high, rounding
 
 
-def _range(light: Emitter, to: Array, v: Array, r: Array) -> tuple[Array, Array]:
+def _discriminant_range(light: Emitter, to: Array, v: Array, r: Array) -> tuple[Array, Array]:
     """Range (m,) of the discriminant over a quad light, narrowed by its rounding at both ends."""
     d = discriminant(Jet.linear(to, (light.half_u, light.half_v), 2), v, r)
     low, high = rectangle_range(d, 1.0, 1.0)
@@ -343,7 +352,7 @@ def _range(light: Emitter, to: Array, v: Array, r: Array) -> tuple[Array, Array]
     return low + rounding, high - rounding
 
 
-def _by_quad(
+def _sharp_by_quad(
     plan: Plan,
     surface: Surface,
     light: Emitter,

@@ -22,14 +22,14 @@ from ..numerics.taylor_range import rectangle_range
 from ..numerics.vector import cross, dot, squared_norm
 from ..tracing.compile import Plan
 
-__all__ = ["detect_seams"]
+__all__ = ["detect_intersections"]
 
 
-SEAM_ROUNDING = 64.0 * 2.0**-53
+INTERSECTION_ROUNDING = 64.0 * 2.0**-53
 """Generous bound on the rounding error of Q, relative to the sum of the sizes of its terms."""
 
 
-def detect_seams(plan: Plan, w: Array, first: Ints, second: Ints, half: float) -> Mask:
+def detect_intersections(plan: Plan, w: Array, first: Ints, second: Ints, half: float) -> Mask:
     """Whether the depth order of two objects may change within a pixel: (m,) bool.
 
     Parameters
@@ -44,14 +44,16 @@ def detect_seams(plan: Plan, w: Array, first: Ints, second: Ints, half: float) -
     # spheres come first, so `a` is a sphere wherever one of the two is
     for rows, plane in (
         ((ball & other_ball).nonzero()[0], _radical_plane),
-        ((ball & ~other_ball).nonzero()[0], _plane_of_second),
+        ((ball & ~other_ball).nonzero()[0], _second_quad_plane),
     ):
         if rows.size:
-            normal, k = _evened(plan, a[rows], *plane(plan, a[rows], b[rows]))
-            seam[rows] = _on_sphere(plan, columns(w, rows), a[rows], normal, k, half)
+            normal, k = _normalised_plane(plan, a[rows], *plane(plan, a[rows], b[rows]))
+            seam[rows] = _order_may_change_on_sphere(
+                plan, columns(w, rows), a[rows], normal, k, half
+            )
     rows = (~ball).nonzero()[0]
     if rows.size:
-        seam[rows] = _on_plane(plan, columns(w, rows), a[rows], b[rows])
+        seam[rows] = _order_may_change_between_planes(plan, columns(w, rows), a[rows], b[rows])
     return seam
 
 
@@ -65,20 +67,20 @@ def _radical_plane(plan: Plan, a: Ints, b: Ints) -> tuple[Array, Array]:
     return normal, k
 
 
-def _plane_of_second(plan: Plan, a: Ints, b: Ints) -> tuple[Array, Array]:
+def _second_quad_plane(plan: Plan, a: Ints, b: Ints) -> tuple[Array, Array]:
     """The plane of the second object, a quad; the arguments are those of `_radical_plane`."""
     del a
-    return _plane(plan, b)
+    return _quad_plane(plan, b)
 
 
-def _plane(plan: Plan, item: Ints) -> tuple[Array, Array]:
+def _quad_plane(plan: Plan, item: Ints) -> tuple[Array, Array]:
     """Normals (3, m), not of unit length, and k (m,) of the planes of quads."""
     ids = item - plan.sphere_count
     normal = cross(columns(plan.quads.edge_u, ids), columns(plan.quads.edge_v, ids))
     return normal, dot(normal, columns(plan.quads.corner, ids))
 
 
-def _evened(plan: Plan, ball: Ints, normal: Array, k: Array) -> tuple[Array, Array]:
+def _normalised_plane(plan: Plan, ball: Ints, normal: Array, k: Array) -> tuple[Array, Array]:
     """The planes, scaled so that Q is at most a few (w.w) whatever the size of the scene."""
     v, r = columns(plan.spheres.center, ball), plan.spheres.radius[ball]
     reach = np.sqrt(dot(normal, normal)) * (np.sqrt(dot(v, v)) + r)
@@ -86,7 +88,9 @@ def _evened(plan: Plan, ball: Ints, normal: Array, k: Array) -> tuple[Array, Arr
     return normal / unit, k / unit
 
 
-def _on_sphere(plan: Plan, w: Array, ball: Ints, normal: Array, k: Array, half: float) -> Mask:
+def _order_may_change_on_sphere(
+    plan: Plan, w: Array, ball: Ints, normal: Array, k: Array, half: float
+) -> Mask:
     """Whether Q, for a sphere and a plane, may change its sign in the pixel: (m,) bool."""
     lens = plan.lens
     v, r = columns(plan.spheres.center, ball), plan.spheres.radius[ball]
@@ -97,18 +101,18 @@ def _on_sphere(plan: Plan, w: Array, ball: Ints, normal: Array, k: Array, half: 
     size = np.sqrt(dot(normal, normal))
     scale = k * k + 2.0 * np.abs(k) * size * np.sqrt(dot(v, v)) + size * size * np.abs(gap)
     low, high = rectangle_range(q, 0.5, 0.5, half * half * scale)
-    rounding = SEAM_ROUNDING * scale * dot(w, w)
+    rounding = INTERSECTION_ROUNDING * scale * dot(w, w)
     may: Mask = (low <= rounding) & (high >= -rounding)
     return may
 
 
-def _on_plane(plan: Plan, w: Array, a: Ints, b: Ints) -> Mask:
+def _order_may_change_between_planes(plan: Plan, w: Array, a: Ints, b: Ints) -> Mask:
     """Whether the planes of two quads may have equal depth in the pixel: (m,) bool."""
     lens = plan.lens
-    (n0, k0), (n1, k1) = _plane(plan, a), _plane(plan, b)
+    (n0, k0), (n1, k1) = _quad_plane(plan, a), _quad_plane(plan, b)
     turn = k0 * n1 - k1 * n0
     steps = (lens.right[:, None], lens.up[:, None])
     spread = 0.5 * (np.abs(dot(steps[0], turn)) + np.abs(dot(steps[1], turn)))
     scale = np.abs(k0) * np.sqrt(dot(n1, n1)) + np.abs(k1) * np.sqrt(dot(n0, n0))
-    may: Mask = np.abs(dot(w, turn)) <= spread + SEAM_ROUNDING * scale * np.sqrt(dot(w, w))
+    may: Mask = np.abs(dot(w, turn)) <= spread + INTERSECTION_ROUNDING * scale * np.sqrt(dot(w, w))
     return may

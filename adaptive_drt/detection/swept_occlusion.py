@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..geometry.sphere import blocks_segment, graze_of, starts_within
+from ..geometry.sphere import origin_inside, sphere_blocks_segment, surface_tolerance
 from ..lights.emitter import POINT, QUAD, Emitter
 from ..numerics.arrays import Array, Mask
 from ..numerics.gather import columns
@@ -21,7 +21,7 @@ from ..numerics.vector import dot, norm
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs, Surface
 from ..tracing.occluder_culling import Occluders
-from .occlusion import ball_hides
+from .occlusion import classify_balls
 
 __all__ = ["classify_patches"]
 
@@ -56,24 +56,26 @@ def classify_patches(
     path = light.ball - light.radius
     # `occluders.radius` are the radii of balls around the swept spheres
     wide, own_radius = occluders.radius[item], plan.spheres.radius[item]
-    away = reach[pixel] + path + graze_of(point, own_radius)
+    away = reach[pixel] + path + surface_tolerance(point, own_radius)
     around, within = wide + away, 2.0 * own_radius - wide - away
-    none[rows] = _hides(plan, light, point, place, around)[0]
+    none[rows] = _classify_from_outside(plan, light, point, place, around)[0]
     # a ball that contains both the point and the light hides nothing
     apart = (norm(place - point) >= around) | (norm(light.center - place) - light.radius >= around)
     some = (~none[rows] & (within > 0.0) & apart).nonzero()[0]
-    full[rows[some]] = _hides(
+    full[rows[some]] = _classify_from_outside(
         plan, light, columns(point, some), columns(place, some), within[some]
     )[1]
     return none, full
 
 
-def _hides(plan: Plan, light: Emitter, point: Array, place: Array, r: Array) -> tuple[Mask, Mask]:
+def _classify_from_outside(
+    plan: Plan, light: Emitter, point: Array, place: Array, r: Array
+) -> tuple[Mask, Mask]:
     """Whether balls hide nothing, or all of a light; both false for points inside: (m,) each."""
     v = place - point
-    enclosed = starts_within(dot(v, v), r, 0.0)
+    enclosed = origin_inside(dot(v, v), r, 0.0)
     if light.kind == POINT:
-        block = blocks_segment(light.center - point, v, r)
+        block = sphere_blocks_segment(light.center - point, v, r)
         return ~block & ~enclosed, block & ~enclosed
-    none, full = ball_hides(plan, light, light.center, point, place, r, enclosed)
+    none, full = classify_balls(plan, light, light.center, point, place, r, enclosed)
     return none & ~full & ~enclosed, full & ~enclosed

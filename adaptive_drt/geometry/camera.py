@@ -14,11 +14,11 @@ import numpy as np
 from ..numerics.arrays import Array
 from ..scene.description import Camera
 
-__all__ = ["Lens", "make_lens"]
+__all__ = ["PinholeCamera", "make_pinhole_camera"]
 
 
 @dataclass(frozen=True)
-class Lens:
+class PinholeCamera:
     """A perspective camera prepared for tracing; rays leave `origin`, the tracer's origin.
 
     Attributes
@@ -41,7 +41,7 @@ class Lens:
         return self.base.reshape(shape) + x * self.right.reshape(shape) + y * self.up.reshape(shape)
 
 
-def make_lens(camera: Camera) -> Lens:
+def make_pinhole_camera(camera: Camera) -> PinholeCamera:
     """Return the tracer's camera for a validated camera description.
 
     Follows Blender: sensor fit AUTO takes the longer side of the picture (in units of its
@@ -61,7 +61,7 @@ def make_lens(camera: Camera) -> Lens:
     left = (camera.shift_x * fitted - 0.5 * width) * pixel
     bottom = (camera.shift_y * fitted - 0.5 * ratio * height) * pixel
     x_axis, y_axis, z_axis = axes.T
-    return Lens(
+    return PinholeCamera(
         origin=matrix[:, 3].copy(),
         base=left * x_axis + bottom * y_axis - z_axis,
         right=pixel * x_axis,

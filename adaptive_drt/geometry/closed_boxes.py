@@ -18,21 +18,21 @@ from ..numerics.gather import columns
 from ..numerics.vector import cross, dot
 from .parallelogram import QuadSet
 
-__all__ = ["NO_SOLID", "find_boxes", "outward"]
+__all__ = ["NO_BOX", "find_boxes", "outward_sign"]
 
 
-NO_SOLID = -1
+NO_BOX = -1
 """Box number of a quad that belongs to no box."""
-FACES, CORNERS, SHARED = 6, 8, 2
+BOX_FACES, BOX_CORNERS, FACES_PER_EDGE = 6, 8, 2
 """Numbers of faces and of corners of a box, and of faces that share an edge."""
-ROUNDS = 3
+LABEL_PASSES = 3
 """Number of label propagation passes over shared edges: any two faces of a box are at most two
 edges apart."""
-MERGED = 2.0**-20
+MERGE_TOLERANCE = 2.0**-20
 """Largest distance between corners that are merged into one, as a fraction of the shortest edge.
 Blender's coordinates are rounded to 2^-24. A gap between two faces of at most this size lets
 through no more of what the box hides."""
-THIN = 2.0**-10
+MIN_THICKNESS = 2.0**-10
 """Smallest distance of a face from its box's centroid, as a fraction of the face's longer edge, at
 which the outward direction is certain."""
 
@@ -49,72 +49,74 @@ def find_boxes(quads: QuadSet, names: Sequence[str]) -> Ints:
     -------
     (n,) int64, the box of each quad: the index of its first face, or `NO_BOX`.
     """
-    solid = np.full(len(names), NO_SOLID)
+    solid = np.full(len(names), NO_BOX)
     name = np.unique(np.array(names, dtype=np.str_), return_inverse=True)[1]
     for group in (name, np.zeros_like(name)):
-        rest = (solid == NO_SOLID).nonzero()[0]
-        if rest.size < FACES:
+        rest = (solid == NO_BOX).nonzero()[0]
+        if rest.size < BOX_FACES:
             break
-        found = _closed(quads.take(rest), group[rest])
-        faces = (found != NO_SOLID).nonzero()[0]
+        found = _boxes_in_group(quads.take(rest), group[rest])
+        faces = (found != NO_BOX).nonzero()[0]
         solid[rest[faces]] = rest[found[faces]]
     return solid
 
 
-def _closed(quads: QuadSet, group: Ints) -> Ints:
+def _boxes_in_group(quads: QuadSet, group: Ints) -> Ints:
     """Find boxes as `find_boxes`, of quads with equal group number (n,) and equal motion."""
     q, u, v = quads.corner, quads.edge_u, quads.edge_v
     count = group.size
     corner = np.stack([q, q + u, q + u + v, q + v], axis=2)
     length = np.sqrt(np.minimum(dot(u, u), dot(v, v)))
-    vertex = _vertices(corner, MERGED * float(length.min()), _kinds(quads, group))
+    vertex = _vertex_labels(
+        corner, MERGE_TOLERANCE * float(length.min()), _group_and_motion_labels(quads, group)
+    )
     ends = np.sort([vertex, np.roll(vertex, -1, axis=1)], axis=0)
     edge = np.unique(ends[0] * (4 * count) + ends[1], return_inverse=True)[1].reshape(count, 4)
     label = np.arange(count)
-    for _ in range(ROUNDS):
+    for _ in range(LABEL_PASSES):
         least = np.full(edge.max() + 1, count)
         np.minimum.at(least, edge.ravel(), np.repeat(label, 4))
         label = np.minimum(label, least[edge].min(axis=1))
-    closed = _all_of(label, FACES, np.arange(count))
+    closed = _has_distinct_count(label, BOX_FACES, np.arange(count))
     key, uses = np.unique(label[:, None] * (4 * count) + edge, return_counts=True)
-    open_ = key[uses != SHARED] // (4 * count)
+    open_ = key[uses != FACES_PER_EDGE] // (4 * count)
     closed[np.isin(label, open_)] = False
-    closed &= _all_of(label, CORNERS, vertex)
-    solid = np.where(closed, label, NO_SOLID)
-    thick = np.abs(_heights(quads, solid))
+    closed &= _has_distinct_count(label, BOX_CORNERS, vertex)
+    solid = np.where(closed, label, NO_BOX)
+    thick = np.abs(_centroid_distances(quads, solid))
     longest = np.sqrt(np.maximum(dot(u, u), dot(v, v)))
-    flat = closed & ~(thick > THIN * longest)
-    solid[np.isin(label, label[flat])] = NO_SOLID
+    flat = closed & ~(thick > MIN_THICKNESS * longest)
+    solid[np.isin(label, label[flat])] = NO_BOX
     return solid
 
 
-def outward(quads: QuadSet, solid: Ints) -> Array:
+def outward_sign(quads: QuadSet, solid: Ints) -> Array:
     """Sign (n,) that turns edge_u x edge_v out of the quad's box; 1 for quads of no box."""
-    return np.where(_heights(quads, solid) < 0.0, -1.0, 1.0)
+    return np.where(_centroid_distances(quads, solid) < 0.0, -1.0, 1.0)
 
 
-def _heights(quads: QuadSet, solid: Ints) -> Array:
+def _centroid_distances(quads: QuadSet, solid: Ints) -> Array:
     """Signed distances (n,) of faces from the centroids of their boxes, along edge_u x edge_v."""
     height = np.zeros(solid.size)
-    faces = (solid != NO_SOLID).nonzero()[0]
+    faces = (solid != NO_BOX).nonzero()[0]
     if not faces.size:
         return height
     own, some = solid[faces], quads.take(faces)
     middle, across = some.bounds[0], cross(some.edge_u, some.edge_v)
-    inside = np.array([np.bincount(own, row, solid.size) / FACES for row in middle])
+    inside = np.array([np.bincount(own, row, solid.size) / BOX_FACES for row in middle])
     away = middle - columns(inside, own)
     height[faces] = dot(across, away) / np.maximum(np.sqrt(dot(across, across)), TINY)
     return height
 
 
-def _kinds(quads: QuadSet, group: Ints) -> Ints:
+def _group_and_motion_labels(quads: QuadSet, group: Ints) -> Ints:
     """Labels (n,), equal for quads of one group that move alike."""
     moved = np.zeros_like(quads.corner) if quads.displacement is None else quads.displacement
     kinds: Ints = np.unique(np.stack([group, *moved]), axis=1, return_inverse=True)[1].ravel()
     return kinds
 
 
-def _vertices(corner: Array, near: float, kind: Ints) -> Ints:
+def _vertex_labels(corner: Array, near: float, kind: Ints) -> Ints:
     """Labels (n, 4) of corners (3, n, 4), equal for corners of one kind at the same position.
 
     Sorted values of a coordinate count as equal if consecutive ones differ by at most `near`,
@@ -131,7 +133,7 @@ def _vertices(corner: Array, near: float, kind: Ints) -> Ints:
     return vertex
 
 
-def _all_of(label: Ints, count: int, what: Ints) -> NDArray[np.bool_]:
+def _has_distinct_count(label: Ints, count: int, what: Ints) -> NDArray[np.bool_]:
     """Whether the label of each quad (n,) occurs with exactly `count` distinct values of `what`.
 
     what : (n,) or (n, k) numbers of each quad.

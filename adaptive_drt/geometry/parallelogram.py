@@ -22,17 +22,17 @@ from ..numerics.vector import cross, dot
 
 __all__ = [
     "QuadSet",
-    "distance_along",
-    "distance_to",
+    "distance_at_closest_approach",
     "distance_to_edge",
+    "distance_to_quad",
     "edge_planes",
-    "edges_of",
-    "hit_quad",
-    "off_plane",
+    "intersect_quad",
     "quad_blocks_segment",
+    "quad_edges",
+    "snapped_height",
 ]
 
-Planes: TypeAlias = tuple[Array, Array, Array, Array]
+PlaneNormals: TypeAlias = tuple[Array, Array, Array, Array]
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,7 @@ class QuadSet:
         return center, 0.5 * np.sqrt(np.maximum(dot(plus, plus), dot(minus, minus)))
 
 
-def edge_planes(q: Array, a: Array, b: Array) -> tuple[Planes, Array, Array]:
+def edge_planes(q: Array, a: Array, b: Array) -> tuple[PlaneNormals, Array, Array]:
     """Return the planes through the origin that bound the directions to a parallelogram.
 
     Parameters
@@ -101,7 +101,7 @@ def edge_planes(q: Array, a: Array, b: Array) -> tuple[Planes, Array, Array]:
     return planes, side * normal, side * height
 
 
-def off_plane(height: Array, normal: Array, graze: Array | float) -> Array:
+def snapped_height(height: Array, normal: Array, graze: Array | float) -> Array:
     """Return the height, set to 0 where the origin is within `graze` metres of the quad's plane.
 
     A hit on a quad lies off its plane by at most 4 u (|p| + |c - p|) |a||b| / |a x b| metres, p the
@@ -111,7 +111,7 @@ def off_plane(height: Array, normal: Array, graze: Array | float) -> Array:
     return np.where(height > graze * size, height, 0.0)
 
 
-def hit_quad(w: Array, planes: Planes, normal: Array, height: Array) -> Array:
+def intersect_quad(w: Array, planes: PlaneNormals, normal: Array, height: Array) -> Array:
     """Ray parameter of the hit, inf for a miss; arguments as `edge_planes` returns them.
 
     The error is at most 4 u |a||b| (|q| + t |w|) / |w.n|, where all signs are certain.
@@ -124,7 +124,7 @@ def hit_quad(w: Array, planes: Planes, normal: Array, height: Array) -> Array:
     return t
 
 
-def quad_blocks_segment(w: Array, planes: Planes, normal: Array, height: Array) -> Mask:
+def quad_blocks_segment(w: Array, planes: PlaneNormals, normal: Array, height: Array) -> Mask:
     """Whether a quad cuts the open segment from the origin to w.
 
     The answer is certain where each compared quantity exceeds 8 u times the product of its factors'
@@ -133,7 +133,7 @@ def quad_blocks_segment(w: Array, planes: Planes, normal: Array, height: Array) 
     return _inside(w, planes) & (dot(w, normal) > height) & (height > 0.0)
 
 
-def _inside(w: Array, planes: Planes) -> Mask:
+def _inside(w: Array, planes: PlaneNormals) -> Mask:
     """Whether directions w lie in the cone of four inward planes, boundary included."""
     inside = dot(w, planes[0]) >= 0.0
     for plane in planes[1:]:
@@ -141,12 +141,12 @@ def _inside(w: Array, planes: Planes) -> Mask:
     return inside
 
 
-def edges_of(q: Array, a: Array, b: Array) -> tuple[Planes, Planes]:
+def quad_edges(q: Array, a: Array, b: Array) -> tuple[PlaneNormals, PlaneNormals]:
     """Start points and vectors of the four edges of parallelograms, ordered as `edge_planes`."""
     return (q, q, q + a, q + b), (b, a, b, a)
 
 
-def distance_along(start: Array, edge: Array, axis: Array) -> Array:
+def distance_at_closest_approach(start: Array, edge: Array, axis: Array) -> Array:
     """Distance (m,) from the origin to the point of an edge that is nearest to a ray's line.
 
     Parameters
@@ -161,7 +161,7 @@ def distance_along(start: Array, edge: Array, axis: Array) -> Array:
     return distance
 
 
-def distance_to(q: Array, a: Array, b: Array) -> Array:
+def distance_to_quad(q: Array, a: Array, b: Array) -> Array:
     """Distance (m,) from the origin to parallelograms with corners q and edges a, b (3, m)."""
     aa, ab, bb, qa, qb = dot(a, a), dot(a, b), dot(b, b), dot(q, a), dot(q, b)
     gram = np.maximum(aa * bb - ab * ab, TINY)
@@ -170,7 +170,7 @@ def distance_to(q: Array, a: Array, b: Array) -> Array:
     nearest = q + x * a + y * b
     distance = np.where((np.abs(x - 0.5) <= 0.5) & (np.abs(y - 0.5) <= 0.5), 1.0, np.inf)
     distance = distance * np.sqrt(dot(nearest, nearest))
-    for start, edge in zip(*edges_of(q, a, b), strict=True):
+    for start, edge in zip(*quad_edges(q, a, b), strict=True):
         distance = np.minimum(distance, distance_to_edge(start, edge))
     found: Array = distance
     return found

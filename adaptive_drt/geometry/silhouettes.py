@@ -10,9 +10,22 @@ import numpy as np
 from ..numerics.arrays import Array, Mask
 from ..numerics.floats import TINY, UNIT_ROUNDOFF
 from ..numerics.vector import cross, dot, normalize
-from .spherical_curves import Circles, Planes, Segments, make_circles, make_segments
+from .spherical_curves import (
+    Circles,
+    GreatCircleArcs,
+    HalfSpaces,
+    make_circles,
+    make_great_circle_arcs,
+)
 
-__all__ = ["Outline", "Polygons", "RoundOutline", "make_polygons", "quad_outline", "round_outline"]
+__all__ = [
+    "CircularSilhouette",
+    "LightSilhouette",
+    "PolygonSilhouettes",
+    "circular_silhouette",
+    "make_polygon_silhouettes",
+    "quad_silhouette",
+]
 
 
 PLANE_ROUNDING = 8.0
@@ -20,7 +33,7 @@ PLANE_ROUNDING = 8.0
 
 
 @dataclass(frozen=True)
-class RoundOutline:
+class CircularSilhouette:
     """The silhouette of a sphere, or of a disk that faces the point, seen from n points.
 
     Attributes
@@ -34,7 +47,7 @@ class RoundOutline:
 
 
 @dataclass(frozen=True)
-class Outline:
+class LightSilhouette:
     """A light's convex silhouette above the horizon, seen from n points.
 
     Attributes
@@ -49,12 +62,12 @@ class Outline:
 
     center: Array
     reach: Array
-    edges: Segments
+    edges: GreatCircleArcs
     cone: Circles | None
 
 
 @dataclass(frozen=True)
-class Polygons:
+class PolygonSilhouettes:
     """The silhouettes of m convex occluders of j edges each.
 
     Attributes
@@ -62,7 +75,7 @@ class Polygons:
     segments : (m * j, n) their edges.  flat : (m, n) which of them are seen edge-on.
     """
 
-    segments: Segments
+    segments: GreatCircleArcs
     flat: Mask
 
     def rows_of(self, i: int) -> slice:
@@ -71,7 +84,7 @@ class Polygons:
         return slice(i * j, (i + 1) * j)
 
 
-def quad_outline(corners: Array, normal: Array, cut: bool) -> Outline:
+def quad_silhouette(corners: Array, normal: Array, cut: bool) -> LightSilhouette:
     """Return the silhouette of a quad light above the horizon.
 
     Parameters
@@ -85,23 +98,23 @@ def quad_outline(corners: Array, normal: Array, cut: bool) -> Outline:
     center = normalize(units[:, 0] + units[:, 1] + units[:, 2] + units[:, 3])
     chords = units - center[:, None]
     reach = np.sqrt(dot(chords, chords).max(axis=0))
-    planes = _planes(corners, length)
+    planes = _edge_planes(corners, length)
     if cut:
-        edges = _cut_edges(corners, normal, planes)
+        edges = _edges_above_horizon(corners, normal, planes)
     else:
-        edges = make_segments(units, _following(units), planes)
-    return Outline(center, reach, edges, None)
+        edges = make_great_circle_arcs(units, _next_corners(units), planes)
+    return LightSilhouette(center, reach, edges, None)
 
 
-def round_outline(light: RoundOutline, normal: Array, cut: bool) -> Outline:
+def circular_silhouette(light: CircularSilhouette, normal: Array, cut: bool) -> LightSilhouette:
     """Return the silhouette of a round light; parameters as for `quad_outline`."""
     center = light.axis
     cone = make_circles(center[:, None], light.sine[None], light.cosine[None], center)
-    edges = _horizon_chord(cone, normal) if cut else _no_edges(normal)
-    return Outline(center, light.sine * np.sqrt(2.0), edges, cone)
+    edges = _horizon_arc(cone, normal) if cut else _no_edges(normal)
+    return LightSilhouette(center, light.sine * np.sqrt(2.0), edges, cone)
 
 
-def make_polygons(quads: Array, center: Array) -> Polygons:
+def make_polygon_silhouettes(quads: Array, center: Array) -> PolygonSilhouettes:
     """Return the silhouettes of convex occluders, in anticlockwise order.
 
     Parameters
@@ -114,17 +127,17 @@ def make_polygons(quads: Array, center: Array) -> Polygons:
     corners, elevation = _anticlockwise(corners)
     length = np.sqrt(dot(corners, corners))
     units = corners / np.maximum(length, TINY)
-    planes = _planes(corners, length)
+    planes = _edge_planes(corners, length)
     # (3, j, m, n) to (3, m * j, n), the edges of each polygon adjacent
     normal, start, end = (
-        x.swapaxes(1, 2).reshape(3, m * j, n) for x in (planes.normal, units, _following(units))
+        x.swapaxes(1, 2).reshape(3, m * j, n) for x in (planes.normal, units, _next_corners(units))
     )
     fuzz = planes.fuzz.swapaxes(0, 1).reshape(m * j, n)
-    segments = make_segments(start, end, Planes(normal, fuzz), center)
-    return Polygons(segments, elevation <= PLANE_ROUNDING * UNIT_ROUNDOFF)
+    segments = make_great_circle_arcs(start, end, HalfSpaces(normal, fuzz), center)
+    return PolygonSilhouettes(segments, elevation <= PLANE_ROUNDING * UNIT_ROUNDOFF)
 
 
-def _following(corners: Array) -> Array:
+def _next_corners(corners: Array) -> Array:
     """The next corner of each, along the second axis."""
     return np.concatenate([corners[:, 1:], corners[:, :1]], axis=1)
 
@@ -135,7 +148,7 @@ def _anticlockwise(corners: Array) -> tuple[Array, Array]:
     The second result is the sine (..., n) of the point's elevation over the polygon's plane, seen
     from its first corner: 0 if the polygon is edge-on.
     """
-    area = _area(corners)
+    area = _twice_vector_area(corners)
     facing = dot(area, corners[:, 0])
     away = facing < 0.0
     if away.any():
@@ -145,9 +158,9 @@ def _anticlockwise(corners: Array) -> tuple[Array, Array]:
     return corners, np.abs(facing) / np.maximum(scale, TINY)
 
 
-def _area(corners: Array) -> Array:
+def _twice_vector_area(corners: Array) -> Array:
     """Twice the vector area (3, ..., n) of polygons, accurate to roundoff for thin ones too."""
-    edges = _following(corners) - corners
+    edges = _next_corners(corners) - corners
     if corners.shape[1] == 4:
         # sum of two triangles: the diagonals of thin quads are nearly parallel
         both: Array = cross(edges[:, 0], edges[:, 1]) + cross(edges[:, 2], edges[:, 3])
@@ -159,18 +172,18 @@ def _area(corners: Array) -> Array:
     return area
 
 
-def _planes(corners: Array, length: Array) -> Planes:
+def _edge_planes(corners: Array, length: Array) -> HalfSpaces:
     """Planes through the point and the edges from each corner (3, j, ..., n) to the next."""
-    plane = cross(corners, _following(corners) - corners)
+    plane = cross(corners, _next_corners(corners) - corners)
     area = np.sqrt(dot(plane, plane))
     size = length + np.concatenate([length[1:], length[:1]])
     rounding = np.maximum(PLANE_ROUNDING * UNIT_ROUNDOFF * size * size, TINY)
-    return Planes(plane / np.maximum(area, TINY), rounding / np.maximum(area, rounding))
+    return HalfSpaces(plane / np.maximum(area, TINY), rounding / np.maximum(area, rounding))
 
 
-def _cut_edges(corners: Array, normal: Array, planes: Planes) -> Segments:
+def _edges_above_horizon(corners: Array, normal: Array, planes: HalfSpaces) -> GreatCircleArcs:
     """Edges of the part of a quad light above the horizon, the last along the horizon: (5, n)."""
-    n, end = normal[:, None], _following(corners)
+    n, end = normal[:, None], _next_corners(corners)
     h0, h1 = dot(n, corners), dot(n, end)
     down, rise = (h0 > 0.0) & (h1 <= 0.0), (h0 <= 0.0) & (h1 > 0.0)
     crossing = corners + (h0 / np.where(down | rise, h0 - h1, 1.0)) * (end - corners)
@@ -184,26 +197,26 @@ def _cut_edges(corners: Array, normal: Array, planes: Planes) -> Segments:
     first = np.concatenate([first, leave[:, None]], axis=1)
     last = np.concatenate([last, enter[:, None]], axis=1)
     planes = _with_horizon(planes, normal)
-    return make_segments(normalize(first), normalize(last), planes)
+    return make_great_circle_arcs(normalize(first), normalize(last), planes)
 
 
-def _with_horizon(planes: Planes, normal: Array) -> Planes:
+def _with_horizon(planes: HalfSpaces, normal: Array) -> HalfSpaces:
     """Append the half-space above the horizon to planes (j, n): (j + 1, n)."""
     fuzz = np.full((1, normal.shape[1]), PLANE_ROUNDING * UNIT_ROUNDOFF)
-    return Planes(
+    return HalfSpaces(
         np.concatenate([planes.normal, normal[:, None]], axis=1),
         np.concatenate([planes.fuzz, fuzz]),
     )
 
 
-def _no_edges(normal: Array) -> Segments:
+def _no_edges(normal: Array) -> GreatCircleArcs:
     """Arcs of shape (0, n), for a light without straight edges."""
     vectors, numbers = np.zeros((3, 0, normal.shape[1])), np.zeros((0, normal.shape[1]))
-    planes = Planes(vectors, numbers)
-    return Segments(planes, vectors, vectors, numbers, vectors, vectors, None)
+    planes = HalfSpaces(vectors, numbers)
+    return GreatCircleArcs(planes, vectors, vectors, numbers, vectors, vectors, None)
 
 
-def _horizon_chord(cone: Circles, normal: Array) -> Segments:
+def _horizon_arc(cone: Circles, normal: Array) -> GreatCircleArcs:
     """The arc of the horizon inside a round light that the horizon cuts."""
     planes = _with_horizon(_no_edges(normal).planes, normal)
     n = planes.normal
@@ -213,4 +226,4 @@ def _horizon_chord(cone: Circles, normal: Array) -> Segments:
     q = np.sqrt(np.maximum((cone.sine - mu) * (cone.sine + mu), 0.0))
     middle = foot / np.maximum(length, TINY)
     along, half = cross(n, middle), np.arctan2(q, cone.cosine)
-    return Segments(planes, middle, along, half, middle, along, None)
+    return GreatCircleArcs(planes, middle, along, half, middle, along, None)

@@ -27,20 +27,20 @@ from ..numerics.vector import cross, dot, squared_norm
 
 __all__ = [
     "SphereSet",
-    "blocks_segment",
-    "cone_touch",
+    "cone_overlap",
     "discriminant",
     "discriminant_rounding",
-    "graze_of",
-    "hit_sphere",
-    "starts_within",
+    "intersect_sphere",
+    "origin_inside",
+    "sphere_blocks_segment",
+    "surface_tolerance",
 ]
 
 
 DISCRIMINANT_OPERATIONS = 32
 """Number of rounded operations in one discriminant, counted generously: its error bound in
 roundoffs."""
-GRAZE = 2.0**-40
+SURFACE_TOLERANCE = 2.0**-40
 """Distance from a surface at which a point counts as on it, as a fraction of the point's distance
 from the tracer's origin plus the radius. The error of hits is about 2^-50 of that, and a gap of
 2^-40 is invisible."""
@@ -81,12 +81,12 @@ def discriminant(w: Array | Jet, v: Array | Jet, radius: Array | float) -> Array
     return (radius * radius) * squared_norm(w) - squared_norm(cross(w, v))
 
 
-def graze_of(point: Array, size: Array | float) -> Array:
+def surface_tolerance(point: Array, size: Array | float) -> Array:
     """Distance (metres) from a surface within which points (3, ...) count as lying on it.
 
     size : metres, a sphere's radius, or the distance of a quad's corner from the point.
     """
-    graze: Array = GRAZE * (np.sqrt(dot(point, point)) + size)
+    graze: Array = SURFACE_TOLERANCE * (np.sqrt(dot(point, point)) + size)
     return graze
 
 
@@ -111,7 +111,7 @@ def discriminant_rounding(
     return bound
 
 
-def hit_sphere(w: Array, v: Array, radius: Array | float) -> Array:
+def intersect_sphere(w: Array, v: Array, radius: Array | float) -> Array:
     """Ray parameter of the first hit in front of the origin, inf for a miss.
 
     From inside, it is where the ray leaves the sphere. NaN anywhere gives a miss. With u = 2^-53
@@ -128,7 +128,7 @@ def hit_sphere(w: Array, v: Array, radius: Array | float) -> Array:
     return np.where(found & (t > 0.0), t, np.inf)
 
 
-def starts_within(vv: Array, radius: Array | float, graze: Array | float) -> Mask:
+def origin_inside(vv: Array, radius: Array | float, graze: Array | float) -> Mask:
     """Whether the origin lies inside a sphere, by more than `graze` metres from its surface.
 
     vv : (...) squared distance from the origin to the centre.
@@ -138,7 +138,9 @@ def starts_within(vv: Array, radius: Array | float, graze: Array | float) -> Mas
     return inside
 
 
-def blocks_segment(w: Array, v: Array, radius: Array | float, graze: Array | float = 0.0) -> Mask:
+def sphere_blocks_segment(
+    w: Array, v: Array, radius: Array | float, graze: Array | float = 0.0
+) -> Mask:
     """Whether the surface of a sphere cuts the open segment from the origin to w.
 
     A segment from outside is cut if its line meets the sphere (D > 0), the centre lies ahead, and
@@ -152,13 +154,13 @@ def blocks_segment(w: Array, v: Array, radius: Array | float, graze: Array | flo
     rr = radius * radius
     end = v - w
     ends_inside = dot(end, end) < rr
-    starts_inside = starts_within(dot(v, v), radius, graze)
+    starts_inside = origin_inside(dot(v, v), radius, graze)
     line = (rr * ww > squared_norm(cross(w, v))) & (along > 0.0)
     outside = line & (ends_inside | (along < ww))
     return np.where(starts_inside, ~ends_inside, outside)
 
 
-def cone_touch(
+def cone_overlap(
     axis: Array, cosine: Array | float, sine: Array | float, v: Array, radius: Array | float
 ) -> tuple[Mask, Mask, Array]:
     """Whether a sphere, seen from the origin, touches or covers a circular cone of directions.

@@ -33,44 +33,44 @@ from ..numerics.floats import TINY
 from ..numerics.vector import cross, dot, total
 
 __all__ = [
+    "BoundaryAntiderivative",
     "Circles",
-    "Planes",
-    "Potential",
-    "Segments",
-    "Spans",
-    "bounds_by_planes",
-    "circle_gaps",
-    "enclosed",
-    "gaps",
+    "GreatCircleArcs",
+    "HalfSpaces",
+    "Intervals",
+    "arcs_inside_cones",
+    "arcs_inside_outline",
+    "boundary_integral",
+    "circles_inside_cones",
+    "circles_outside_half_spaces",
+    "complement_intervals",
+    "complement_on_circle",
+    "make_antiderivative",
     "make_circles",
-    "make_potential",
-    "make_segments",
-    "outside_planes",
-    "spans_in_circles",
-    "within_circles",
+    "make_great_circle_arcs",
 ]
 
-Spans: TypeAlias = tuple[Array, Array]
+Intervals: TypeAlias = tuple[Array, Array]
 """Starts and ends of intervals of phi, radians, (j, ..., n) each."""
 
 PI = float(np.pi)
-TURN = 2.0 * PI
-FAR = 1.0 / TINY
-PARTING = 32.0 * 2.0**-53
+TWO_PI = 2.0 * PI
+HUGE = 1.0 / TINY
+COPLANARITY_TOLERANCE = 32.0 * 2.0**-53
 """Largest angle, radians, between a direction and a plane through it that rounding may cause."""
-FUZZ = 2.0**-64
+COINCIDENCE_TOLERANCE = 2.0**-64
 """Angle, radians, below which circles coincide: nonzero differences of float64 vectors are
 larger."""
-SLIGHT = 2.0**-8
+TINY_CONE_VERSINE = 2.0**-8
 """Versine below which a cone counts as tiny: about 5 degrees."""
-NETWORK = 16
+SORTING_NETWORK_ROWS = 16
 """Largest number of rows for which a sorting network is used; measured: np.sort is equal at 16."""
-ALWAYS = 4.0
+ABOVE_ANY_COSINE = 4.0
 """Exceeds every cosine, so that a plane without a normal (an edge of no length) clips nothing."""
 
 
 @dataclass(frozen=True)
-class Planes:
+class HalfSpaces:
     """Half-spaces of directions, w.normal >= 0: edges of lights and occluders, the horizon.
 
     Attributes
@@ -84,7 +84,7 @@ class Planes:
 
 
 @dataclass(frozen=True)
-class Segments:
+class GreatCircleArcs:
     """Arcs of great circles below 180 degrees, w(phi) = cos(phi) middle + sin(phi) along.
 
     Attributes
@@ -96,7 +96,7 @@ class Segments:
     shift : (j, n) rad, the angle of `middle` from u; None where they are the same.
     """
 
-    planes: Planes
+    planes: HalfSpaces
     middle: Array
     along: Array
     half: Array
@@ -124,7 +124,7 @@ class Circles:
 
 
 @dataclass(frozen=True)
-class Potential:
+class BoundaryAntiderivative:
     """Coefficients A, B, C of F for curves (k, n); `shift`, if given, is added to their phi."""
 
     a: Array
@@ -144,9 +144,9 @@ def make_circles(axis: Array, sine: Array, cosine: Array, center: Array) -> Circ
     return Circles(axis, u, w, sine, cosine, sine * sine / (1.0 + cosine))
 
 
-def make_segments(
-    start: Array, end: Array, planes: Planes, center: Array | None = None
-) -> Segments:
+def make_great_circle_arcs(
+    start: Array, end: Array, planes: HalfSpaces, center: Array | None = None
+) -> GreatCircleArcs:
     """Return the arcs between unit vectors (3, j, n) that lie in `planes`, anticlockwise.
 
     Parameters
@@ -160,13 +160,15 @@ def make_segments(
     along = cross(planes.normal, middle)
     half = np.arctan2(np.sqrt(dot(apart, apart)), length)
     if center is None:
-        return Segments(planes, middle, along, half, middle, along, None)
+        return GreatCircleArcs(planes, middle, along, half, middle, along, None)
     u, w = _frames(planes.normal, center)
     shift = np.arctan2(dot(middle, w), dot(middle, u))
-    return Segments(planes, middle, along, half, u, w, shift)
+    return GreatCircleArcs(planes, middle, along, half, u, w, shift)
 
 
-def make_potential(normal: Array, center: Array, curve: Circles | Segments) -> Potential:
+def make_antiderivative(
+    normal: Array, center: Array, curve: Circles | GreatCircleArcs
+) -> BoundaryAntiderivative:
     """Return the antiderivative F along circles, or the great circles of arcs, about a centre.
 
     Parameters
@@ -174,16 +176,20 @@ def make_potential(normal: Array, center: Array, curve: Circles | Segments) -> P
     normal : (3, n) unit vectors n.  center : (3, n) unit vectors c.
     """
     n, c, u, w = normal[:, None], center[:, None], curve.u, curve.w
-    if isinstance(curve, Segments):
+    if isinstance(curve, GreatCircleArcs):
         lever = cross(n, u - c)
-        return Potential(dot(lever, u), dot(lever, w), dot(n, curve.planes.normal), curve.shift)
+        return BoundaryAntiderivative(
+            dot(lever, u), dot(lever, w), dot(n, curve.planes.normal), curve.shift
+        )
     s = curve.sine
     # cos(alpha) a - c, without cancellation for small cones near c
     lever = cross(n, (curve.axis - c) - curve.versine * curve.axis + s * u)
-    return Potential(s * dot(lever, u), s * dot(lever, w), s * s * dot(n, curve.axis), None)
+    return BoundaryAntiderivative(
+        s * dot(lever, u), s * dot(lever, w), s * s * dot(n, curve.axis), None
+    )
 
 
-def enclosed(potential: Potential, spans: Spans) -> Array:
+def boundary_integral(potential: BoundaryAntiderivative, spans: Intervals) -> Array:
     """Integral of n.(w x dw) along arcs: (n,), twice their part of the integral of n.w.
 
     spans : (j, k, n) the arcs, as intervals of curves (k, n).
@@ -194,7 +200,7 @@ def enclosed(potential: Potential, spans: Spans) -> Array:
     return total(total(rows))
 
 
-def _evaluate(potential: Potential, phi: Array) -> Array:
+def _evaluate(potential: BoundaryAntiderivative, phi: Array) -> Array:
     if potential.shift is not None:
         phi = phi + potential.shift
     t = np.tan(0.5 * phi)
@@ -203,7 +209,7 @@ def _evaluate(potential: Potential, phi: Array) -> Array:
     return value
 
 
-def gaps(low: Array, high: Array, spans: Spans) -> Spans:
+def complement_intervals(low: Array, high: Array, spans: Intervals) -> Intervals:
     """Return the parts of the intervals from low to high that no span covers.
 
     Parameters
@@ -226,7 +232,7 @@ def _sorted(rows: Array) -> Array:
     """Sort numbers (j, ...) along the first axis."""
     if (count := rows.shape[0]) < 2:
         return rows
-    if count > NETWORK:
+    if count > SORTING_NETWORK_ROWS:
         return np.sort(rows, axis=0)
     # a sorting network: compares whole rows, many times faster than sorting short columns
     row = list(rows)
@@ -236,7 +242,7 @@ def _sorted(rows: Array) -> Array:
     return np.array(row)
 
 
-def circle_gaps(center: Array, half: Array, spans: Spans | None = None) -> Spans:
+def complement_on_circle(center: Array, half: Array, spans: Intervals | None = None) -> Intervals:
     """Return the parts of whole circles, from -pi to pi, that no interval covers.
 
     Parameters
@@ -245,17 +251,17 @@ def circle_gaps(center: Array, half: Array, spans: Spans | None = None) -> Spans
     spans : (i, k, n) further intervals within [-pi, pi].  Error: 8 u rad for each.
     """
     starts = center - half
-    starts += TURN * (starts < -PI)
-    starts -= TURN * (starts >= PI)
+    starts += TWO_PI * (starts < -PI)
+    starts -= TWO_PI * (starts >= PI)
     ends = starts + 2.0 * half
     # an interval that passes pi continues from -pi
-    low = np.maximum(ends.max(axis=0) - TURN, -PI)
+    low = np.maximum(ends.max(axis=0) - TWO_PI, -PI)
     if spans is not None:
         starts, ends = np.concatenate([starts, spans[0]]), np.concatenate([ends, spans[1]])
-    return gaps(low, np.full_like(low, PI), (starts, ends))
+    return complement_intervals(low, np.full_like(low, PI), (starts, ends))
 
 
-def spans_in_circles(segments: Segments, circles: Circles) -> Spans:
+def arcs_inside_cones(segments: GreatCircleArcs, circles: Circles) -> Intervals:
     """Return where great-circle arcs run inside cones: one interval (k, j, n) each, maybe empty.
 
     The ends are not clipped to the arcs. Half an arc and half a chord of a cone below 90
@@ -270,14 +276,14 @@ def spans_in_circles(segments: Segments, circles: Circles) -> Spans:
     return center - half, center + half
 
 
-def outside_planes(circles: Circles, planes: Planes) -> Spans:
+def circles_outside_half_spaces(circles: Circles, planes: HalfSpaces) -> Intervals:
     """Where circles run outside half-spaces: centres and half widths (j, k, n) of the intervals."""
     axis, normal = circles.axis[:, None], planes.normal[:, :, None]
     mu = dot(normal, axis)
     sine = circles.sine
     nothing = dot(planes.normal, planes.normal) == 0.0
     if nothing.any():
-        mu = mu + ALWAYS * nothing[:, None]
+        mu = mu + ABOVE_ANY_COSINE * nothing[:, None]
     q = np.sqrt(np.maximum((sine - mu) * (sine + mu), 0.0))
     center = np.arctan2(-dot(normal, circles.w[:, None]), -dot(normal, circles.u[:, None]))
     if nothing.any():
@@ -285,7 +291,9 @@ def outside_planes(circles: Circles, planes: Planes) -> Spans:
     return center, np.arctan2(q, circles.cosine * mu)
 
 
-def within_circles(circles: Circles, others: Circles, wins: Array) -> tuple[Array, Array, Array]:
+def circles_inside_cones(
+    circles: Circles, others: Circles, wins: Array
+) -> tuple[Array, Array, Array]:
     """Return where circles run inside other cones, one cone for each circle.
 
     Parameters
@@ -302,13 +310,15 @@ def within_circles(circles: Circles, others: Circles, wins: Array) -> tuple[Arra
     apart = apart - (dot(apart, both) / np.maximum(dot(both, both), TINY)) * both
     v, va, vb = 0.5 * dot(apart, apart), circles.versine, others.versine
     d = vb - va
-    same = (v <= 0.5 * FUZZ * FUZZ) & (np.abs(d) <= FUZZ * (circles.sine + others.sine))
+    same = (v <= 0.5 * COINCIDENCE_TOLERANCE * COINCIDENCE_TOLERANCE) & (
+        np.abs(d) <= COINCIDENCE_TOLERANCE * (circles.sine + others.sine)
+    )
     if same.any():
         v, d = np.where(same, 0.0, v), np.where(same, 0.0, d)
     # symmetric to the last bit, so that both circles find the same crossings
     square = v * (2.0 * (va + vb - va * vb) - v) - d * d
     most = np.maximum(va, vb)
-    lost = (np.minimum(va, vb) < SLIGHT) & (v > 0.25 * most)
+    lost = (np.minimum(va, vb) < TINY_CONE_VERSINE) & (v > 0.25 * most)
     if lost.any():
         rows = ... if lost.all() else np.nonzero(lost)
         sine, cosine = (
@@ -316,14 +326,16 @@ def within_circles(circles: Circles, others: Circles, wins: Array) -> tuple[Arra
             np.minimum(circles.cosine, others.cosine),
         )
         least = np.minimum(va, vb)[rows]
-        square[rows] = _crossing(v[rows], most[rows], sine[rows], cosine[rows], least)
+        square[rows] = _tiny_cone_crossing(v[rows], most[rows], sine[rows], cosine[rows], least)
     q = np.sqrt(np.maximum(square, 0.0))
     c = d - v * circles.cosine + wins * TINY
     center = np.arctan2(dot(apart, circles.w), dot(apart, circles.u))
     return center, np.arctan2(q, -c), np.arctan2(q, c)
 
 
-def _crossing(v: Array, versine: Array, sine: Array, cosine: Array, least: Array) -> Array:
+def _tiny_cone_crossing(
+    v: Array, versine: Array, sine: Array, cosine: Array, least: Array
+) -> Array:
     """The square of q in `circles_inside_cones` where one cone is tiny, without cancellation:
     (cos(a - g) - cos b) (cos b - cos(a + g)), a the half angle of the wide cone, b of the tiny one
     and g between the axes; both factors are sums of terms of their own size.
@@ -342,7 +354,9 @@ def _crossing(v: Array, versine: Array, sine: Array, cosine: Array, least: Array
     return square
 
 
-def bounds_by_planes(segments: Segments, edges: Segments, alike: Mask, reach: Array) -> Spans:
+def arcs_inside_outline(
+    segments: GreatCircleArcs, edges: GreatCircleArcs, alike: Mask, reach: Array
+) -> Intervals:
     """Where great-circle arcs run inside a convex outline: an interval (j, n), empty if reversed.
 
     Parameters
@@ -363,17 +377,17 @@ def bounds_by_planes(segments: Segments, edges: Segments, alike: Mask, reach: Ar
         fuzz = segments.planes.fuzz + edges.planes.fuzz[i]
         same = np.sqrt(dot(crossing, crossing)) <= fuzz
         if same.any():
-            limit = PARTING + 2.0 * fuzz * reach
+            limit = COPLANARITY_TOLERANCE + 2.0 * fuzz * reach
             same &= np.abs(dot(segments.u, normal)) <= limit
             same &= np.abs(dot(edges.u[:, i, None], segments.planes.normal)) <= limit
             inside = (dot(segments.planes.normal, normal) <= 0.0) | alike
-            x = np.where(same, np.where(inside, FAR, -FAR), x)
+            x = np.where(same, np.where(inside, HUGE, -HUGE), x)
             y = np.where(same, -1.0, y)
         with np.errstate(over="ignore"):  # a crossing a quarter turn away
             phi = np.arctan(x / y)
-        aside = TURN * (y >= 0.0)  # arithmetic: np.where costs ten times as much
+        aside = TWO_PI * (y >= 0.0)  # arithmetic: np.where costs ten times as much
         np.maximum(low, phi - aside, out=low)
-        np.minimum(high, phi + (TURN - aside), out=high)
+        np.minimum(high, phi + (TWO_PI - aside), out=high)
     return low, high
 
 
@@ -384,13 +398,13 @@ def _frames(axis: Array, center: Array) -> tuple[Array, Array]:
     lost = square < TINY
     if lost.any():
         w, square = w.copy(), square.copy()
-        found = np.ascontiguousarray(_across(axis[:, lost]))
+        found = np.ascontiguousarray(_perpendiculars(axis[:, lost]))
         w[:, lost], square[lost] = found, dot(found, found)
     w /= np.sqrt(np.maximum(square, TINY))
     return cross(w, axis), w
 
 
-def _across(axis: Array) -> Array:
+def _perpendiculars(axis: Array) -> Array:
     """Vectors perpendicular to unit vectors (3, n), with lengths well above 0."""
     x, y, z = axis
     flat = np.abs(z) < np.maximum(np.abs(x), np.abs(y))

@@ -15,29 +15,29 @@ from numpy.typing import NDArray
 
 from ..numerics.arrays import Array, Ints
 from ..numerics.gather import columns
-from .node_values import Points
+from .node_values import NodeValues
 
-__all__ = ["SIDES", "Blocks"]
+__all__ = ["SIDES", "BiquadraticBlocks"]
 
 
 SIDES = (8, 4)
 """Sides of blocks in pixels, the larger first. Nodes lie at pixel centres."""
-CHECKED: Array = np.array([0.5, 1.5])
+CHECK_POINTS: Array = np.array([0.5, 1.5])
 """Positions at which the polynomial is compared with computed values; nodes are at 0, 1 and 2.
 There the cubic x (x - 1) (x - 2) is 0.375 and -0.375, almost its extrema."""
-LEFT = 1.2
+RESIDUAL_FACTOR = 1.2
 """Error estimate of the means as a multiple of the residual after the cubic correction."""
-MADE_UP = 0.2
+DIFFERENCE_FACTOR = 0.2
 """Smallest error estimate as a fraction of the difference before the cubic correction, however
 small the residual is: four positions do not resolve a kink. (Means of blocks at 0.01 to 1 %,
 benchmark and random scenes: true errors are 0.1 to 0.7 of these estimates, RMS, mostly 0.2 to 0.5;
 with factors of 2 and 1/3 they are 0.1 to 0.4, for 2 % more points.)"""
 
 
-class Blocks:
+class BiquadraticBlocks:
     """Blocks of one side that contain pixels to be resolved and have a uniform visibility key."""
 
-    def __init__(self, points: Points, side: int) -> None:
+    def __init__(self, points: NodeValues, side: int) -> None:
         """Find the candidate blocks; no node values are requested yet."""
         self.points, self.side = points, side
         # (b,) first pixel of each block that may be smooth
@@ -64,11 +64,12 @@ class Blocks:
             return
         at = self._nodes
         nodes = points.values(at)
-        weights = _weights(CHECKED)
-        miss = points.values(self._checks) - _through(nodes, weights, weights)
-        up, across, left = _cubics(miss)
+        weights = _weights(CHECK_POINTS)
+        miss = points.values(self._checks) - _tensor_sums(nodes, weights, weights)
+        up, across, left = _cubic_terms(miss)
         off = np.maximum(
-            LEFT * points.size(left).max(axis=0), MADE_UP * points.size(miss).max(axis=0)
+            RESIDUAL_FACTOR * points.size(left).max(axis=0),
+            DIFFERENCE_FACTOR * points.size(miss).max(axis=0),
         )
         smooth = (off <= points.allowed).nonzero()[0]
         if not smooth.size:
@@ -120,7 +121,7 @@ class Blocks:
         return origin
 
 
-def _cubics(miss: Array) -> tuple[Array, Array, Array]:
+def _cubic_terms(miss: Array) -> tuple[Array, Array, Array]:
     """Cubic terms along y and along x, by their values at the first of `CHECK_POINTS`: (k, b) each.
 
     miss : (k, 4, b) values less the biquadratic polynomial at the check points, row by row.
@@ -138,7 +139,7 @@ def _cubics(miss: Array) -> tuple[Array, Array, Array]:
 def _cubic_means(up: Array, across: Array, side: int, whole: bool) -> Array:
     """Means over pixels (k, side * side, b) of cubic terms along y and along x: see `_means`."""
     x = np.arange(side, dtype=np.float64) / (0.5 * side)
-    size = CHECKED[0] * (CHECKED[0] - 1.0) * (CHECKED[0] - 2.0)
+    size = CHECK_POINTS[0] * (CHECK_POINTS[0] - 1.0) * (CHECK_POINTS[0] - 2.0)
     cubic = x * (x - 1.0) * (x - 2.0)
     if whole:
         # the mean over a pixel adds half the second derivative times a twelfth of the squared side
@@ -159,7 +160,7 @@ def _means(values: Array, side: int, whole: bool) -> Array:
     # x from 0 to 2 over the block; the mean of x^2 over a pixel adds a twelfth of its squared side
     x: Array = np.arange(side, dtype=np.float64) / (0.5 * side)
     weights = _weights(x, (2.0 / side) ** 2 / 12.0 if whole else 0.0)
-    return _through(values, weights, weights)
+    return _tensor_sums(values, weights, weights)
 
 
 def _weights(x: Array, more: float = 0.0) -> Array:
@@ -171,7 +172,7 @@ def _weights(x: Array, more: float = 0.0) -> Array:
     return np.array([0.5 * square - 1.5 * x + 1.0, 2.0 * x - square, 0.5 * (square - x)])
 
 
-def _through(values: Array, up: Array, across: Array) -> Array:
+def _tensor_sums(values: Array, up: Array, across: Array) -> Array:
     """Tensor-product sums (k, p * p, b) of nodes (k, 9, b), with weights (3, p) for rows and
     columns.
     """

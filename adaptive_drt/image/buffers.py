@@ -13,54 +13,54 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..cubature.adaptive import Begun, Refined, Task
-from ..cubature.error_budget import GROWTH, LEAST, Goal, Motion, make_goal
-from ..cubature.evaluate import left_by_stars
+from ..cubature.adaptive import InitialCells, RefinedPixels, RefinementTask
+from ..cubature.error_budget import GOAL_GROWTH, MIN_GOAL, Goal, MotionErrors, make_goal
+from ..cubature.evaluate import multi_node_error
 from ..cubature.regions import Cells
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.gather import columns, place
 from ..numerics.vector import rms
 from ..scene.film import NO_DEPTH, Film
-from ..shading.variation import STEPS, no_variation, standing
+from ..shading.variation import STEP_KIND, steps_after_shutter, zero_variation
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs
-from ..visibility.fragments import CROWDED
+from ..visibility.fragments import MAX_REFINED_CANDIDATES
 from ..visibility.line_intervals import TIME
-from .first_pass import Lawn, Sheet
-from .midpoint_correction import Middles
-from .visibility_key import NO_SIGHT
+from .first_pass import FirstPassPixels, SmoothBlocks
+from .midpoint_correction import PixelCenters
+from .visibility_key import NO_KEY
 
-__all__ = ["Frame", "alike", "widened"]
+__all__ = ["Frame", "interleaved_parts", "widened_plan"]
 
 
-RIM = 3
+BORDER = 3
 """Border in pixels around a region. Blocks use nodes on its first pixel, and the error of a pixel
 depends on second differences of its neighbours, which use pixels two further away."""
-ALIGNED = 8
+REGION_ALIGNMENT = 8
 """Regions are extended to multiples of this many pixels, within the picture, so that blocks are
 complete whatever part of the picture is rendered."""
-STORED = 8
+STORAGE_ALIGNMENT = 8
 """Buffers begin and end at multiples of this many pixels, so that blocks of the first pass are
 contiguous sub-arrays."""
-FLAT = 0.01
+NEGLIGIBLE_ERROR = 0.01
 """Predicted error below which a pixel needs no correction of its curvature, as a fraction of the
 tolerance times the RMS over channels of its own radiance."""
-STARRED = 0.03
+MULTI_NODE_GOAL = 0.03
 """Goal, as a fraction of the contrast, below which the multi-node rule is used for visible regions
 from the first."""
 
 
-def widened(plan: Plan, region: tuple[int, int, int, int]) -> Plan:
+def widened_plan(plan: Plan, region: tuple[int, int, int, int]) -> Plan:
     """Plan for a region extended to whole blocks and a border around them."""
     left, bottom, right, top = region
     width, height = plan.picture
-    left, bottom = left - left % ALIGNED, bottom - bottom % ALIGNED
-    right = max(right, min(right + -right % ALIGNED, width))
-    top = max(top, min(top + -top % ALIGNED, height))
-    return replace(plan, region=(left - RIM, bottom - RIM, right + RIM, top + RIM))
+    left, bottom = left - left % REGION_ALIGNMENT, bottom - bottom % REGION_ALIGNMENT
+    right = max(right, min(right + -right % REGION_ALIGNMENT, width))
+    top = max(top, min(top + -top % REGION_ALIGNMENT, height))
+    return replace(plan, region=(left - BORDER, bottom - BORDER, right + BORDER, top + BORDER))
 
 
-def alike(rows: Ints, size: int) -> list[Ints]:
+def interleaved_parts(rows: Ints, size: int) -> list[Ints]:
     """Divide pixels into interleaved parts of at most `size`: every k-th pixel, so that all parts
     take about the same time.
     """
@@ -78,9 +78,12 @@ class Frame:
         """Make empty buffers for a region, given its `widened_plan`."""
         left, bottom, right, top = plan.region
         self.plan = plan
-        self.left, self.bottom = left - left % STORED, bottom - bottom % STORED
-        self.width = right + -right % STORED - self.left
-        self.height = top + -top % STORED - self.bottom
+        self.left, self.bottom = (
+            left - left % STORAGE_ALIGNMENT,
+            bottom - bottom % STORAGE_ALIGNMENT,
+        )
+        self.width = right + -right % STORAGE_ALIGNMENT - self.left
+        self.height = top + -top % STORAGE_ALIGNMENT - self.bottom
         # columns and rows of the region itself
         self.own = (
             slice(region[1] - self.bottom, region[3] - self.bottom),
@@ -88,12 +91,12 @@ class Frame:
         )
         n = self.width * self.height
         self.color, self.alpha = np.zeros((3, n)), np.zeros(n)
-        self.deviation = no_variation(n)
+        self.deviation = zero_variation(n)
         self.mask = np.zeros((3, n), dtype=np.bool_)
         self.outline = np.zeros(n, dtype=np.bool_)
         self.item = np.full(n, -1)
         # visibility keys: see `find_visibility_keys`
-        self.sight = np.full(n, NO_SIGHT)
+        self.sight = np.full(n, NO_KEY)
         self.depth, self.normal = np.full(n, NO_DEPTH), np.zeros((3, n))
         self.samples, self.error = np.ones(n, dtype=np.int32), np.zeros(n)
         # pixels that need no refinement, and those that are being refined already
@@ -110,19 +113,19 @@ class Frame:
         nothing = np.zeros(0, dtype=np.int64)
         self._rivals: list[Pairs] = [Pairs(nothing, nothing)]
 
-    def add(self, x: Ints, y: Ints, sheet: Sheet) -> None:
+    def add(self, x: Ints, y: Ints, sheet: FirstPassPixels) -> None:
         """Enter the first pass of pixels that have been traced."""
         index = self.numbers(x, y)
         for name in (
             "color", "alpha", "deviation", "error", "mask", "outline", "item", "sight", "normal",
         ):  # fmt: skip
             place(getattr(self, name), index, getattr(sheet, name))
-        self.depth[index] = _shown(sheet.depth)
+        self.depth[index] = _film_depth(sheet.depth)
         self._across[index] = sheet.across
         self.traced[index] = True
         self._rivals.append(Pairs(index[sheet.rivals.pixel], sheet.rivals.item))
 
-    def lay(self, lawn: Lawn) -> None:
+    def lay(self, lawn: SmoothBlocks) -> None:
         """Enter smooth blocks, whose pixel means are known."""
         across = np.arange(lawn.side)
         first = self.numbers(lawn.side * lawn.x, lawn.side * lawn.y)
@@ -131,7 +134,7 @@ class Frame:
         place(self.error, index, lawn.error)
         place(self.item, index, lawn.item)
         place(self.sight, index, lawn.item + 1)
-        place(self.depth, index, _shown(lawn.depth))
+        place(self.depth, index, _film_depth(lawn.depth))
         place(self.normal, index, lawn.normal)
         place(self.alpha, index, np.where((lawn.item < 0) & self.plan.transparent, 0.0, 1.0))
         self.settled[index] = True
@@ -148,7 +151,9 @@ class Frame:
         """
         if self.plan.edges:
             traced = self.traced.nonzero()[0]
-            flat = FLAT * self.plan.settings.tolerance * rms(columns(self.color, traced))
+            flat = (
+                NEGLIGIBLE_ERROR * self.plan.settings.tolerance * rms(columns(self.color, traced))
+            )
             # the outermost pixels lack neighbours on one side
             inside = np.zeros((self.height, self.width), dtype=np.bool_)
             inside[1:-1, 1:-1] = True
@@ -156,7 +161,7 @@ class Frame:
             some &= inside.ravel()[traced] & ~self.outline[traced] & ~self.mask[1, traced]
             index = traced[some]
             sharp = self.mask[0] | self.mask[2]
-            middles = Middles(self.width, self.color, self.item, sharp, self.deviation)
+            middles = PixelCenters(self.width, self.color, self.item, sharp, self.deviation)
             self._corrected = index
             self._change = middles.correct(index, self.plan.threads)
             self.error[index] = columns(self.deviation, index, -1).sum(axis=(0, 1))
@@ -177,14 +182,18 @@ class Frame:
         motion = None
         if self.plan.motion:
             deviation = columns(self.deviation, index, -1)
-            hard, steps = deviation[:, :TIME].sum(axis=(0, 1)), deviation[STEPS, TIME]
-            crowded = self._crowd[index] > CROWDED
+            hard, steps = deviation[:, :TIME].sum(axis=(0, 1)), deviation[STEP_KIND, TIME]
+            crowded = self._crowd[index] > MAX_REFINED_CANDIDATES
             # shadows of lights without extent stay steps, however short the shutter interval
-            left = standing(deviation[STEPS]) if self.plan.soft else np.full(index.size, np.inf)
-            motion = Motion(crowded, self.mask[1, index], hard, left, steps)
+            left = (
+                steps_after_shutter(deviation[STEP_KIND])
+                if self.plan.soft
+                else np.full(index.size, np.inf)
+            )
+            motion = MotionErrors(crowded, self.mask[1, index], hard, left, steps)
         rest = float((done * done).sum()), done.size
         tolerance = self.plan.settings.tolerance
-        starred = self._starred(index, LEAST * tolerance * float(np.abs(color).mean()))
+        starred = self._starred(index, MIN_GOAL * tolerance * float(np.abs(color).mean()))
         cut = (self._unknown & (self.sight < 0))[index]
         goal = make_goal(tolerance, color, self.error[index], starred, cut, rest, motion)
         if self.plan.transparent:
@@ -201,7 +210,7 @@ class Frame:
         # errors of regions that may use the multi-node rule are already those
         rows = ((starred > least) & ~self._star[index]).nonzero()[0]
         more = index[rows]
-        left = left_by_stars(columns(self.deviation, more, -1), np.full(more.size, 2))
+        left = multi_node_error(columns(self.deviation, more, -1), np.full(more.size, 2))
         starred[rows] = left + self._edge[more]
         return starred
 
@@ -255,8 +264,8 @@ class Frame:
         rows of blocks.
         """
         left, bottom, right, top = self.plan.region
-        x, y = left + RIM - self.left, bottom + RIM - self.bottom
-        return x, y, (right - left - 2 * RIM) // side, (top - bottom - 2 * RIM) // side
+        x, y = left + BORDER - self.left, bottom + BORDER - self.bottom
+        return x, y, (right - left - 2 * BORDER) // side, (top - bottom - 2 * BORDER) // side
 
     def settle(self, rows: Ints, color: Array, alpha: Array, error: Array) -> None:
         """Enter final means of pixels that need no refinement."""
@@ -264,7 +273,7 @@ class Frame:
         self.alpha[rows], self.error[rows] = alpha, error
         self.settled[rows] = True
 
-    def tasks(self, goal: Goal, size: int) -> list[tuple[Ints, Task]]:
+    def tasks(self, goal: Goal, size: int) -> list[tuple[Ints, RefinementTask]]:
         """Refinement tasks with their pixel indices; also corrects the smooth pixels that are not
         refined.
         """
@@ -278,7 +287,7 @@ class Frame:
         )
         return self.in_parts(chosen.nonzero()[0], goal, size, True)
 
-    def point_tasks(self, rows: Ints, goal: Goal, size: int) -> list[tuple[Ints, Task]]:
+    def point_tasks(self, rows: Ints, goal: Goal, size: int) -> list[tuple[Ints, RefinementTask]]:
         """Tasks to integrate over the shutter at pixel centres only."""
         return self.in_parts(rows, goal, size, False)
 
@@ -286,9 +295,11 @@ class Frame:
         """Mark pixels as being refined, so that they are not chosen again."""
         self._held[rows] = True
 
-    def in_parts(self, rows: Ints, goal: Goal, size: int, whole: bool) -> list[tuple[Ints, Task]]:
+    def in_parts(
+        self, rows: Ints, goal: Goal, size: int, whole: bool
+    ) -> list[tuple[Ints, RefinementTask]]:
         """Tasks for pixels, integrated over their whole squares or at their centres."""
-        parts = alike(rows, size)
+        parts = interleaved_parts(rows, size)
         return [(part, self._task(part, goal, whole and self.plan.edges)) for part in parts]
 
     def crowd(self, rows: Ints) -> float:
@@ -319,7 +330,7 @@ class Frame:
         y, x = np.divmod(rows, self.width)
         return np.array([self.left + x + 0.5, self.bottom + y + 0.5, np.zeros(rows.size)])
 
-    def _task(self, part: Ints, goal: Goal, whole: bool) -> Task:
+    def _task(self, part: Ints, goal: Goal, whole: bool) -> RefinementTask:
         middle, half = self._middles(part), np.zeros((3, part.size))
         deviation = columns(self.deviation, part, -1)
         if whole:
@@ -328,17 +339,17 @@ class Frame:
             deviation[:, :2] = 0.0
         half[2] = np.where(self.mask[1, part], 0.5, 0.0)
         blank = self._unknown[part]
-        star = self._star[part] | (blank & (goal.error < STARRED * goal.contrast))
+        star = self._star[part] | (blank & (goal.error < MULTI_NODE_GOAL * goal.contrast))
         cells = Cells(
             np.arange(part.size), middle - half, middle + half, np.ones(part.size),
             columns(self.color, part), self.alpha[part], deviation, self._edge[part], star,
         )  # fmt: skip
-        return Task(
+        return RefinementTask(
             cells, blank, self.item[part], self.outline[part], self._rivals_of(part), goal,
-            GROWTH if whole else 0.0,
+            GOAL_GROWTH if whole else 0.0,
         )  # fmt: skip
 
-    def begin(self, rows: Ints, begun: Begun) -> None:
+    def begin(self, rows: Ints, begun: InitialCells) -> None:
         """Enter the initial cells of pixels with outlines; they may still be refined."""
         cells = begun.cells
         place(self.color, rows, cells.color)
@@ -348,13 +359,13 @@ class Frame:
         self.error[rows] = begun.error
         self.count(rows, begun)
 
-    def enter(self, rows: Ints, refined: Refined) -> None:
+    def enter(self, rows: Ints, refined: RefinedPixels) -> None:
         """Enter refined pixels."""
         place(self.color, rows, refined.color)
         self.alpha[rows], self.error[rows] = refined.alpha, refined.error
         self.count(rows, refined)
 
-    def count(self, rows: Ints, shaded: Begun | Refined) -> None:
+    def count(self, rows: Ints, shaded: InitialCells | RefinedPixels) -> None:
         """Add the number of points shaded beyond the first pass' own."""
         self.samples[rows] += shaded.samples - 1
 
@@ -376,7 +387,7 @@ class Frame:
         return table[..., *self.own]
 
 
-def _shown(depth: Array) -> Array:
+def _film_depth(depth: Array) -> Array:
     """Depths as stored in films, with `NO_DEPTH` where nothing is hit."""
     shown: Array = np.where(np.isfinite(depth), depth, NO_DEPTH)
     return shown

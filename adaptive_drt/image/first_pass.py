@@ -12,28 +12,28 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..detection.detect import Center, Flags, detect, trace_center
+from ..detection.detect import CenterRays, DetectionFlags, detect, trace_center_rays
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.gather import columns, place
-from ..parallel.call_progress import part_of_call
-from ..shading.direct_light import Shaded, shade
+from ..parallel.call_progress import progress_range
+from ..shading.direct_light import DirectLight, shade
 from ..shading.footprint import make_patch
-from ..shading.variation import STEPS, no_variation
+from ..shading.variation import STEP_KIND, zero_variation
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs
 from ..tracing.occluder_culling import Occluders
-from .visibility_key import NO_SIGHT, find_sights
+from .visibility_key import NO_KEY, find_visibility_keys
 
-__all__ = ["Lawn", "Sheet", "first_pass"]
+__all__ = ["FirstPassPixels", "SmoothBlocks", "first_pass"]
 
 
-DETECTED = 0.4
+DETECTION_WORK_SHARE = 0.4
 """Fraction of the work of a first pass that precedes shading (a third to a half, with 2 to 2,000
 objects); for a progress bar."""
 
 
 @dataclass(frozen=True)
-class Sheet:
+class FirstPassPixels:
     """Results of the first pass for n pixels.
 
     Attributes
@@ -67,20 +67,20 @@ class Sheet:
 
 def first_pass(
     plan: Plan, occluders: Occluders, x: Array, y: Array, pairs: Pairs, clock: Callable[[str], None]
-) -> Sheet:
+) -> FirstPassPixels:
     """Trace, detect and shade the centres of n pixels; arguments as those of `trace_center`."""
-    center = trace_center(plan, x, y, pairs)
+    center = trace_center_rays(plan, x, y, pairs)
     clock("camera rays")
-    with part_of_call(0.0, DETECTED):
+    with progress_range(0.0, DETECTION_WORK_SHARE):
         flags = detect(plan, occluders, center, clock)
     n = x.size
     color = np.zeros((3, n))
     if not plan.transparent:
         color[:] = plan.background[:, None]
     alpha = np.full(n, 0.0 if plan.transparent else 1.0)
-    deviation = no_variation(n)
+    deviation = zero_variation(n)
     rows = center.rows
-    with part_of_call(DETECTED, 1.0):
+    with progress_range(DETECTION_WORK_SHARE, 1.0):
         light = _shade_centers(plan, occluders, center, flags)
     place(color, rows, light.color)
     alpha[rows] = 1.0
@@ -89,27 +89,31 @@ def first_pass(
     place(normal, rows, center.hits.normal)
     clock("exact light")
     rivals = flags.rivals.take(np.argsort(flags.rivals.pixel, kind="stable"))
-    sight = _sights(plan, np.array([x, y]), center, flags, rivals)
+    sight = _visibility_keys(plan, np.array([x, y]), center, flags, rivals)
     clock("sights")
-    return Sheet(
+    return FirstPassPixels(
         color, alpha, deviation, deviation.sum(axis=(0, 1)),
-        deviation[:STEPS, :2].sum(axis=(0, 1)), flags.mask, flags.outline,
+        deviation[:STEP_KIND, :2].sum(axis=(0, 1)), flags.mask, flags.outline,
         center.item, sight, center.depth, normal, rivals,
     )  # fmt: skip
 
 
-def _sights(plan: Plan, place: Array, center: Center, flags: Flags, rivals: Pairs) -> Ints:
+def _visibility_keys(
+    plan: Plan, place: Array, center: CenterRays, flags: DetectionFlags, rivals: Pairs
+) -> Ints:
     """Visibility keys (n,) of pixels with centres (2, n); `rivals` is sorted by pixel."""
-    sight = np.where(flags.outline, NO_SIGHT, center.item + 1)
+    sight = np.where(flags.outline, NO_KEY, center.item + 1)
     rows = (flags.outline & flags.mask[1]).nonzero()[0]
     if rows.size:
         half = 0.5 if plan.edges else 0.0
         own = rivals.of(rows, sight.size)
-        sight[rows] = find_sights(plan, columns(place, rows), half, own)
+        sight[rows] = find_visibility_keys(plan, columns(place, rows), half, own)
     return sight
 
 
-def _shade_centers(plan: Plan, occluders: Occluders, center: Center, flags: Flags) -> Shaded:
+def _shade_centers(
+    plan: Plan, occluders: Occluders, center: CenterRays, flags: DetectionFlags
+) -> DirectLight:
     rows = center.rows
     half = np.zeros((3, rows.size))
     if plan.edges:
@@ -124,7 +128,7 @@ def _shade_centers(plan: Plan, occluders: Occluders, center: Center, flags: Flag
 
 
 @dataclass(frozen=True)
-class Lawn:
+class SmoothBlocks:
     """n smooth blocks of s x s pixels, whose pixels need no ray of their own.
 
     Attributes

@@ -17,27 +17,32 @@ import numpy as np
 
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.gather import place
-from ..numerics.midpoint import MEAN, NEAR, bends, left
+from ..numerics.midpoint import (
+    FALLBACK_ERROR_FRACTION,
+    SECOND_DIFFERENCE_WEIGHT,
+    left,
+    second_differences,
+)
 from ..numerics.vector import rms
-from ..shading.variation import BENDS, KINKS, STEPS
+from ..shading.variation import KINK_KIND, SMOOTH_KIND, STEP_KIND
 
-__all__ = ["Middles"]
+__all__ = ["PixelCenters"]
 
 
-LIKELY = 2.0
+MAX_CORRECTION = 2.0
 """Largest correction that is applied outside shadows, as a multiple of the predicted error."""
-CORRECTED = 0.3
+REMAINING_ERROR = 0.3
 """Error that remains after a correction, as a fraction of the largest correction of the pixel and
 its neighbours."""
-TRUSTED = 0.05
+MIN_REMAINING_ERROR = 0.05
 """Smallest fraction of the predicted error due to bends that remains after a correction."""
-SHARED = 32_768
+TWO_THREADS_PIXELS = 32_768
 """Number of pixels from which a second thread handles one of the axes; with fewer the two threads
 wait for each other."""
 
 
 @dataclass(frozen=True)
-class Middles:
+class PixelCenters:
     """Shaded centres of n pixels of an image, row by row.
 
     Attributes
@@ -59,7 +64,7 @@ class Middles:
         Their predicted errors are replaced by the errors that remain after correction. Each pixel
         must have a neighbour on every side.
         """
-        if threads == 1 or index.size < SHARED:
+        if threads == 1 or index.size < TWO_THREADS_PIXELS:
             return self._along(index, 0, 1) + self._along(index, 1, self.width)
         with ThreadPoolExecutor(1, "Render") as pool:
             other = pool.submit(self._along, index, 1, self.width)
@@ -67,29 +72,35 @@ class Middles:
 
     def _along(self, index: Ints, axis: int, step: int) -> Array:
         """Contribution of one axis, along which neighbouring pixels are `step` apart."""
-        kinds = [kind[axis] for kind in self.deviation[:STEPS]]
+        kinds = [kind[axis] for kind in self.deviation[:STEP_KIND]]
         deviation = np.array([kind.take(index) for kind in kinds])
         foreseen, sharp = deviation.sum(axis=0), self.sharp[index]
         near = self._alike(index, step).nonzero()[0]
-        before, beside, after = bends(self.color, index[near], step)
+        before, beside, after = second_differences(self.color, index[near], step)
         off = left(rms, before, beside, after)
         bend = np.zeros((3, index.size))
         place(bend, near, beside)
         own = rms(bend)
         known = foreseen.copy()
-        bent, widest = deviation[BENDS, near], self._widest(index, step, own)[near]
-        known[near] += np.minimum(CORRECTED * widest - (1.0 - TRUSTED) * bent, 0.0)
-        known = np.where(sharp, np.maximum(known, NEAR * own), known)
+        bent, widest = deviation[SMOOTH_KIND, near], self._widest(index, step, own)[near]
+        known[near] += np.minimum(
+            REMAINING_ERROR * widest - (1.0 - MIN_REMAINING_ERROR) * bent, 0.0
+        )
+        known = np.where(sharp, np.maximum(known, FALLBACK_ERROR_FRACTION * own), known)
         beyond = self._alike_beyond(index[near], step)
         far, off = near[beyond], off[beyond]
         known[far] = np.where(sharp[far], off, np.minimum(off, foreseen[far]))
         deviation *= np.minimum(known, foreseen) / np.where(foreseen > 0.0, foreseen, 1.0)
-        deviation[KINKS] += np.maximum(known - foreseen, 0.0)
+        deviation[KINK_KIND] += np.maximum(known - foreseen, 0.0)
         for kind, changed in zip(kinds, deviation, strict=True):
             kind[index] = changed
-        likely = np.where(sharp, np.inf, LIKELY * foreseen)
-        too_large = MEAN * own > likely
-        change: Array = bend * np.where(too_large, likely, MEAN) / np.where(too_large, own, 1.0)
+        likely = np.where(sharp, np.inf, MAX_CORRECTION * foreseen)
+        too_large = SECOND_DIFFERENCE_WEIGHT * own > likely
+        change: Array = (
+            bend
+            * np.where(too_large, likely, SECOND_DIFFERENCE_WEIGHT)
+            / np.where(too_large, own, 1.0)
+        )
         return change
 
     def _widest(self, index: Ints, step: int, own: Array) -> Array:
@@ -98,7 +109,9 @@ class Middles:
         """
         size = np.zeros(self.item.size)
         size[index] = own
-        widest: Array = MEAN * np.maximum(own, np.maximum(size[index - step], size[index + step]))
+        widest: Array = SECOND_DIFFERENCE_WEIGHT * np.maximum(
+            own, np.maximum(size[index - step], size[index + step])
+        )
         return widest
 
     def _alike(self, index: Ints, step: int) -> Mask:

@@ -11,22 +11,22 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..cubature.adaptive import Refined
+from ..cubature.adaptive import RefinedPixels
 from ..cubature.error_budget import Goal
 from ..numerics.arrays import Array, Ints
 from ..numerics.gather import columns, place
-from ..shading.variation import KINKS, ROOTS, STEPS, standing
+from ..shading.variation import KINK_KIND, ROOT_KIND, STEP_KIND, steps_after_shutter
 from .buffers import Frame
 
-__all__ = ["Points"]
+__all__ = ["NodeValues"]
 
 
-ALLOWED = 0.6
+INTERPOLATION_ERROR_SHARE = 0.6
 """Largest interpolation error allowed, as a fraction of the goal; the error of the node values
 comes on top."""
 
 
-class Points:
+class NodeValues:
     """Node values: the pixels of a frame in which something moves, and shutter means at their
     centres.
 
@@ -50,10 +50,11 @@ class Points:
             # predicted errors are 0 in pixels that the first pass did not trace
             self._rows = frame.traced.nonzero()[0]
             roots, kinks, steps = (
-                columns(frame.deviation[kind], self._rows) for kind in (ROOTS, KINKS, STEPS)
+                columns(frame.deviation[kind], self._rows)
+                for kind in (ROOT_KIND, KINK_KIND, STEP_KIND)
             )
             self._across = [kind[0] + kind[1] for kind in (roots, kinks, steps)]
-            self.left = self._everywhere(standing(steps))
+            self.left = self._everywhere(steps_after_shutter(steps))
 
     def rough(self, spacing: int) -> Array:
         """Predicted deviation of the radiance at mid-shutter from a quadratic polynomial: (n,).
@@ -72,7 +73,7 @@ class Points:
     @property
     def allowed(self) -> float:
         """Largest interpolation error allowed of a pixel mean, in radiance."""
-        return ALLOWED * self.goal.error
+        return INTERPOLATION_ERROR_SHARE * self.goal.error
 
     def unknown(self, *rows: Ints) -> Ints:
         """Pixels, among those given, whose values are not known: ascending indices."""
@@ -82,7 +83,7 @@ class Points:
         unknown: Ints = (every & ~self.known).nonzero()[0]
         return unknown
 
-    def enter(self, rows: Ints, refined: Refined) -> None:
+    def enter(self, rows: Ints, refined: RefinedPixels) -> None:
         """Enter computed means over the shutter."""
         place(self.value[:3], rows, refined.color)
         self.value[3, rows] = refined.alpha

@@ -8,37 +8,37 @@ from collections.abc import Callable, Generator
 from contextlib import closing
 from typing import TypeAlias, TypeVar
 
-from ..cubature.adaptive import Begun, Refined, Task, refine
+from ..cubature.adaptive import InitialCells, RefinedPixels, RefinementTask, refine
 from ..numerics.arrays import Ints
-from ..parallel.executor import Aside, Hands, Parts
-from ..parallel.pool import Call, Share, crew
+from ..parallel.executor import CallProgress, DeferredCalls, RenderExecutor
+from ..parallel.pool import Call, SharedArguments, worker_pool
 from ..tracing.compile import Plan
 from ..tracing.occluder_culling import Occluders
 
-__all__ = ["Clock", "Tasks", "Work"]
+__all__ = ["Scheduler", "StageTimer", "Tasks"]
 
-Tasks: TypeAlias = list[tuple[Ints, Task]]
+Tasks: TypeAlias = list[tuple[Ints, RefinementTask]]
 """Pixel indices, and what is to be done for those pixels."""
-Done = TypeVar("Done", Begun, Refined)
+Done = TypeVar("Done", InitialCells, RefinedPixels)
 Outcomes: TypeAlias = Generator[tuple[int, tuple[Done, float]] | None, None, None]
 
-PART = 32_768
+MAX_PIXELS = 32_768
 """Largest number of pixels refined in one call."""
-LEAST_PART = 16_384
+MIN_THREAD_PIXELS = 16_384
 """Smallest number of pixels refined in one call by a thread, if there are as many: with fewer, two
 threads that wait for each other at every call of NumPy take longer than one (300 x 300, 1 %: 0.98
 to 1.32 s)."""
-CREWS_PART = 1_024
+MIN_WORKER_PIXELS = 1_024
 """Smallest number of pixels refined in one call by a worker process: each call costs 5 ms."""
-ASIDE_PART = 8_192
+MAX_BACKGROUND_PIXELS = 8_192
 """Largest number of pixels refined in one background call. The time of a part of a few thousand
 pixels is set by its number of rounds (4,500 pixels at 0.1 %: 0.56 s, but in quarters 0.19 each)."""
-ASIDE_CROWD = 131_072.0
+BACKGROUND_CALL_COST = 131_072.0
 """Cost, as `Frame.crowd` gives it, of one background call, roughly: in the end all workers share
 what takes long (7,000 pixels, ten moving spheres in each: one call took 68 s, and the other 2)."""
 
 
-class Clock:
+class StageTimer:
     """Timer of stages, in seconds: each call ends a stage."""
 
     def __init__(self) -> None:
@@ -57,7 +57,7 @@ class Clock:
         self._last = time.perf_counter()
 
 
-class Work:
+class Scheduler:
     """Scheduler of the pixel tasks of one render.
 
     Attributes
@@ -70,18 +70,21 @@ class Work:
 
     def __init__(self, plan: Plan, occluders: Occluders) -> None:
         """Nothing is done yet."""
-        self.hands, self.share = Hands(plan.stop, plan.threads), Share((plan, occluders))
+        self.hands, self.share = (
+            RenderExecutor(plan.stop, plan.threads),
+            SharedArguments((plan, occluders)),
+        )
         self.seconds: dict[str, float] = {}
         self.shaded, self.under_way = 0, 0.0
         self._plan = plan
         # background tasks
         self.aside: Tasks = []
-        self._made = Aside(0)
+        self._made = DeferredCalls(0)
 
     @property
     def free(self) -> int:
         """Number of workers that can refine pixels in the background."""
-        return crew.ready if self._plan.threads > 1 else 0
+        return worker_pool.ready if self._plan.threads > 1 else 0
 
     def add(self, seconds: dict[str, float]) -> None:
         """Add to the seconds by stage."""
@@ -90,8 +93,8 @@ class Work:
 
     def part(self, count: int) -> int:
         """Number of pixels a call, when `count` are to be refined."""
-        least = CREWS_PART if crew.ready else LEAST_PART
-        return self._within(-(-count // crew.hands(self._plan.threads)), least, PART)
+        least = MIN_WORKER_PIXELS if worker_pool.ready else MIN_THREAD_PIXELS
+        return self._within(-(-count // worker_pool.hands(self._plan.threads)), least, MAX_PIXELS)
 
     def part_aside(self, count: int, crowd: float) -> int:
         """Number of pixels a background call, run by workers only; 0 if there are none.
@@ -102,8 +105,8 @@ class Work:
         free = self.free
         if not free:
             return 0
-        parts = max(free, int(crowd / ASIDE_CROWD))
-        return self._within(-(-count // parts), CREWS_PART, ASIDE_PART)
+        parts = max(free, int(crowd / BACKGROUND_CALL_COST))
+        return self._within(-(-count // parts), MIN_WORKER_PIXELS, MAX_BACKGROUND_PIXELS)
 
     def _within(self, size: int, least: int, most: int) -> int:
         most = max(1, min(most, self._plan.settings.batch))
@@ -115,7 +118,7 @@ class Work:
         """Run tasks; yields pixel indices with results as they come, and None at heartbeats in
         between.
         """
-        parts: Parts = {}
+        parts: CallProgress = {}
         outcomes = self.hands.results(self._calls(work, tasks), parts)
         return self._entered(outcomes, tasks, stage, parts)
 
@@ -124,7 +127,7 @@ class Work:
         self.aside = tasks
         self._made = self.hands.aside(self._calls(refine, tasks))
 
-    def gathered(self) -> Generator[tuple[Ints, Refined] | None, None, None]:
+    def gathered(self) -> Generator[tuple[Ints, RefinedPixels] | None, None, None]:
         """Yield the results of the background tasks, as `results` does."""
         outcomes = self.hands.gather(self._made)
         return self._entered(outcomes, self.aside, "refining", self._made.parts)
@@ -133,7 +136,7 @@ class Work:
         return [Call(_timed, self.share, (work, task)) for _, task in tasks]
 
     def _entered(
-        self, outcomes: Outcomes[Done], tasks: Tasks, stage: str, parts: Parts
+        self, outcomes: Outcomes[Done], tasks: Tasks, stage: str, parts: CallProgress
     ) -> Generator[tuple[Ints, Done] | None, None, None]:
         """Outcomes with the pixel indices of their tasks; also updates the statistics."""
         with closing(outcomes):
@@ -156,7 +159,7 @@ class Work:
 
 
 def _timed(
-    plan: Plan, occluders: Occluders, work: Callable[..., Done], task: Task
+    plan: Plan, occluders: Occluders, work: Callable[..., Done], task: RefinementTask
 ) -> tuple[Done, float]:
     """Result of a task, and the seconds it took."""
     began = time.perf_counter()

@@ -11,50 +11,58 @@ from typing import TypeAlias
 
 import numpy as np
 
-from ..detection.detect import Clear, detect_clear, trace_center
+from ..detection.detect import SmoothBlockFlags, detect_smooth_blocks, trace_center_rays
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.gather import columns
 from ..numerics.vector import cross
-from ..parallel.call_progress import part_of_call, tell
-from ..shading.direct_light import unshadowed
+from ..parallel.call_progress import progress_range, report_progress
+from ..shading.direct_light import unshadowed_radiance
 from ..tracing.compile import Plan
-from ..tracing.intersect import pair_hits, surface
+from ..tracing.intersect import intersect_pairs, surface
 from ..tracing.occluder_culling import Occluders
-from .chebyshev_blocks import SIDES, Squares, coarse, means, nodes, roughness, series
-from .first_pass import Lawn, Sheet, first_pass
+from .chebyshev_blocks import (
+    SIDES,
+    PixelBlocks,
+    block_means,
+    block_nodes,
+    chebyshev_series,
+    coarse_plan,
+    interpolation_error,
+)
+from .first_pass import FirstPassPixels, SmoothBlocks, first_pass
 
-__all__ = ["Survey", "survey"]
+__all__ = ["FirstPass", "trace_first_pass"]
 
 Clock: TypeAlias = Callable[[str], None]
 
-TIMES = (-0.5 * np.sqrt(0.6), 0.0, 0.5 * np.sqrt(0.6))
+GAUSS_TIMES = (-0.5 * np.sqrt(0.6), 0.0, 0.5 * np.sqrt(0.6))
 """Shutter times of a three-point Gauss rule, with the shutter from -0.5 to 0.5."""
-LATE = 0.1
+TIME_ERROR_FACTOR = 0.1
 """Relative error of the three-point rule in time, as a multiple of the third power of the relative
 second difference of its samples. For example, 1 / (1 - e t)^3 has a second difference of 1.8 e^2,
 and the rule leaves e^6 / 72."""
-ALLOWED = 0.1
+ALLOWED_ERROR = 0.1
 """Largest interpolation error of a block, as a fraction of the tolerance times its own radiance."""
-CLEARED = 0.2
+BLOCK_WORK_SHARE = 0.2
 """Fraction of the work of a first pass that is done after the blocks of a side, multiplied by that
 side in pixels; for a progress bar."""
 
 
 @dataclass(frozen=True)
-class Survey:
+class FirstPass:
     """Results of the first pass: smooth blocks, all other pixels, and the points shaded for blocks.
 
     `rest` holds pixel coordinates x, y and their results.
     """
 
-    lawns: list[Lawn]
-    rest: list[tuple[Ints, Ints, Sheet]]
+    lawns: list[SmoothBlocks]
+    rest: list[tuple[Ints, Ints, FirstPassPixels]]
     points: int
 
 
-def survey(
-    plan: Plan, occluders: Occluders, bounds: Ints, squares: Squares, clock: Clock
-) -> Survey:
+def trace_first_pass(
+    plan: Plan, occluders: Occluders, bounds: Ints, squares: PixelBlocks, clock: Clock
+) -> FirstPass:
     """Find the smooth blocks; trace, detect and shade the centres of all other pixels.
 
     Parameters
@@ -69,33 +77,35 @@ def survey(
         plan.go_on()
         cut = np.ones(squares.x.size, dtype=np.bool_)
         if plan.edges:
-            rough = coarse(plan, side)
-            center = trace_center(rough, *squares.middles, squares.pairs)
-            with part_of_call(CLEARED / (2 * side), CLEARED / side):
-                found = detect_clear(rough, occluders, center, clock)
-            squares = Squares(side, squares.x, squares.y, found.pairs)
+            rough = coarse_plan(plan, side)
+            center = trace_center_rays(rough, *squares.middles, squares.pairs)
+            with progress_range(BLOCK_WORK_SHARE / (2 * side), BLOCK_WORK_SHARE / side):
+                found = detect_smooth_blocks(rough, occluders, center, clock)
+            squares = PixelBlocks(side, squares.x, squares.y, found.pairs)
             some = found.clear.nonzero()[0]
-            lawn, smooth, count = _mow(plan, squares, some, found)
+            lawn, smooth, count = _interpolate_blocks(plan, squares, some, found)
             lawns.append(lawn)
             points += count
             cut[some[smooth]] = False
         squares = squares.cut(cut.nonzero()[0], smaller, plan.region)
         clock("clear squares")
-        tell(CLEARED / side)
+        report_progress(BLOCK_WORK_SHARE / side)
     squares = squares.within(bounds)
     rest = []
-    cleared, batch, count = CLEARED / SIDES[-1], plan.settings.batch, squares.x.size
-    with part_of_call(cleared, 1.0):
+    cleared, batch, count = BLOCK_WORK_SHARE / SIDES[-1], plan.settings.batch, squares.x.size
+    with progress_range(cleared, 1.0):
         for first in range(0, count, batch):
             plan.go_on()
             part = squares.part(first, first + batch)
-            with part_of_call(first / count, min((first + batch) / count, 1.0)):
+            with progress_range(first / count, min((first + batch) / count, 1.0)):
                 sheet = first_pass(plan, occluders, *part.middles, part.pairs, clock)
             rest.append((part.x, part.y, sheet))
-    return Survey(lawns, rest, points)
+    return FirstPass(lawns, rest, points)
 
 
-def _mow(plan: Plan, squares: Squares, some: Ints, found: Clear) -> tuple[Lawn, Mask, int]:
+def _interpolate_blocks(
+    plan: Plan, squares: PixelBlocks, some: Ints, found: SmoothBlockFlags
+) -> tuple[SmoothBlocks, Mask, int]:
     """Interpolate clear blocks, those where nothing changes abruptly.
 
     Returns the blocks that are smooth enough, which of the given ones those are, and the number of
@@ -107,31 +117,33 @@ def _mow(plan: Plan, squares: Squares, some: Ints, found: Clear) -> tuple[Lawn, 
         color[:] = plan.background[:, None, None]
     seen, late = np.ones(some.size, dtype=np.bool_), np.zeros(some.size)
     points = 0
-    for rows, times in ((~moving & (item >= 0), (0.0,)), (moving, TIMES)):
+    for rows, times in ((~moving & (item >= 0), (0.0,)), (moving, GAUSS_TIMES)):
         hit = rows.nonzero()[0]
         if hit.size:
             across, up = squares.middles
-            x, y = nodes(across[some[hit]], up[some[hit]], side)
+            x, y = block_nodes(across[some[hit]], up[some[hit]], side)
             hidden = [np.tile(each[some[hit]], 16) for each in found.hidden]
             light, there = _shade(plan, x.ravel(), y.ravel(), np.tile(item[hit], 16), hidden, times)
             light = light.reshape(len(times), 3, 16, -1)
-            color[:, :, hit], late[hit] = _over_time(light)
+            color[:, :, hit], late[hit] = _shutter_means(light)
             seen[hit] = there.reshape(16, -1).all(axis=0)
             points += 16 * len(times) * hit.size
-    coefficients = series(color)
+    coefficients = chebyshev_series(color)
     size = np.sqrt((color * color).mean(axis=(0, 1)))
-    off = roughness(coefficients) + late * size
-    smooth = seen & (off <= ALLOWED * plan.settings.tolerance * size)
+    off = interpolation_error(coefficients) + late * size
+    smooth = seen & (off <= ALLOWED_ERROR * plan.settings.tolerance * size)
     # sorted by object, so that the blocks of one object are one slice of the arrays
     index = smooth.nonzero()[0]
     index = index[np.argsort(item[index], kind="stable")]
     # radiance is never below 0, whatever the polynomial gives
-    mean = np.maximum(means(columns(coefficients, index, -1), side), 0.0)
-    lawn = _lawn(plan, squares, some[index], item[index], mean, off[index], moving[index])
+    mean = np.maximum(block_means(columns(coefficients, index, -1), side), 0.0)
+    lawn = _make_smooth_blocks(
+        plan, squares, some[index], item[index], mean, off[index], moving[index]
+    )
     return lawn, smooth, points
 
 
-def _over_time(light: Array) -> tuple[Array, Array]:
+def _shutter_means(light: Array) -> tuple[Array, Array]:
     """Means over the shutter (3, 16, n) of radiance (times, 3, 16, n), and their relative error
     (n,).
 
@@ -145,7 +157,7 @@ def _over_time(light: Array) -> tuple[Array, Array]:
     bend = np.sqrt(((first - 2.0 * middle + last) ** 2).mean(axis=(0, 1)))
     size = np.sqrt((mean * mean).mean(axis=(0, 1)))
     part = bend / np.where(size > 0.0, size, 1.0)
-    return mean, LATE * part**3
+    return mean, TIME_ERROR_FACTOR * part**3
 
 
 def _shade(
@@ -161,22 +173,22 @@ def _shade(
     hidden : for each light (n,), whether it is occluded there; no other shadows are considered.
     """
     w = plan.lens.directions(x, y)
-    t = pair_hits(plan, w, item)
+    t = intersect_pairs(plan, w, item)
     found = np.isfinite(t)
     hits = surface(plan, w, np.where(found, t, 1.0), item)
-    light = [unshadowed(plan, hits, time, hidden) for time in times]
+    light = [unshadowed_radiance(plan, hits, time, hidden) for time in times]
     return np.array(light), found
 
 
-def _lawn(
+def _make_smooth_blocks(
     plan: Plan,
-    squares: Squares,
+    squares: PixelBlocks,
     chosen: Ints,
     item: Ints,
     mean: Array,
     error: Array,
     moving: Mask,
-) -> Lawn:
+) -> SmoothBlocks:
     """Smooth blocks of the chosen squares, by object, given their pixel means (3, s, s, n)."""
     side = squares.side
     x, y = squares.x[chosen], squares.y[chosen]
@@ -190,7 +202,7 @@ def _lawn(
         if last > first and item[first] >= 0:
             depth[part], normal[part] = _geometry(plan, across[part], up[part], int(item[first]))
         first = last
-    return Lawn(side, x, y, mean, error, item, depth, normal, moving)
+    return SmoothBlocks(side, x, y, mean, error, item, depth, normal, moving)
 
 
 def _geometry(plan: Plan, x: Array, y: Array, item: int) -> tuple[Array, Array]:
@@ -206,6 +218,6 @@ def _geometry(plan: Plan, x: Array, y: Array, item: int) -> tuple[Array, Array]:
     shape = np.broadcast_shapes(x.shape, y.shape)
     w = plan.lens.directions(*(np.broadcast_to(at, shape).ravel() for at in (x, y)))
     items = np.full(w.shape[1], item)
-    t = pair_hits(plan, w, items)
+    t = intersect_pairs(plan, w, items)
     normal = surface(plan, w, t, items).normal
     return t.reshape(shape), normal.reshape(3, *shape)

@@ -12,16 +12,21 @@ from numpy.typing import NDArray
 
 from ..numerics.arrays import Array, Ints
 from ..numerics.gather import columns
-from ..numerics.midpoint import MEAN, NEAR, bends, left
-from .node_values import Points
+from ..numerics.midpoint import (
+    FALLBACK_ERROR_FRACTION,
+    SECOND_DIFFERENCE_WEIGHT,
+    left,
+    second_differences,
+)
+from .node_values import NodeValues
 
-__all__ = ["Crosses"]
+__all__ = ["StencilMeans"]
 
 
-class Crosses:
+class StencilMeans:
     """The pixels that no block has resolved, corrected one by one."""
 
-    def __init__(self, points: Points) -> None:
+    def __init__(self, points: NodeValues) -> None:
         """Find the candidate pixels; no node values are requested yet."""
         self.points = points
         # (m,) pixels that may be resolved in this way
@@ -55,8 +60,8 @@ class Crosses:
         off = np.zeros(rows.size)
         if points.frame.plan.edges:
             for step in (1, points.frame.width):
-                before, bend, after = bends(points.value, rows, step)
-                mean = mean + MEAN * bend
+                before, bend, after = second_differences(points.value, rows, step)
+                mean = mean + SECOND_DIFFERENCE_WEIGHT * bend
                 off = np.maximum(off, self._off(rows, step, before, bend, after))
         sure = (off <= points.allowed).nonzero()[0]
         rows = rows[sure]
@@ -65,7 +70,7 @@ class Crosses:
     def _off(self, rows: Ints, step: int, before: Array, bend: Array, after: Array) -> Array:
         """Estimated error of the means due to the variation along one axis: (m,)."""
         size = self.points.size
-        off: Array = NEAR * size(bend)
+        off: Array = FALLBACK_ERROR_FRACTION * size(bend)
         some = self._alike(rows, rows - 2 * step) & self._alike(rows, rows + 2 * step)
         return np.where(some, np.minimum(off, left(size, before, bend, after)), off)
 

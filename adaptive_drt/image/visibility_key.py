@@ -16,29 +16,29 @@ import numpy as np
 
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.gather import columns
-from ..numerics.low_discrepancy import mix
+from ..numerics.low_discrepancy import splitmix64
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs
-from ..visibility.line_intervals import TIME, Lattice, intervals
-from ..visibility.polynomials import Boxes, make_forms
+from ..visibility.line_intervals import TIME, Lattice, hit_intervals
+from ..visibility.polynomials import Boxes, make_polynomials
 
-__all__ = ["NO_SIGHT", "find_sights"]
+__all__ = ["NO_KEY", "find_visibility_keys"]
 
 
-NO_SIGHT = -1
+NO_KEY = -1
 """Key of a pixel that must not be interpolated: an outline in it stands still, or its visibility is
 not described by a key."""
 
-SMALL = 2.0
+SMALL_OBJECT = 2.0
 """Half size in pixels below which an object counts wherever it passes through a pixel, and not only
 at the centre."""
 
-ACROSS = 3
+LINES_PER_AXIS = 3
 """Number of lines an axis. They are centred in the thirds of a box half as wide again as the pixel,
 and so pass through the pixel's centre, its corners and the middles of its sides."""
 
 
-def find_sights(plan: Plan, place: Array, half: float, pairs: Pairs) -> Ints:
+def find_visibility_keys(plan: Plan, place: Array, half: float, pairs: Pairs) -> Ints:
     """Visibility keys of pixels with outlines: (n,) numbers >= 0, or `NO_KEY`.
 
     Parameters
@@ -50,7 +50,7 @@ def find_sights(plan: Plan, place: Array, half: float, pairs: Pairs) -> Ints:
     count = place.shape[1]
     time = np.full((1, count), 0.5)
     boxes = Boxes(np.concatenate([place - half, -time]), np.concatenate([place + half, time]))
-    _, cover = make_forms(plan, boxes, pairs)
+    _, cover = make_polynomials(plan, boxes, pairs)
     front = np.full(count, np.inf)
     hides = cover.full.nonzero()[0]
     np.minimum.at(front, pairs.pixel[hides], cover.far[hides])
@@ -64,30 +64,32 @@ def find_sights(plan: Plan, place: Array, half: float, pairs: Pairs) -> Ints:
     code = 4 * (pairs.item + 1)
     mover = moves.nonzero()[0]
     if mover.size:
-        phase, seen, differs = _phases(plan, place, half, pairs.take(mover))
+        phase, seen, differs = _shutter_phases(plan, place, half, pairs.take(mover))
         code[mover] += phase
         refused[pairs.pixel[mover[differs]]] = True
         # an object as small as that may pass between all the centres
-        refused[pairs.pixel[mover[~seen & (columns(reach, mover).min(axis=0) < SMALL)]]] = True
+        refused[pairs.pixel[mover[~seen & (columns(reach, mover).min(axis=0) < SMALL_OBJECT)]]] = (
+            True
+        )
     total = np.zeros(count, dtype=np.uint64)
     # hashed to 64 bits, so that different lists have different sums
-    np.add.at(total, pairs.pixel, mix(code.astype(np.uint64)))
+    np.add.at(total, pairs.pixel, splitmix64(code.astype(np.uint64)))
     sight = (total >> np.uint64(1)).astype(np.int64)
-    return np.where(refused, NO_SIGHT, sight)
+    return np.where(refused, NO_KEY, sight)
 
 
-def _phases(plan: Plan, place: Array, half: float, pairs: Pairs) -> tuple[Ints, Mask, Mask]:
+def _shutter_phases(plan: Plan, place: Array, half: float, pairs: Pairs) -> tuple[Ints, Mask, Mask]:
     """Whether moving objects enter (2) and leave (1) the rays of pixel centres, and whether they
     meet them.
 
     Returns with it whether that differs between the pixel's centre and places on its sides.
     """
     time = np.full((1, place.shape[1]), 0.5)
-    wide = 0.5 * ACROSS * half
+    wide = 0.5 * LINES_PER_AXIS * half
     boxes = Boxes(np.concatenate([place - wide, -time]), np.concatenate([place + wide, time]))
-    forms, cover = make_forms(plan, boxes, pairs)
-    lines = ACROSS if half else 1
-    low, high = intervals(forms, cover.full, Lattice(TIME, lines, lines))
+    forms, cover = make_polynomials(plan, boxes, pairs)
+    lines = LINES_PER_AXIS if half else 1
+    low, high = hit_intervals(forms, cover.full, Lattice(TIME, lines, lines))
     phases, seen = 2 * (low > -0.5).astype(np.int64) + (high < 0.5), high > low
     phase, met = phases[lines // 2, lines // 2], seen[lines // 2, lines // 2]
     differs: Mask = ((seen != met) | (met & (phases != phase))).any(axis=(0, 1))

@@ -18,12 +18,12 @@ from .emitter import QUAD, Emitter
 __all__ = ["coplanar_quads"]
 
 
-ROUNDINGS = 32.0 * 2.0**-24
+COORDINATE_ROUNDING = 32.0 * 2.0**-24
 """Largest distance between float32 coordinates of coplanar surfaces, as a fraction of the largest
 coordinate; 2^-24 is float32's unit roundoff. Seen over 400 random positions in Blender, in units of
 2^-24 of the largest coordinate: 2 where light and ceiling share their parents' rotations, 24 where
 each has its own angles and one of those is applied to the mesh."""
-COARSEST = 2.0**-10
+MAX_RELATIVE_GAP = 2.0**-10
 """Largest gap that counts as coplanar, as a fraction of the size of the quad light (for other
 lights, of the quad). In scenes so far from the world's origin that rounding is larger, coordinates
 are taken as exact."""
@@ -53,12 +53,12 @@ def coplanar_quads(light: Emitter, quads: QuadSet, origin: Array) -> Mask:
         normal = normal / np.sqrt(dot(normal, normal))
         size = np.sqrt(np.minimum(dot(u, u), dot(v, v)))
         away = [np.abs(dot(normal, q - light.center)) + light.radius]
-    gap = np.maximum.reduce(away) + _drift(light, quads, normal)
-    near: Mask = gap <= np.minimum(ROUNDINGS * largest, COARSEST * size)
+    gap = np.maximum.reduce(away) + _relative_displacement(light, quads, normal)
+    near: Mask = gap <= np.minimum(COORDINATE_ROUNDING * largest, MAX_RELATIVE_GAP * size)
     return near
 
 
-def _drift(light: Emitter, quads: QuadSet, normal: Array) -> Array:
+def _relative_displacement(light: Emitter, quads: QuadSet, normal: Array) -> Array:
     """Largest displacement (n,) along normals of quads relative to the light, from mid-shutter."""
     zero = np.zeros_like(quads.corner)
     moved = zero if quads.displacement is None else quads.displacement

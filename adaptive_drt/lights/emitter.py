@@ -7,12 +7,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..geometry.sphere import graze_of
+from ..geometry.sphere import surface_tolerance
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.vector import cross, dot
 from ..scene.description import DiskLight, Light, PointLight, QuadLight
 
-__all__ = ["Emitter", "make_emitter", "off_back", "points_on", "view_cone"]
+__all__ = ["Emitter", "height_above_quad_light", "make_emitter", "sample_emitter", "view_cone"]
 
 QUAD, SPHERE, DISK, POINT = "QUAD", "SPHERE", "DISK", "POINT"
 """Kinds of lights, values of `Emitter.kind`."""
@@ -118,7 +118,7 @@ def make_emitter(light: Light, origin: Array, drift: Array, moving: bool = True)
 
 
 @dataclass(frozen=True)
-class Cone:
+class ViewCone:
     """Circular cones of directions that enclose a light as seen from a batch of points.
 
     Attributes
@@ -138,7 +138,7 @@ class Cone:
     far: Array
 
 
-def view_cone(emitter: Emitter, center: Array, point: Array) -> Cone:
+def view_cone(emitter: Emitter, center: Array, point: Array) -> ViewCone:
     """Return the cones of directions that enclose a light, seen from points.
 
     Parameters
@@ -156,17 +156,17 @@ def view_cone(emitter: Emitter, center: Array, point: Array) -> Cone:
     r = emitter.radius
     if emitter.kind == DISK:
         slant = np.sqrt(dd + r * r)
-        return Cone(axis, distance, distance / slant, r / slant, distance, slant)
+        return ViewCone(axis, distance, distance / slant, r / slant, distance, slant)
     inside = distance <= r if r > 0.0 else np.zeros(distance.shape, dtype=np.bool_)
     sine = np.where(inside, 1.0, r / safe)
     tangent = np.sqrt(np.maximum((distance - r) * (distance + r), 0.0))
     cosine = np.where(inside, -1.0, tangent / safe)
     near = np.where(inside, 0.0, distance - r)
     far = tangent if emitter.kind == SPHERE else distance + r
-    return Cone(axis, distance, cosine, sine, near, np.where(inside, distance + r, far))
+    return ViewCone(axis, distance, cosine, sine, near, np.where(inside, distance + r, far))
 
 
-def off_back(emitter: Emitter, to: Array, point: Array) -> Array:
+def height_above_quad_light(emitter: Emitter, to: Array, point: Array) -> Array:
     """Signed distance (metres) of points in front of a quad light's plane, negative behind it.
 
     It is 0 for points within the surface tolerance of the plane: a surface in the plane of a light,
@@ -178,11 +178,11 @@ def off_back(emitter: Emitter, to: Array, point: Array) -> Array:
     """
     normal = emitter.normal.reshape((3,) + (1,) * (to.ndim - 1))
     height = -dot(normal, to)
-    graze = graze_of(point, emitter.radius)
+    graze = surface_tolerance(point, emitter.radius)
     return np.where(np.abs(height) > graze, height, 0.0)
 
 
-def points_on(
+def sample_emitter(
     emitter: Emitter, center: Array, point: Array, normal: Array, a: Array, b: Array
 ) -> tuple[Array, Array]:
     """Sample points of an extended light as seen from surface points, with weights.
@@ -203,7 +203,7 @@ def points_on(
         half_u, half_v = emitter.half_u[:, :, None], emitter.half_v[:, :, None]
         to = (center - point) + ((2.0 * a - 1.0) * half_u + (2.0 * b - 1.0) * half_v)
         square = dot(to, to)
-        away = np.maximum(off_back(emitter, to, point), 0.0)
+        away = np.maximum(height_above_quad_light(emitter, to, point), 0.0)
         edge = cross(half_u, half_v)
         area = 4.0 * np.sqrt(dot(edge, edge))
         return to, np.maximum(dot(normal, to), 0.0) * away * area / (square * square)
@@ -240,7 +240,7 @@ def _cone_directions(
     return direction, cosine, opening
 
 
-ASLANT = 2.0**-26
+MIN_FRAME_SINE = 2.0**-26
 """Smallest sine of the angle between an axis and a normal at which a frame is aligned with the
 normal: below it rounding decides the direction, and the frame uses the world's axes instead. Also
 the smallest distance from the camera, as a fraction of the point's, of the plane of axis and normal
@@ -262,14 +262,14 @@ def _frame(axis: Array, normal: Array, point: Array) -> tuple[Array, Array]:
     v = np.array([q, sign + y * y * p, -y])
     lean = normal - dot(normal, axis) * axis
     size = np.sqrt(dot(lean, lean))
-    leans = size > ASLANT
+    leans = size > MIN_FRAME_SINE
     lean = lean / np.where(leans, size, 1.0)
     # again: where the vector was short, rounding left a component along the axis
     lean = lean - dot(lean, axis) * axis
     lean = lean / np.where(leans, np.sqrt(dot(lean, lean)), 1.0)
     aside = cross(axis, lean)
     far = np.sqrt(dot(point, point))
-    aside = aside * np.where(dot(aside, point) < -ASLANT * far, -1.0, 1.0)
+    aside = aside * np.where(dot(aside, point) < -MIN_FRAME_SINE * far, -1.0, 1.0)
     return np.where(leans, lean, u), np.where(leans, aside, v)
 
 

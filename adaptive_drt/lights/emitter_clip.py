@@ -12,21 +12,21 @@ from ..numerics.floats import TINY
 from ..numerics.vector import cross, dot
 from .emitter import DISK, QUAD, Emitter
 
-__all__ = ["Backdrop", "backdrop", "ball_polygons", "clip_quads"]
+__all__ = ["LightPlane", "clip_quads", "clipped_sphere_polygons", "light_plane"]
 
 
-BALL_CORNERS = 48
+SPHERE_POLYGON_CORNERS = 48
 """Number of corners of the polygon that replaces a sphere clipped by a light's plane. Its area is
 corrected to that of the smooth shape, so the remaining error is of fourth order: some 1e-6 of the
 light."""
-BEYOND = 2.0
+UNBOUNDED_CUTOFF = 2.0
 """Distance from the centre of the circle in which sphere and plane intersect at which an unbounded
 occluded part of the plane is cut off: this many times the distance to the far side of the light,
 plus the circle's radius."""
 
 
 @dataclass(frozen=True)
-class Backdrop:
+class LightPlane:
     """The plane of a light, seen from n points; occluders behind it block none of its light.
 
     It is a quad light's own plane; for a disk, the disk's plane; for a sphere, the plane of the
@@ -49,17 +49,17 @@ class Backdrop:
         return height
 
 
-def backdrop(light: Emitter, to: Array) -> Backdrop:
+def light_plane(light: Emitter, to: Array) -> LightPlane:
     """Return the plane of a light whose centre is at `to` (3, n) metres from the points."""
     if light.kind == QUAD:
-        return Backdrop(light.normal + np.zeros_like(to), to, np.full(to.shape[1], light.radius))
+        return LightPlane(light.normal + np.zeros_like(to), to, np.full(to.shape[1], light.radius))
     square = np.maximum(dot(to, to), TINY)
     axis = to / np.sqrt(square)
     near = 1.0 if light.kind == DISK else np.maximum(1.0 - light.radius**2 / square, 0.0)
-    return Backdrop(-axis, to * near, np.full(to.shape[1], light.radius))
+    return LightPlane(-axis, to * near, np.full(to.shape[1], light.radius))
 
 
-def clip_quads(plane: Backdrop, quads: Array) -> Array:
+def clip_quads(plane: LightPlane, quads: Array) -> Array:
     """Clip quads (m, 4, 3, n) to the front of a light's plane.
 
     Returns
@@ -76,7 +76,7 @@ def clip_quads(plane: Backdrop, quads: Array) -> Array:
     return _clip(quads, np.stack(heights, axis=1))
 
 
-def ball_polygons(plane: Backdrop, v: Array, radius: Array) -> Array:
+def clipped_sphere_polygons(plane: LightPlane, v: Array, radius: Array) -> Array:
     """Return the parts of a light's plane that clipped spheres occlude: (m, j, 3, n) metres.
 
     Parameters
@@ -90,32 +90,32 @@ def ball_polygons(plane: Backdrop, v: Array, radius: Array) -> Array:
     the ball.
     """
     m, _, n = v.shape
-    out = np.empty((m, BALL_CORNERS, 3, n))
+    out = np.empty((m, SPHERE_POLYGON_CORNERS, 3, n))
     normal = plane.normal
     for i in range(m):
         height = plane.height(v[i])
         foot = v[i] - height * normal
         disk = np.sqrt(np.maximum(radius[i] ** 2 - height * height, 0.0))
-        first = _symmetry(plane, foot)
+        first = _symmetry_axis(plane, foot)
         second = cross(normal, first)
         away = foot - plane.at
-        limit = BEYOND * (np.sqrt(dot(away, away)) + plane.reach) + disk
-        for k in range(BALL_CORNERS):
-            turn = 2.0 * np.pi * (k + 0.5) / BALL_CORNERS
+        limit = UNBOUNDED_CUTOFF * (np.sqrt(dot(away, away)) + plane.reach) + disk
+        for k in range(SPHERE_POLYGON_CORNERS):
+            turn = 2.0 * np.pi * (k + 0.5) / SPHERE_POLYGON_CORNERS
             u = np.cos(turn) * first + np.sin(turn) * second
-            far = np.maximum(disk, _touch(foot, u, v[i], radius[i], limit))
-            grown = far * (1.0 + np.pi**2 / (3.0 * BALL_CORNERS**2))
+            far = np.maximum(disk, _blocked_distance(foot, u, v[i], radius[i], limit))
+            grown = far * (1.0 + np.pi**2 / (3.0 * SPHERE_POLYGON_CORNERS**2))
             out[i, k] = foot + grown * u
     return out
 
 
-CENTRED = 2.0**-20
+SYMMETRY_TOLERANCE = 2.0**-20
 """Distance between the projections of a sphere's centre and of the point onto the light's plane, as
 a fraction of the point's distance from the plane, up to which the image counts as rotationally
 symmetric."""
 
 
-def _symmetry(plane: Backdrop, foot: Array) -> Array:
+def _symmetry_axis(plane: LightPlane, foot: Array) -> Array:
     """Unit vectors (3, n) in a light's plane along which the projections of spheres are symmetric.
 
     They point from the projection of the points to that of the spheres' centres, so that the
@@ -130,12 +130,12 @@ def _symmetry(plane: Backdrop, foot: Array) -> Array:
     helper = np.stack([np.where(low, 1.0, 0.0), np.where(low, 0.0, 1.0), np.zeros_like(size)])
     other = cross(normal, helper)
     other = other / np.sqrt(dot(other, other))
-    off = size > CENTRED * np.sqrt(dot(own, own))
+    off = size > SYMMETRY_TOLERANCE * np.sqrt(dot(own, own))
     symmetry: Array = np.where(off, aside, other) / np.where(off, np.maximum(size, TINY), 1.0)
     return symmetry
 
 
-def _touch(foot: Array, u: Array, v: Array, r: Array, limit: Array) -> Array:
+def _blocked_distance(foot: Array, u: Array, v: Array, r: Array, limit: Array) -> Array:
     """Distance (n,) from `foot` along unit u up to which a sphere blocks rays from the point.
 
     The discriminant r^2 w.w - |w x v|^2 of w = foot + s u is a quadratic in s, not negative at 0.

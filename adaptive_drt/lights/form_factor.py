@@ -14,18 +14,18 @@ from ..numerics.arrays import Array, Mask
 from ..numerics.floats import TINY
 from ..numerics.gather import columns
 from ..numerics.vector import cross, dot
-from .emitter import DISK, POINT, QUAD, Emitter, off_back
+from .emitter import DISK, POINT, QUAD, Emitter, height_above_quad_light
 
 __all__ = ["cap_factor", "irradiance_factor", "polygon_factor"]
 
 
-SMALL = 2.0**-8
+SMALL_QUAD_RATIO = 2.0**-8
 """Sum of the lengths of a quad's half edges, as a fraction of its distance, below which the factor
 is computed by quadrature. The rule's own error is then below roundoff, and the edges' terms would
 have begun to cancel."""
-NODES = ((-(0.6**0.5), 5.0 / 9.0), (0.0, 8.0 / 9.0), (0.6**0.5, 5.0 / 9.0))
+GAUSS_NODES = ((-(0.6**0.5), 5.0 / 9.0), (0.0, 8.0 / 9.0), (0.6**0.5, 5.0 / 9.0))
 """Three-point Gauss-Legendre rule, exact to degree 5: nodes and weights on [-1, 1]."""
-SERIES = 0.25
+SERIES_LIMIT = 0.25
 """Tangent below which x - atan x is summed as a series, whose coefficients are 1/3, -1/5, ..."""
 SERIES_TERMS = 13
 """Number of terms that reach roundoff: the limit 0.25 to the power 26 is 2^-52."""
@@ -50,7 +50,7 @@ def irradiance_factor(emitter: Emitter, center: Array, point: Array, normal: Arr
     """
     to = center - point
     if emitter.kind == QUAD:
-        lit = off_back(emitter, to, point) > 0.0
+        lit = height_above_quad_light(emitter, to, point) > 0.0
         return np.where(lit, _quad_factor(to, emitter.half_u, emitter.half_v, normal), 0.0)
     dd = dot(to, to)
     distance = np.sqrt(dd)
@@ -70,7 +70,7 @@ def irradiance_factor(emitter: Emitter, center: Array, point: Array, normal: Arr
     return np.where(distance <= r, np.pi, outside)
 
 
-CORNERS = ((1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0))
+QUAD_CORNERS = ((1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0))
 """Corners of a quad light in units of its half edges, anticlockwise seen from its lit side."""
 
 
@@ -86,7 +86,7 @@ def _quad_factor(to: Array, a: Array, b: Array, normal: Array) -> Array:
     facing = -dot(to, cross(a, b))
     seen = (facing > 0.0) & (height + reach > 0.0)
     size = np.sqrt(dot(a, a)) + np.sqrt(dot(b, b))
-    small = dot(to, to) * (SMALL * SMALL) > size * size
+    small = dot(to, to) * (SMALL_QUAD_RATIO * SMALL_QUAD_RATIO) > size * size
     cut = seen & (height < reach)
     if small.all():
         total = facing * _quadrature(to, a, b, height, rise_a, rise_b)
@@ -98,7 +98,9 @@ def _quad_factor(to: Array, a: Array, b: Array, normal: Array) -> Array:
             total[rows] = facing[rows] * _quadrature(columns(to, rows), a, b, *rises)
     rows = cut.nonzero()[0]
     if rows.size:
-        total[rows] = _cut_factor(columns(to, rows), a, b, columns(normal, rows), small[rows])
+        total[rows] = _factor_above_horizon(
+            columns(to, rows), a, b, columns(normal, rows), small[rows]
+        )
     return np.where(seen, np.maximum(total, 0.0), 0.0)
 
 
@@ -108,14 +110,14 @@ def _edge_sum(to: Array, a: Array, b: Array, normal: Array) -> Array:
     An edge from m + e to m - e lies in the plane of m x e, and spans the angle with tangent
     2 |m x e| / (m.m - e.e): products of edges, so tiny and thin quads do not lose digits.
     """
-    total = _full_edge(to + b, a, normal)
-    total += _full_edge(to - a, b, normal)
-    total -= _full_edge(to - b, a, normal)
-    total -= _full_edge(to + a, b, normal)
+    total = _whole_edge_term(to + b, a, normal)
+    total += _whole_edge_term(to - a, b, normal)
+    total -= _whole_edge_term(to - b, a, normal)
+    total -= _whole_edge_term(to + a, b, normal)
     return total
 
 
-def _full_edge(middle: Array, half: Array, normal: Array) -> Array:
+def _whole_edge_term(middle: Array, half: Array, normal: Array) -> Array:
     """Lambert's term of an edge, given its middle and half edge: as `_edge_term` otherwise."""
     plane = cross(middle, half)
     length = np.sqrt(dot(plane, plane))
@@ -135,17 +137,17 @@ def _quadrature(
     slope_a, slope_b = 2.0 * dot(to, a), 2.0 * dot(to, b)
     total = np.zeros(height.shape)
     square = dot(to, to)
-    for x, weight in NODES:
+    for x, weight in GAUSS_NODES:
         start = square + (x * slope_a + x * x * dot(a, a))
         level = height + x * rise_a
         step = slope_b + 2.0 * x * dot(a, b)
-        for y, other in NODES:
+        for y, other in GAUSS_NODES:
             far = start + (y * step + y * y * dot(b, b))
             total += (weight * other) * (level + y * rise_b) / (far * far)
     return total
 
 
-def _cut_factor(to: Array, a: Array, b: Array, normal: Array, small: Mask) -> Array:
+def _factor_above_horizon(to: Array, a: Array, b: Array, normal: Array, small: Mask) -> Array:
     """Factors (n,) of quads that the horizon cuts, seen from their front.
 
     small : (n,) which of them are integrated by quadrature, not by their edges.
@@ -157,10 +159,12 @@ def _cut_factor(to: Array, a: Array, b: Array, normal: Array, small: Mask) -> Ar
             continue
         place, n = columns(to, rows), columns(normal, rows)
         if small_ones:
-            total[rows] = _small_clipped(place, a, b, n)
+            total[rows] = _quadrature_above_horizon(place, a, b, n)
         else:
-            corners = [place + (su * a + sv * b) for su, sv in CORNERS]
-            total[rows] = 0.5 * np.abs(_clipped(corners, [dot(n, c) for c in corners], n))
+            corners = [place + (su * a + sv * b) for su, sv in QUAD_CORNERS]
+            total[rows] = 0.5 * np.abs(
+                _edge_sum_above_horizon(corners, [dot(n, c) for c in corners], n)
+            )
     return total
 
 
@@ -186,7 +190,7 @@ def polygon_factor(corners: list[Array], normal: Array) -> Array:
         total += _edge_term(corner, corners[(k + 1) % len(corners)], normal)
     cut = ((lowest < 0.0) & (highest > 0.0)).nonzero()[0]
     if cut.size:
-        total[cut] = _clipped(
+        total[cut] = _edge_sum_above_horizon(
             [columns(c, cut) for c in corners], [h[cut] for h in heights], columns(normal, cut)
         )
     return np.where(highest > 0.0, 0.5 * np.abs(total), 0.0)
@@ -201,16 +205,16 @@ def _edge_term(start: Array, end: Array, normal: Array) -> Array:
     return term
 
 
-def _clipped(corners: list[Array], heights: list[Array], normal: Array) -> Array:
+def _edge_sum_above_horizon(corners: list[Array], heights: list[Array], normal: Array) -> Array:
     """Lambert's sum over the edges of a polygon that the horizon cuts (heights of both signs)."""
-    edges, leave, enter = _clip(corners, heights)
+    edges, leave, enter = _clip_at_horizon(corners, heights)
     total = _edge_term(leave, enter, normal)
     for start, end, seen in edges:
         total += np.where(seen, _edge_term(start, end, normal), 0.0)
     return total
 
 
-def _clip(
+def _clip_at_horizon(
     corners: list[Array], heights: list[Array]
 ) -> tuple[list[tuple[Array, Array, Mask]], Array, Array]:
     """Clip a convex polygon at the horizon.
@@ -240,7 +244,7 @@ def _clip(
     return edges, leave, enter
 
 
-def _small_clipped(to: Array, a: Array, b: Array, normal: Array) -> Array:
+def _quadrature_above_horizon(to: Array, a: Array, b: Array, normal: Array) -> Array:
     """Factors (n,) of small quads that the horizon cuts, seen from their front, by quadrature.
 
     The part above the horizon is split into triangles that fan out from the point where the
@@ -248,14 +252,14 @@ def _small_clipped(to: Array, a: Array, b: Array, normal: Array) -> Array:
     """
     height, rise_a, rise_b = dot(normal, to), dot(normal, a), dot(normal, b)
     count = to.shape[1]
-    corners = [np.repeat(np.array([[x], [y]]), count, axis=1) for x, y in CORNERS]
-    heights = [height + x * rise_a + y * rise_b for x, y in CORNERS]
-    edges, leave, _ = _clip(corners, heights)
+    corners = [np.repeat(np.array([[x], [y]]), count, axis=1) for x, y in QUAD_CORNERS]
+    heights = [height + x * rise_a + y * rise_b for x, y in QUAD_CORNERS]
+    edges, leave, _ = _clip_at_horizon(corners, heights)
     total = np.zeros(count)
     for start, end, seen in edges:
         p, q = start - leave, end - leave
         area = np.where(seen, 0.5 * np.abs(p[0] * q[1] - p[1] * q[0]), 0.0)
-        for s, t, weight in TRIANGLE:
+        for s, t, weight in TRIANGLE_RULE:
             x, y = leave + s * p + t * q
             place = to + x * a + y * b
             square = dot(place, place)
@@ -275,7 +279,7 @@ def _triangle_rule() -> tuple[tuple[float, float, float], ...]:
     return tuple(rows)
 
 
-TRIANGLE = _triangle_rule()
+TRIANGLE_RULE = _triangle_rule()
 """Quadrature rule on a triangle: barycentric coordinates s, t and weight of each node."""
 
 
@@ -306,15 +310,15 @@ def cap_factor(cosine: Array, sine_half: Array, cosine_half: Array) -> Array:
         root = s * np.sqrt((1.0 - y) * (1.0 + y))
         swing = c * np.arccos(y)
         part = (swing - x * root) * square[cut] + np.arctan2(root, x)
-        tiny = (root < SERIES * x).nonzero()[0]
+        tiny = (root < SERIES_LIMIT * x).nonzero()[0]
         if tiny.size:
             q = root[tiny] / x[tiny]
-            part[tiny] = (swing[tiny] + q) * square[cut[tiny]] - _less_atan(q)
+            part[tiny] = (swing[tiny] + q) * square[cut[tiny]] - _x_minus_atan(q)
         full[cut] = np.maximum(part, 0.0)
     return full
 
 
-def _less_atan(q: Array) -> Array:
+def _x_minus_atan(q: Array) -> Array:
     """q - atan q for 0 <= q < `SERIES_LIMIT`, to roundoff: its series, by Horner's rule."""
     square = q * q
     total = np.zeros_like(q)

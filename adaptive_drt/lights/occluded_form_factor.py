@@ -15,52 +15,52 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..geometry.silhouettes import (
-    Outline,
-    Polygons,
-    RoundOutline,
-    make_polygons,
-    quad_outline,
-    round_outline,
+    CircularSilhouette,
+    LightSilhouette,
+    PolygonSilhouettes,
+    circular_silhouette,
+    make_polygon_silhouettes,
+    quad_silhouette,
 )
 from ..geometry.spherical_curves import (
     Circles,
-    Planes,
-    Segments,
-    Spans,
-    bounds_by_planes,
-    circle_gaps,
-    enclosed,
-    gaps,
+    GreatCircleArcs,
+    HalfSpaces,
+    Intervals,
+    arcs_inside_cones,
+    arcs_inside_outline,
+    boundary_integral,
+    circles_inside_cones,
+    circles_outside_half_spaces,
+    complement_intervals,
+    complement_on_circle,
+    make_antiderivative,
     make_circles,
-    make_potential,
-    outside_planes,
-    spans_in_circles,
-    within_circles,
 )
 from ..numerics.arrays import Array, Ints
 from ..numerics.gather import columns
 from ..numerics.vector import dot
 
-__all__ = ["RoundOutline", "visible_factor"]
+__all__ = ["visible_factor"]
 
 
-BLOCK = 32_768
+BLOCK_POINTS = 32_768
 """Number of points evaluated at a time, which bounds memory. Measured: blocks that fit the cache
 make threads wait for each other."""
 
 
 @dataclass(frozen=True)
-class _View:
+class _OcclusionInput:
     """A light's outline, occluding spheres and polygons, and normals, at n points."""
 
     normal: Array
-    light: Outline
+    light: LightSilhouette
     balls: Circles
-    quads: Polygons | None
+    quads: PolygonSilhouettes | None
 
 
 def visible_factor(
-    light: Array | RoundOutline,
+    light: Array | CircularSilhouette,
     normal: Array,
     spheres: tuple[Array, Array],
     quads: Array,
@@ -91,27 +91,31 @@ def visible_factor(
     """
     count = normal.shape[1]
     total = np.zeros(count)
-    for first in range(0, count, BLOCK):
-        rows = slice(first, min(first + BLOCK, count))
-        part = _take(light, rows)
+    for first in range(0, count, BLOCK_POINTS):
+        rows = slice(first, min(first + BLOCK_POINTS, count))
+        part = _take_silhouette(light, rows)
         v, radius = columns(spheres[0], rows, -1), columns(spheres[1], rows, -1)
-        total[rows] = _block(part, columns(normal, rows), v, radius, columns(quads, rows, -1))
+        total[rows] = _block_factor(
+            part, columns(normal, rows), v, radius, columns(quads, rows, -1)
+        )
     return total
 
 
-def _take(light: Array | RoundOutline, rows: slice | Ints) -> Array | RoundOutline:
+def _take_silhouette(
+    light: Array | CircularSilhouette, rows: slice | Ints
+) -> Array | CircularSilhouette:
     """Return the light of some of the points."""
-    if isinstance(light, RoundOutline):
-        return RoundOutline(columns(light.axis, rows), light.cosine[rows], light.sine[rows])
+    if isinstance(light, CircularSilhouette):
+        return CircularSilhouette(columns(light.axis, rows), light.cosine[rows], light.sine[rows])
     return columns(light, rows, -1)
 
 
-def _block(
-    light: Array | RoundOutline, normal: Array, v: Array, radius: Array, quads: Array
+def _block_factor(
+    light: Array | CircularSilhouette, normal: Array, v: Array, radius: Array, quads: Array
 ) -> Array:
     """The factor, separately for points with the light cut by the horizon and wholly above it."""
     total = np.zeros(normal.shape[1])
-    if isinstance(light, RoundOutline):
+    if isinstance(light, CircularSilhouette):
         height = dot(normal, light.axis)
         low, high = height - light.sine, height + light.sine
     else:
@@ -121,8 +125,8 @@ def _block(
         rows: slice | Ints = slice(None) if chosen.all() else chosen.nonzero()[0]
         n = columns(normal, rows)
         if n.shape[1]:
-            outline = _take(light, rows)
-            view = _view(
+            outline = _take_silhouette(light, rows)
+            view = _occlusion_input(
                 outline,
                 n,
                 columns(v, rows, -1),
@@ -134,47 +138,58 @@ def _block(
     return total
 
 
-def _view(
-    light: Array | RoundOutline, normal: Array, v: Array, radius: Array, quads: Array, cut: bool
-) -> _View:
+def _occlusion_input(
+    light: Array | CircularSilhouette,
+    normal: Array,
+    v: Array,
+    radius: Array,
+    quads: Array,
+    cut: bool,
+) -> _OcclusionInput:
     """Return the outlines of the light and its occluders; arguments as for `visible_factor`.
 
     cut : whether the horizon cuts the light for all points, or for none.
     """
-    if isinstance(light, RoundOutline):
-        outline = round_outline(light, normal, cut)
+    if isinstance(light, CircularSilhouette):
+        outline = circular_silhouette(light, normal, cut)
     else:
-        outline = quad_outline(light, normal, cut)
+        outline = quad_silhouette(light, normal, cut)
     place = v.swapaxes(0, 1)
     length = np.sqrt(dot(place, place))
     sine = radius / length
     cosine = np.sqrt(np.maximum((length - radius) * (length + radius), 0.0)) / length
     balls = make_circles(place / length, sine, cosine, outline.center)
-    polygons = make_polygons(quads, outline.center) if quads.shape[0] else None
-    return _View(normal, outline, balls, polygons)
+    polygons = make_polygon_silhouettes(quads, outline.center) if quads.shape[0] else None
+    return _OcclusionInput(normal, outline, balls, polygons)
 
 
-def _integrate(view: _View) -> Array:
+def _integrate(view: _OcclusionInput) -> Array:
     """Sum the boundary integrals of all visible arcs of the light and of its occluders: (n,)."""
     edges, cone = view.light.edges, view.light.cone
     double = np.zeros(view.normal.shape[1])
     if edges.half.shape[0]:
-        double += _along(view, edges, _unhidden(view, edges, None))
+        double += _integral_along(view, edges, _unoccluded_intervals(view, edges, None))
     if cone is not None:
-        double += _along(view, cone, _light_circle(view, cone))
+        double += _integral_along(view, cone, _visible_light_silhouette(view, cone))
     if view.balls.sine.shape[0]:
-        double -= _along(view, view.balls, _ball_circles(view))
+        double -= _integral_along(view, view.balls, _visible_sphere_silhouettes(view))
     if view.quads is not None:
-        double -= _along(view, view.quads.segments, _quad_edges(view, view.quads))
+        double -= _integral_along(
+            view, view.quads.segments, _visible_polygon_edges(view, view.quads)
+        )
     return np.maximum(0.5 * double, 0.0)
 
 
-def _along(view: _View, curve: Circles | Segments, spans: Spans) -> Array:
+def _integral_along(
+    view: _OcclusionInput, curve: Circles | GreatCircleArcs, spans: Intervals
+) -> Array:
     """Integral of n.(w x dw) along intervals of a curve: (n,), twice its part of the factor."""
-    return enclosed(make_potential(view.normal, view.light.center, curve), spans)
+    return boundary_integral(make_antiderivative(view.normal, view.light.center, curve), spans)
 
 
-def _unhidden(view: _View, segments: Segments, base: Spans | None) -> Spans:
+def _unoccluded_intervals(
+    view: _OcclusionInput, segments: GreatCircleArcs, base: Intervals | None
+) -> Intervals:
     """Intervals of arcs that no occluder covers.
 
     base : intervals within which arcs of the occluding polygons themselves are to lie; None for
@@ -183,20 +198,22 @@ def _unhidden(view: _View, segments: Segments, base: Spans | None) -> Spans:
     low, high = (-segments.half, segments.half) if base is None else base
     starts, ends = [], []
     if view.balls.sine.shape[0]:
-        start, end = spans_in_circles(segments, view.balls)
+        start, end = arcs_inside_cones(segments, view.balls)
         starts.append(start)
         ends.append(end)
     if view.quads is not None:
         for i in range(view.quads.flat.shape[0]):
-            start, end = _behind_polygon(view, view.quads, i, segments, base is not None)
+            start, end = _arcs_behind_polygon(view, view.quads, i, segments, base is not None)
             starts.append(start[None])
             ends.append(end[None])
     if not starts:
         return low[None], high[None]
-    return gaps(low, high, (np.concatenate(starts), np.concatenate(ends)))
+    return complement_intervals(low, high, (np.concatenate(starts), np.concatenate(ends)))
 
 
-def _behind_polygon(view: _View, quads: Polygons, i: int, segments: Segments, own: bool) -> Spans:
+def _arcs_behind_polygon(
+    view: _OcclusionInput, quads: PolygonSilhouettes, i: int, segments: GreatCircleArcs, own: bool
+) -> Intervals:
     """Intervals (j, n) of arcs that run behind polygon i.
 
     own : whether the arcs are the edges of `quads` themselves, so that i's own are left out.
@@ -209,90 +226,96 @@ def _behind_polygon(view: _View, quads: Polygons, i: int, segments: Segments, ow
             continue
         # of coincident edges with equal directions, the first polygon's is the outer one
         alike = np.full((part.stop - part.start, 1), not own or part.start > 0)
-        outline = _some(quads.segments, rows)
-        low, high = bounds_by_planes(_some(segments, part), outline, alike, view.light.reach)
+        outline = _take_arcs(quads.segments, rows)
+        low, high = arcs_inside_outline(
+            _take_arcs(segments, part), outline, alike, view.light.reach
+        )
         start[part] = low
         end[part] = np.where(quads.flat[i], low, np.maximum(high, low))
     return start, end
 
 
-def _ball_circles(view: _View) -> Spans:
+def _visible_sphere_silhouettes(view: _OcclusionInput) -> Intervals:
     """Intervals of the outlines of spheres that lie on the light and behind no other occluder."""
     balls = view.balls
     k = balls.sine.shape[0]
-    center, half = outside_planes(balls, view.light.edges.planes)
+    center, half = circles_outside_half_spaces(balls, view.light.edges.planes)
     centers, halves = [center], [half]
     if view.light.cone is not None:
-        center, _, half = within_circles(balls, view.light.cone, -np.ones((k, 1)))
+        center, _, half = circles_inside_cones(balls, view.light.cone, -np.ones((k, 1)))
         centers.append((center + np.pi)[None])
         halves.append(half[None])
     if k > 1:
         mine = np.tile(np.arange(k), (k - 1, 1))
         other = (mine + np.arange(1, k)[:, None]) % k
         wins = np.where(other < mine, 1.0, -1.0)[..., None]
-        center, half, _ = within_circles(_columns(balls, mine), _columns(balls, other), wins)
+        center, half, _ = circles_inside_cones(
+            _take_circles(balls, mine), _take_circles(balls, other), wins
+        )
         centers.append(center)
         halves.append(half)
-    spans = _quads_on_circles(view, balls)
-    return circle_gaps(np.concatenate(centers), np.concatenate(halves), spans)
+    spans = _circles_behind_polygons(view, balls)
+    return complement_on_circle(np.concatenate(centers), np.concatenate(halves), spans)
 
 
-def _light_circle(view: _View, cone: Circles) -> Spans:
+def _visible_light_silhouette(view: _OcclusionInput, cone: Circles) -> Intervals:
     """Intervals of a round light's own outline that are above the horizon and not occluded."""
     balls = view.balls
-    center, half = outside_planes(cone, view.light.edges.planes)
+    center, half = circles_outside_half_spaces(cone, view.light.edges.planes)
     if balls.sine.shape[0]:
         k = balls.sine.shape[0]
-        repeated = _columns(cone, np.zeros(k, dtype=np.int64))
-        inside, width, _ = within_circles(repeated, balls, np.ones((k, 1)))
+        repeated = _take_circles(cone, np.zeros(k, dtype=np.int64))
+        inside, width, _ = circles_inside_cones(repeated, balls, np.ones((k, 1)))
         center = np.concatenate([center, inside[:, None]])
         half = np.concatenate([half, width[:, None]])
     if not center.shape[0]:
         center = half = np.zeros((1, *cone.sine.shape))
-    return circle_gaps(center, half, _quads_on_circles(view, cone))
+    return complement_on_circle(center, half, _circles_behind_polygons(view, cone))
 
 
-def _quads_on_circles(view: _View, circles: Circles) -> Spans | None:
+def _circles_behind_polygons(view: _OcclusionInput, circles: Circles) -> Intervals | None:
     """Intervals (i, k, n) of circles behind polygons, for each polygon one more than its edges."""
     if view.quads is None:
         return None
     starts, ends = [], []
     for i in range(view.quads.flat.shape[0]):
-        low, high = circle_gaps(
-            *outside_planes(circles, _some(view.quads.segments, view.quads.rows_of(i)).planes)
+        low, high = complement_on_circle(
+            *circles_outside_half_spaces(
+                circles, _take_arcs(view.quads.segments, view.quads.rows_of(i)).planes
+            )
         )
         starts.append(low)
         ends.append(np.where(view.quads.flat[i], low, high))
     return np.concatenate(starts), np.concatenate(ends)
 
 
-def _quad_edges(view: _View, quads: Polygons) -> Spans:
+def _visible_polygon_edges(view: _OcclusionInput, quads: PolygonSilhouettes) -> Intervals:
     """Intervals of the outlines of polygons that lie on the light and behind no other occluder."""
     segments = quads.segments
     half = segments.half
     along = np.zeros((half.shape[0], 1), dtype=np.bool_)
-    low, high = bounds_by_planes(segments, view.light.edges, along, view.light.reach)
+    low, high = arcs_inside_outline(segments, view.light.edges, along, view.light.reach)
     if view.light.cone is not None:
-        start, end = spans_in_circles(segments, view.light.cone)
+        start, end = arcs_inside_cones(segments, view.light.cone)
         low, high = np.maximum(low, start[0]), np.minimum(high, end[0])
     low, high = np.clip(low, -half, half), np.clip(high, -half, half)
     high = np.maximum(low, high)
     flat = np.repeat(quads.flat, half.shape[0] // quads.flat.shape[0], axis=0)
-    return _unhidden(view, segments, (low, np.where(flat, low, high)))
+    return _unoccluded_intervals(view, segments, (low, np.where(flat, low, high)))
 
 
-def _columns(circles: Circles, index: Ints) -> Circles:
+def _take_circles(circles: Circles, index: Ints) -> Circles:
     """Return the circles selected by `index`."""
     rows = (circles.axis, circles.u, circles.w)
     axis, u, w = (row[:, index] for row in rows)
     return Circles(axis, u, w, circles.sine[index], circles.cosine[index], circles.versine[index])
 
 
-def _some(segments: Segments, rows: slice) -> Segments:
+def _take_arcs(segments: GreatCircleArcs, rows: slice) -> GreatCircleArcs:
     """Return the arcs selected by `rows`."""
-    planes = Planes(segments.planes.normal[:, rows], segments.planes.fuzz[rows])
+    planes = HalfSpaces(segments.planes.normal[:, rows], segments.planes.fuzz[rows])
     middle, along, u, w = (
         x[:, rows] for x in (segments.middle, segments.along, segments.u, segments.w)
     )
     shift = None if segments.shift is None else segments.shift[rows]
-    return Segments(planes, middle, along, segments.half[rows], u, w, shift)
+    return GreatCircleArcs(planes, middle, along, segments.half[rows], u, w, shift)

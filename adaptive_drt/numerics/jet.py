@@ -56,12 +56,12 @@ from .partials import (
     Partials,
     accumulate,
     add,
-    each,
-    leading,
-    pairs,
+    doubled_product,
+    hessian_axes,
+    leading_component,
+    map_partials,
     product,
     subtract,
-    twice,
 )
 
 __all__ = [
@@ -71,9 +71,9 @@ __all__ = [
     "Operand",
     "Partial",
     "Partials",
+    "as_matching_jets",
     "bilinear",
-    "matched",
-    "pairs",
+    "hessian_axes",
     "quadratic",
     "take",
     "where",
@@ -133,7 +133,7 @@ class Jet:
         for entry in gradient:
             if entry is not None and np.broadcast_shapes(entry.shape, array.shape) != array.shape:
                 raise ValueError(f"direction {entry.shape} does not fit the value {array.shape}")
-        none = (None,) * len(pairs(len(gradient)))
+        none = (None,) * len(hessian_axes(len(gradient)))
         return Jet(array, gradient, none if order == 2 else None)
 
     @property
@@ -165,7 +165,7 @@ class Jet:
         """Second partial by axes i and j; None for a structural zero or a jet of order 1."""
         if self.hessian is None:
             return None
-        return self.hessian[pairs(self.axes).index((min(i, j), max(i, j)))]
+        return self.hessian[hessian_axes(self.axes).index((min(i, j), max(i, j)))]
 
     def finite(self) -> NDArray[np.bool_]:
         """Where value and partials are all finite; shape of the value."""
@@ -187,7 +187,7 @@ class Jet:
             if entry is not None:
                 result = result + entry * step
         if self.hessian is not None:
-            for (i, j), entry in zip(pairs(self.axes), self.hessian, strict=True):
+            for (i, j), entry in zip(hessian_axes(self.axes), self.hessian, strict=True):
                 if entry is not None:
                     weight = 0.5 * steps[i] if i == j else steps[i]
                     result = result + entry * (weight * steps[j])
@@ -197,15 +197,19 @@ class Jet:
         """Apply a linear function of arrays to the value and to each partial that is not None."""
         return Jet(
             function(self.value),
-            each(function, self.gradient),
-            None if self.hessian is None else each(function, self.hessian),
+            map_partials(function, self.gradient),
+            None if self.hessian is None else map_partials(function, self.hessian),
         )
 
     def __getitem__(self, component: int) -> Jet:
         """Leading component: `jet[0]` is the x component of a batch of vectors `(3, n)`."""
 
         def pick(entry: Array) -> Array:
-            return entry if entry is self.value else leading(entry, self.value.ndim, component)
+            return (
+                entry
+                if entry is self.value
+                else leading_component(entry, self.value.ndim, component)
+            )
 
         part = self.map(pick)
         return Jet(self.value[component], part.gradient, part.hessian)
@@ -269,7 +273,7 @@ def bilinear(function: Callable[[Array, Array], Array], a: Operand, b: Operand) 
     At least one operand is a jet; the other may be an array. `function` must return a new
     array: terms are summed in place.
     """
-    a, b = matched(a, b)
+    a, b = as_matching_jets(a, b)
     gradient = tuple(
         accumulate(product(function, x, b.value), product(function, a.value, y))
         for x, y in zip(a.gradient, b.gradient, strict=True)
@@ -278,10 +282,10 @@ def bilinear(function: Callable[[Array, Array], Array], a: Operand, b: Operand) 
     if a.hessian is None or b.hessian is None:
         return Jet(value, gradient)
     hessian = []
-    for (i, j), xx, yy in zip(pairs(a.axes), a.hessian, b.hessian, strict=True):
+    for (i, j), xx, yy in zip(hessian_axes(a.axes), a.hessian, b.hessian, strict=True):
         total = accumulate(product(function, xx, b.value), product(function, a.value, yy))
         if i == j:  # both mixed terms are one product
-            total = accumulate(total, twice(function, a.gradient[i], b.gradient[i]))
+            total = accumulate(total, doubled_product(function, a.gradient[i], b.gradient[i]))
         else:
             total = accumulate(total, product(function, a.gradient[i], b.gradient[j]))
             total = accumulate(total, product(function, a.gradient[j], b.gradient[i]))
@@ -294,13 +298,16 @@ def quadratic(function: Callable[[Array, Array], Array], a: Jet) -> Jet:
 
     f_i = 2 f(a_i, a),  f_ij = 2 f(a_ij, a) + 2 f(a_i, a_j).
     """
-    gradient = tuple(twice(function, entry, a.value) for entry in a.gradient)
+    gradient = tuple(doubled_product(function, entry, a.value) for entry in a.gradient)
     value = function(a.value, a.value)
     if a.hessian is None:
         return Jet(value, gradient)
     hessian = tuple(
-        accumulate(twice(function, entry, a.value), twice(function, a.gradient[i], a.gradient[j]))
-        for (i, j), entry in zip(pairs(a.axes), a.hessian, strict=True)
+        accumulate(
+            doubled_product(function, entry, a.value),
+            doubled_product(function, a.gradient[i], a.gradient[j]),
+        )
+        for (i, j), entry in zip(hessian_axes(a.axes), a.hessian, strict=True)
     )
     return Jet(value, gradient, hessian)
 
@@ -336,11 +343,11 @@ def where(mask: NDArray[np.bool_], a: Operand, b: Operand) -> Operand:
             return None
         return np.where(mask, 0.0 if x is None else x, 0.0 if y is None else y)
 
-    a, b = matched(a, b)
+    a, b = as_matching_jets(a, b)
     return _combine(np.where(mask, a.value, b.value), choose, a, b)
 
 
-def matched(a: Operand, b: Operand) -> tuple[Jet, Jet]:
+def as_matching_jets(a: Operand, b: Operand) -> tuple[Jet, Jet]:
     """Return both operands as jets of the same axes and order; at least one must be a jet.
 
     Raises
@@ -360,7 +367,7 @@ def matched(a: Operand, b: Operand) -> tuple[Jet, Jet]:
 
 def _combine(value: Array, function: Callable[[Partial, Partial], Partial], a: Jet, b: Jet) -> Jet:
     """A jet whose partials are `function` of the corresponding partials of two jets."""
-    a, b = matched(a, b)
+    a, b = as_matching_jets(a, b)
     return Jet(
         value,
         tuple(map(function, a.gradient, b.gradient)),
@@ -370,7 +377,7 @@ def _combine(value: Array, function: Callable[[Partial, Partial], Partial], a: J
 
 def _quotient(a: Jet, b: Jet) -> Jet:
     """a / b by the quotient rule of the module's docstring."""
-    a, b = matched(a, b)
+    a, b = as_matching_jets(a, b)
     value = a.value / b.value
     multiply = np.multiply
 
@@ -386,9 +393,9 @@ def _quotient(a: Jet, b: Jet) -> Jet:
     if a.hessian is None or b.hessian is None:
         return Jet(value, gradient)
     hessian = []
-    for (i, j), xx, yy in zip(pairs(a.axes), a.hessian, b.hessian, strict=True):
+    for (i, j), xx, yy in zip(hessian_axes(a.axes), a.hessian, b.hessian, strict=True):
         mixed = (
-            (twice(multiply, gradient[i], b.gradient[i]),)
+            (doubled_product(multiply, gradient[i], b.gradient[i]),)
             if i == j
             else (
                 product(multiply, gradient[i], b.gradient[j]),

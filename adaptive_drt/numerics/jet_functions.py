@@ -17,8 +17,8 @@ from typing import TypeAlias, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from .jet import Batch, Jet, Operand, matched, quadratic
-from .partials import Array, Partial, Partials, accumulate, pairs
+from .jet import Batch, Jet, Operand, as_matching_jets, quadratic
+from .partials import Array, Partial, Partials, accumulate, hessian_axes
 
 __all__ = [
     "absolute",
@@ -139,12 +139,12 @@ def hypot(a: Operand, b: Operand) -> Operand:
     """
     if not isinstance(a, Jet) and not isinstance(b, Jet):
         return np.hypot(a, b)
-    a, b = matched(a, b)
+    a, b = as_matching_jets(a, b)
     value = np.hypot(a.value, b.value)
     zero = value == 0.0
     r = np.where(zero, 1.0, value)
     u, w = a.value / r, b.value / r
-    smooth = _chain2(a, b, value, (u, w), (w * w / r, -u * w / r, u * u / r))
+    smooth = _bivariate_chain(a, b, value, (u, w), (w * w / r, -u * w / r, u * u / r))
     if not zero.any():
         return smooth
     return patch_kink(smooth, zero, *_lengths(a, b))
@@ -163,14 +163,14 @@ def arctan2(y: Operand, x: Operand) -> Operand:
     """
     if not isinstance(y, Jet) and not isinstance(x, Jet):
         return np.arctan2(y, x)
-    y, x = matched(y, x)
+    y, x = as_matching_jets(y, x)
     value = np.arctan2(y.value, x.value)
     zero = (y.value == 0.0) & (x.value == 0.0)
     r = np.where(zero, 1.0, np.hypot(y.value, x.value))
     s, c = y.value / r, x.value / r
     twist = (s - c) * (s + c) / r / r
     bend = 2.0 * s * c / r / r
-    smooth = _chain2(y, x, value, (c / r, -s / r), (-bend, twist, bend))
+    smooth = _bivariate_chain(y, x, value, (c / r, -s / r), (-bend, twist, bend))
     if not zero.any():
         return smooth
     return patch_jump(smooth, zero, *_lengths(y, x))
@@ -195,7 +195,7 @@ def patch_kink(smooth: Jet, zero: NDArray[np.bool_], slopes: Partials, curves: P
             return plain
         return np.where((x != 0.0) & (y != 0.0), np.inf, plain)
 
-    return _patched(smooth, zero, slopes, curves, kink)
+    return _with_partials_at(smooth, zero, slopes, curves, kink)
 
 
 def patch_jump(smooth: Jet, zero: NDArray[np.bool_], slopes: Partials, curves: Partials) -> Jet:
@@ -217,10 +217,10 @@ def patch_jump(smooth: Jet, zero: NDArray[np.bool_], slopes: Partials, curves: P
         return np.where(moves, np.inf, 0.0)
 
     steps = tuple(None if s is None else np.where(s != 0.0, np.inf, 0.0) for s in slopes)
-    return _patched(smooth, zero, steps, curves, jump)
+    return _with_partials_at(smooth, zero, steps, curves, jump)
 
 
-def _patched(
+def _with_partials_at(
     smooth: Jet,
     zero: NDArray[np.bool_],
     steps: Partials,
@@ -236,7 +236,9 @@ def _patched(
         return Jet(smooth.value, gradient)
     hessian = tuple(
         None if entry is None else np.where(zero, second(i, j, curve), entry)
-        for (i, j), entry, curve in zip(pairs(smooth.axes), smooth.hessian, curves, strict=True)
+        for (i, j), entry, curve in zip(
+            hessian_axes(smooth.axes), smooth.hessian, curves, strict=True
+        )
     )
     return Jet(smooth.value, gradient, hessian)
 
@@ -263,29 +265,29 @@ def _chain(x: Jet, value: Array, first: Thunk, second: Thunk) -> Jet:
         slope = first()
         bend = second() if bends else slope
     steep = not np.isfinite(bend).all()
-    times: Callable[[Array, Array], Array] = _steep_product if steep else np.multiply
+    times: Callable[[Array, Array], Array] = _zero_preserving_product if steep else np.multiply
     gradient = tuple(None if entry is None else times(slope, entry) for entry in x.gradient)
     if x.hessian is None:
         return Jet(value, gradient)
     hessian = []
-    for (i, j), entry in zip(pairs(x.axes), x.hessian, strict=True):
+    for (i, j), entry in zip(hessian_axes(x.axes), x.hessian, strict=True):
         total = None if entry is None else times(slope, entry)
         a, b = x.gradient[i], x.gradient[j]
         if a is not None and b is not None:
             curve = times(times(bend, a), b)
-            total = _steep_sum(curve, total) if steep else accumulate(curve, total)
+            total = _infinity_preserving_sum(curve, total) if steep else accumulate(curve, total)
         hessian.append(total)
     return Jet(value, gradient, tuple(hessian))
 
 
-def _steep_product(factor: Array, inner: Array) -> Array:
+def _zero_preserving_product(factor: Array, inner: Array) -> Array:
     """factor * inner, with 0 * inf = 0 where the inner partial is 0."""
     with np.errstate(invalid="ignore"):  # 0 * inf is replaced in the next line
         product = factor * inner
     return np.where(inner == 0.0, 0.0, product)
 
 
-def _steep_sum(curve: Array, slope: Partial) -> Array:
+def _infinity_preserving_sum(curve: Array, slope: Partial) -> Array:
     """f'' x_i x_j + f' x_ij, where an infinite first term hides the second."""
     if slope is None:
         return curve
@@ -293,7 +295,7 @@ def _steep_sum(curve: Array, slope: Partial) -> Array:
         return np.where(np.isinf(curve), curve, curve + slope)
 
 
-def _chain2(
+def _bivariate_chain(
     a: Jet, b: Jet, value: Array, first: tuple[Array, Array], second: tuple[Array, Array, Array]
 ) -> Jet:
     """Chain rule for f(a, b): first = (f_a, f_b), second = (f_aa, f_ab, f_bb)."""
@@ -322,6 +324,6 @@ def _chain2(
             (f_ab, b.gradient[i], a.gradient[j]),
             (f_bb, b.gradient[i], b.gradient[j]),
         )
-        for (i, j), xx, yy in zip(pairs(a.axes), a.hessian, b.hessian, strict=True)
+        for (i, j), xx, yy in zip(hessian_axes(a.axes), a.hessian, b.hessian, strict=True)
     )
     return Jet(value, gradient, hessian)

@@ -16,15 +16,15 @@ from numpy.typing import NDArray
 
 from .arrays import Array, Ints
 
-__all__ = ["generator", "mix", "points", "shifts"]
+__all__ = ["generalized_golden_ratio", "hashed_shifts", "low_discrepancy_points", "splitmix64"]
 
 
 TWO_TO_MINUS_53 = 2.0**-53
-NEWTON_STEPS = 64
+FIXED_POINT_STEPS = 64
 """Number of fixed-point iterations for the root; each gains at least one bit."""
 
 
-def shifts(seed: int, pixel: Ints, stream: int, dimension: int) -> Array:
+def hashed_shifts(seed: int, pixel: Ints, stream: int, dimension: int) -> Array:
     """Return hashed uniform numbers in [0, 1), one for each pixel.
 
     Parameters
@@ -36,12 +36,14 @@ def shifts(seed: int, pixel: Ints, stream: int, dimension: int) -> Array:
     -------
     (n,) float64. Source: SplitMix64 (Steele, Lea and Flood 2014).
     """
-    key = mix(np.uint64(seed % 2**64)) ^ np.uint64((stream * 64 + dimension) % 2**64)
-    bits = mix(mix(key) ^ pixel.astype(np.uint64))
+    key = splitmix64(np.uint64(seed % 2**64)) ^ np.uint64((stream * 64 + dimension) % 2**64)
+    bits = splitmix64(splitmix64(key) ^ pixel.astype(np.uint64))
     return (bits >> np.uint64(11)).astype(np.float64) * TWO_TO_MINUS_53
 
 
-def points(seed: int, pixel: Ints, stream: int, count: int, dimensions: int) -> list[Array]:
+def low_discrepancy_points(
+    seed: int, pixel: Ints, stream: int, count: int, dimensions: int
+) -> list[Array]:
     """Return `count` points of the unit cube for each pixel.
 
     Returns
@@ -51,25 +53,25 @@ def points(seed: int, pixel: Ints, stream: int, count: int, dimensions: int) -> 
     index = np.arange(count, dtype=np.float64)
     base = [index / count]
     if dimensions > 1:
-        root = generator(dimensions - 1)
+        root = generalized_golden_ratio(dimensions - 1)
         base += [index * root ** -(k + 1.0) % 1.0 for k in range(dimensions - 1)]
     out = []
     for k in range(dimensions):
-        moved = base[k] + shifts(seed, pixel, stream, k)[:, None]
+        moved = base[k] + hashed_shifts(seed, pixel, stream, k)[:, None]
         moved -= np.floor(moved)
         out.append(moved)
     return out
 
 
-def generator(dimensions: int) -> float:
+def generalized_golden_ratio(dimensions: int) -> float:
     """Return the root above 1 of x^(d + 1) = x + 1, d = `dimensions`."""
     x = 1.5
-    for _ in range(NEWTON_STEPS):
+    for _ in range(FIXED_POINT_STEPS):
         x = (1.0 + x) ** (1.0 / (dimensions + 1.0))
     return x
 
 
-def mix(z: NDArray[np.uint64] | np.uint64) -> NDArray[np.uint64]:
+def splitmix64(z: NDArray[np.uint64] | np.uint64) -> NDArray[np.uint64]:
     """Return the SplitMix64 hash of 64-bit numbers (...) (Steele, Lea and Flood 2014)."""
     with np.errstate(over="ignore"):  # arithmetic modulo 2^64 is intended
         z = np.asarray(z, dtype=np.uint64) + np.uint64(0x9E3779B97F4A7C15)

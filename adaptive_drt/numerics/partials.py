@@ -18,12 +18,12 @@ __all__ = [
     "Partials",
     "accumulate",
     "add",
-    "each",
-    "leading",
-    "pairs",
+    "doubled_product",
+    "hessian_axes",
+    "leading_component",
+    "map_partials",
     "product",
     "subtract",
-    "twice",
 ]
 
 Partial: TypeAlias = Array | None
@@ -31,7 +31,7 @@ Partials: TypeAlias = tuple[Partial, ...]
 
 
 @cache
-def pairs(axes: int) -> tuple[tuple[int, int], ...]:
+def hessian_axes(axes: int) -> tuple[tuple[int, int], ...]:
     """Axes (i, j), i <= j, of each entry of a packed Hessian: row by row, xx xy yy for two axes."""
     return tuple((i, j) for i in range(axes) for j in range(i, axes))
 
@@ -46,7 +46,7 @@ def accumulate(total: Partial, term: Partial) -> Partial:
     return total
 
 
-def leading(entry: Array, ndim: int, component: int) -> Array:
+def leading_component(entry: Array, ndim: int, component: int) -> Array:
     """One leading component of a partial that broadcasts to an array of `ndim` axes."""
     if entry.ndim < ndim:
         return entry
@@ -54,7 +54,7 @@ def leading(entry: Array, ndim: int, component: int) -> Array:
     return part
 
 
-def each(function: Callable[[Array], Array], partials: Partials) -> Partials:
+def map_partials(function: Callable[[Array], Array], partials: Partials) -> Partials:
     """Apply a function to each partial that is not None."""
     return tuple(None if entry is None else function(entry) for entry in partials)
 
@@ -78,7 +78,7 @@ def product(function: Callable[[Array, Array], Array], x: Partial, y: Partial) -
     return None if x is None or y is None else function(x, y)
 
 
-def twice(function: Callable[[Array, Array], Array], x: Partial, y: Partial) -> Partial:
+def doubled_product(function: Callable[[Array, Array], Array], x: Partial, y: Partial) -> Partial:
     """2 `function(x, y)` for a bilinear function that returns a new array; None with a None."""
     if x is None or y is None:
         return None

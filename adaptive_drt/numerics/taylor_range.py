@@ -60,7 +60,7 @@ def rectangle_range(jet: Jet, half_x: float, half_y: float, remainder: Bound = 0
         return jet.value - spread, jet.value + spread
     xx, xy, yy = (_or_zero(h) for h in jet.hessian)
     value = jet.value
-    low, high = _interior(value, gx, gy, xx, xy, yy, half_x, half_y)
+    low, high = _critical_value(value, gx, gy, xx, xy, yy, half_x, half_y)
     for side in (-half_x, half_x):
         edge = _quadratic_range(value + side * (gx + 0.5 * side * xx), gy + side * xy, yy, half_y)
         low, high = np.minimum(low, edge[0]), np.maximum(high, edge[1])
@@ -87,7 +87,7 @@ def _quadratic_range(value: Array, slope: Bound, bend: Bound, half: float) -> Ra
     return low, high
 
 
-def _interior(
+def _critical_value(
     value: Array, gx: Bound, gy: Bound, xx: Bound, xy: Bound, yy: Bound, hx: float, hy: float
 ) -> Range:
     """Value at the extremal critical point where it lies inside the rectangle, else at the centre.
@@ -97,8 +97,8 @@ def _interior(
     are no extremes and are left out.
     """
     first = np.abs(xx) >= np.abs(yy)
-    p, q = _either(first, xx, yy), _either(first, yy, xx)
-    gp, gq = _either(first, gx, gy), _either(first, gy, gx)
+    p, q = _select(first, xx, yy), _select(first, yy, xx)
+    gp, gq = _select(first, gx, gy), _select(first, gy, gx)
     with np.errstate(over="ignore", invalid="ignore"):  # nearly singular: lands outside
         safe = np.where(p != 0.0, p, 1.0)
         ratio = xy / safe
@@ -112,6 +112,6 @@ def _interior(
     return critical, critical.copy()
 
 
-def _either(choice: NDArray[np.bool_] | np.bool_, a: Bound, b: Bound) -> Array:
+def _select(choice: NDArray[np.bool_] | np.bool_, a: Bound, b: Bound) -> Array:
     chosen: Array = np.where(choice, a, b)
     return chosen

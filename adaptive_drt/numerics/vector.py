@@ -13,18 +13,18 @@ import numpy as np
 
 from .jet import Batch, Jet, Operand, bilinear, quadratic, where
 from .jet_functions import patch_jump, patch_kink, sqrt
-from .partials import Array, Partial, Partials, leading
+from .partials import Array, Partial, Partials, leading_component
 
 __all__ = ["cross", "dot", "norm", "normalize", "rms", "scale", "squared_norm", "total"]
 
 
-FEW = 12_288
+SMALL_SIZE = 12_288
 """Number of elements below which a dot product multiplies all components in one call, which halves
 the number of calls. Larger arrays would not fit the cache."""
-FEW_CROSSED = 6_144
+SMALL_CROSS_SIZE = 6_144
 """Number of elements below which a cross product gathers its factors and multiplies them in one
 call: half the time for 1,000 vectors, the same time for 2,000."""
-AFTER, BEFORE = np.array([1, 2, 0]), np.array([2, 0, 1])
+NEXT_COMPONENT, PREVIOUS_COMPONENT = np.array([1, 2, 0]), np.array([2, 0, 1])
 """Cyclically next and previous component of each."""
 
 
@@ -136,19 +136,23 @@ def _rows(entry: Array, ndim: int) -> tuple[Array, Array, Array]:
     """Components of vectors, or of a partial that broadcasts to vectors of `ndim` axes."""
     if entry.ndim < ndim:
         entry = entry.reshape((1,) * (ndim - entry.ndim) + entry.shape)
-    return leading(entry, 0, 0), leading(entry, 0, 1), leading(entry, 0, 2)
+    return (
+        leading_component(entry, 0, 0),
+        leading_component(entry, 0, 1),
+        leading_component(entry, 0, 2),
+    )
 
 
-def _plain(a: Array, b: Array, ndim: int) -> bool:
+def _are_plain_vectors(a: Array, b: Array, ndim: int) -> bool:
     """Whether both have three components and need no broadcasting; `ndim` is 0 without partials."""
     alike = a.ndim > 1 if ndim == 0 else a.ndim == b.ndim == ndim
     return alike and len(a) == len(b) == 3
 
 
 def _dot(a: Array, b: Array, ndim: int) -> Array:
-    if _plain(a, b, ndim):
+    if _are_plain_vectors(a, b, ndim):
         # saves 3 us a call; a render makes tens of thousands of calls
-        if a.ndim == b.ndim and a.size < FEW and b.size < FEW:
+        if a.ndim == b.ndim and a.size < SMALL_SIZE and b.size < SMALL_SIZE:
             each = a * b
             few: Array = each[0] + each[1]
             few += each[2]
@@ -168,10 +172,10 @@ def _dot(a: Array, b: Array, ndim: int) -> Array:
 
 
 def _cross(a: Array, b: Array, ndim: int) -> Array:
-    if _plain(a, b, ndim):
-        if a.ndim == b.ndim and a.size < FEW_CROSSED and b.size < FEW_CROSSED:
-            few: Array = a.take(AFTER, 0) * b.take(BEFORE, 0)
-            few -= a.take(BEFORE, 0) * b.take(AFTER, 0)
+    if _are_plain_vectors(a, b, ndim):
+        if a.ndim == b.ndim and a.size < SMALL_CROSS_SIZE and b.size < SMALL_CROSS_SIZE:
+            few: Array = a.take(NEXT_COMPONENT, 0) * b.take(PREVIOUS_COMPONENT, 0)
+            few -= a.take(PREVIOUS_COMPONENT, 0) * b.take(NEXT_COMPONENT, 0)
             return few
         (a0, a1, a2), (b0, b1, b2) = a, b
     else:

@@ -8,21 +8,21 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TypeVar
 
-__all__ = ["each_of", "heard_by", "part_of_call", "tell"]
+__all__ = ["iterate_with_progress", "progress_range", "report_progress", "report_progress_to"]
 
 
-class _Listener(threading.local):
+class _ProgressListener(threading.local):
     """The progress callback of each thread, if any, and the range that progress is mapped to."""
 
     told: Callable[[float], None] | None = None
     first, last = 0.0, 1.0
 
 
-_listener = _Listener()
+_listener = _ProgressListener()
 
 
 @contextmanager
-def heard_by(told: Callable[[float], None]) -> Iterator[None]:
+def report_progress_to(told: Callable[[float], None]) -> Iterator[None]:
     """Within the context, pass the progress that this thread reports to a function."""
     here = _listener
     before = here.told, here.first, here.last
@@ -34,7 +34,7 @@ def heard_by(told: Callable[[float], None]) -> Iterator[None]:
 
 
 @contextmanager
-def part_of_call(first: float, last: float) -> Iterator[None]:
+def progress_range(first: float, last: float) -> Iterator[None]:
     """Within the context, map reported progress from 0..1 to `first`..`last` of the outer range."""
     here = _listener
     low, high = here.first, here.last
@@ -45,17 +45,17 @@ def part_of_call(first: float, last: float) -> Iterator[None]:
         here.first, here.last = low, high
 
 
-Thing = TypeVar("Thing")
+Item = TypeVar("Item")
 
 
-def each_of(things: Sequence[Thing]) -> Iterator[Thing]:
+def iterate_with_progress(things: Sequence[Item]) -> Iterator[Item]:
     """Iterate over a sequence. Progress reported for one item counts for its share of the whole."""
     for index, thing in enumerate(things):
-        with part_of_call(index / len(things), (index + 1) / len(things)):
+        with progress_range(index / len(things), (index + 1) / len(things)):
             yield thing
 
 
-def tell(part: float) -> None:
+def report_progress(part: float) -> None:
     """Report the completed fraction (0 to 1) of the innermost range. No-op without a callback."""
     here = _listener
     if here.told is not None:

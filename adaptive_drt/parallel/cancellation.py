@@ -3,8 +3,8 @@
 
 from __future__ import annotations
 
-__all__ = ["Stopped"]
+__all__ = ["RenderCancelled"]
 
 
-class Stopped(Exception):
+class RenderCancelled(Exception):
     """The render was cancelled."""

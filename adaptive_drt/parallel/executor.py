@@ -11,22 +11,24 @@ from itertools import islice
 from queue import Empty, SimpleQueue
 from typing import Any, TypeAlias, TypeVar
 
-from .call_progress import heard_by
-from .pool import Call, Shift, crew
+from .call_progress import report_progress_to
+from .pool import Call, CallGroup, worker_pool
 
-__all__ = ["Aside", "Hands", "Parts", "beside"]
+__all__ = ["CallProgress", "DeferredCalls", "RenderExecutor", "run_in_thread"]
 
-HEARTBEAT = 0.05
+POLL_INTERVAL = 0.05
 """Seconds to wait for a result before control returns to the caller, who may cancel the render."""
 
 Outcome: TypeAlias = tuple[int, Any, BaseException | None]
 """Number of a call, its result, and the exception that it raised or None."""
-Parts: TypeAlias = dict[int, float]
+CallProgress: TypeAlias = dict[int, float]
 """Completed fraction, 0 to 1, of each running call, by the call's number."""
 Result = TypeVar("Result")
 
 
-def beside(function: Callable[..., Result], *arguments: Any) -> Generator[None, None, Result]:
+def run_in_thread(
+    function: Callable[..., Result], *arguments: Any
+) -> Generator[None, None, Result]:
     """Run a function in a new thread. Yields every `POLL_INTERVAL` and returns the result.
 
     Raises what the function raises. Closing the generator early waits for the thread to end: the
@@ -45,7 +47,7 @@ def beside(function: Callable[..., Result], *arguments: Any) -> Generator[None, 
     try:
         while True:
             try:
-                result, error = done.get(timeout=HEARTBEAT)
+                result, error = done.get(timeout=POLL_INTERVAL)
                 break
             except Empty:
                 yield
@@ -57,12 +59,12 @@ def beside(function: Callable[..., Result], *arguments: Any) -> Generator[None, 
 
 
 @dataclass(frozen=True)
-class Aside:
+class DeferredCalls:
     """Deferred calls: their number, and the outcomes and progress of those run so far."""
 
     count: int
     done: SimpleQueue[Outcome] = field(default_factory=SimpleQueue)
-    parts: Parts = field(default_factory=dict)
+    parts: CallProgress = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -75,14 +77,14 @@ class _Job:
     number: int
     call: Call
     done: SimpleQueue[Outcome]
-    parts: Parts
+    parts: CallProgress
 
     def note(self, part: float) -> None:
         """Store the completed fraction; it never decreases, though nested parts may be repeated."""
         self.parts[self.number] = max(part, self.parts.get(self.number, 0.0))
 
 
-class Hands:
+class RenderExecutor:
     """The executor of one render, with its own threads.
 
     Results are returned in the order of completion, so calls must not depend on each other.
@@ -97,7 +99,7 @@ class Hands:
         stop : event that is set when calls are cancelled.
         threads : largest number of calls that run at a time.
         """
-        self._stop, self._count, self._shift = stop, threads, Shift()
+        self._stop, self._count, self._shift = stop, threads, CallGroup()
         self._change = threading.Condition()
         self._next: deque[_Job] = deque()
         self._aside: deque[_Job] = deque()
@@ -108,7 +110,7 @@ class Hands:
         self._over = False
 
     def results(
-        self, calls: Iterable[Call], parts: Parts | None = None
+        self, calls: Iterable[Call], parts: CallProgress | None = None
     ) -> Generator[tuple[int, Any] | None, None, None]:
         """Run calls and yield (number, result) in order of completion; None each `POLL_INTERVAL`.
 
@@ -126,9 +128,9 @@ class Hands:
         waiting = self._begin(todo, 0, done, parts)
         return self._collected(done, waiting, todo, parts)
 
-    def aside(self, calls: Sequence[Call]) -> Aside:
+    def aside(self, calls: Sequence[Call]) -> DeferredCalls:
         """Run calls on threads without other work. One thread is kept for calls of `results`."""
-        aside = Aside(len(calls))
+        aside = DeferredCalls(len(calls))
         self._employ()
         self._put(
             self._aside,
@@ -136,7 +138,7 @@ class Hands:
         )
         return aside
 
-    def gather(self, aside: Aside) -> Generator[tuple[int, Any] | None, None, None]:
+    def gather(self, aside: DeferredCalls) -> Generator[tuple[int, Any] | None, None, None]:
         """Yield the results of deferred calls, which may now use all threads; as `results`."""
         with self._change:
             self._spare = 0
@@ -148,7 +150,7 @@ class Hands:
         done: SimpleQueue[Outcome],
         waiting: int,
         todo: Iterator[tuple[int, Call]],
-        parts: Parts,
+        parts: CallProgress,
     ) -> Generator[tuple[int, Any] | None, None, None]:
         """Yield results. `waiting` calls have been queued already; those in `todo` have not."""
         try:
@@ -157,7 +159,7 @@ class Hands:
                 if not waiting:
                     return
                 try:
-                    number, result, error = done.get(timeout=HEARTBEAT)
+                    number, result, error = done.get(timeout=POLL_INTERVAL)
                 except Empty:
                     yield None
                     continue
@@ -176,7 +178,7 @@ class Hands:
         todo: Iterator[tuple[int, Call]],
         waiting: int,
         done: SimpleQueue[Outcome],
-        parts: Parts,
+        parts: CallProgress,
     ) -> int:
         """Queue more calls beside the `waiting` ones, and return how many."""
         # twice as many as run at a time, so that no thread waits for this one
@@ -206,7 +208,7 @@ class Hands:
     def _employ(self) -> None:
         """Start threads up to the current limit, which grows as workers become ready."""
         with self._change:
-            hands = crew.hands(self._count)
+            hands = worker_pool.hands(self._count)
             # the pool does not count the workers that run calls of this render as ready
             self._most = max(hands, self._most) if self._busy else hands
             for _ in range(len(self._threads), self._most):
@@ -242,7 +244,7 @@ class Hands:
             result: Any = None
             failure: BaseException | None = None
             try:
-                with heard_by(job.note):
+                with report_progress_to(job.note):
                     result = make(job.call)
             except BaseException as error:
                 failure = error

@@ -25,14 +25,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO, Any
 
-from .call_progress import tell
-from .cancellation import Stopped
+from .call_progress import report_progress
+from .cancellation import RenderCancelled
 from .transport import receive, send
-from .worker import READY
+from .worker import READY_MESSAGE
 
-__all__ = ["Call", "Crew", "Share", "Shift", "crew"]
+__all__ = ["Call", "CallGroup", "SharedArguments", "WorkerPool", "worker_pool"]
 
-BOOT = """
+BOOTSTRAP = """
 import importlib.util, json, sys, types
 package, folder, idle, sys.path[:] = json.loads(sys.argv[1])
 parents = package.split(".")[:-1]
@@ -51,7 +51,7 @@ module.serve(idle)
 """Program of a worker. It imports the core under the package name that it has in this process.
 
 The packages that enclose the core are replaced by empty modules, for they may need Blender."""
-ENVIRONMENT = {
+WORKER_ENVIRONMENT = {
     # one thread each: there are as many workers as processors
     "OPENBLAS_NUM_THREADS": "1",
     "OMP_NUM_THREADS": "1",
@@ -61,9 +61,9 @@ ENVIRONMENT = {
     "MALLOC_TRIM_THRESHOLD_": str(1 << 30),
 }
 """Environment variables of a worker that differ from those of this process."""
-PACKAGE = __name__.rpartition(".")[0].rpartition(".")[0]
+CORE_PACKAGE = __name__.rpartition(".")[0].rpartition(".")[0]
 """Full name of the core's package, with the packages that enclose it."""
-IDLE = 120.0
+IDLE_TIMEOUT = 120.0
 """Seconds without a call after which a worker ends: an artist often renders again within them."""
 PIPE = 1 << 20
 """Capacity of the pipes to a worker, in bytes, where it can be set: on Linux.
@@ -73,7 +73,7 @@ each 64 KiB, and 4 MB take 5 ms instead of 2."""
 
 
 @dataclass(frozen=True)
-class Share:
+class SharedArguments:
     """Leading arguments that many calls have in common, sent to each worker only once."""
 
     values: tuple[Any, ...]
@@ -85,7 +85,7 @@ class Call:
     """A call of a function of the core: `function(*share.values, *arguments)`."""
 
     function: Callable[..., Any]
-    share: Share
+    share: SharedArguments
     arguments: tuple[Any, ...]
 
     def here(self) -> Any:
@@ -98,13 +98,13 @@ class _Worker:
 
     def __init__(self) -> None:
         # the core's package, which contains the package of this file
-        package, folder = PACKAGE, Path(__file__).resolve().parent.parent
+        package, folder = CORE_PACKAGE, Path(__file__).resolve().parent.parent
         words = [
             sys.executable,
             "-I",
             "-c",
-            BOOT,
-            json.dumps([package, str(folder), IDLE, [*map(str, sys.path)]]),
+            BOOTSTRAP,
+            json.dumps([package, str(folder), IDLE_TIMEOUT, [*map(str, sys.path)]]),
         ]
         self._process = subprocess.Popen(
             words,
@@ -114,13 +114,13 @@ class _Worker:
             # only the host process is to handle Ctrl-C
             start_new_session=os.name == "posix",
             creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
-            env={**os.environ, **ENVIRONMENT},
+            env={**os.environ, **WORKER_ENVIRONMENT},
         )
         stdin, stdout = self._process.stdin, self._process.stdout
         assert stdin is not None and stdout is not None  # both are pipes
         self._calls, self._answers = stdin, stdout
-        _widen(stdin)
-        _widen(stdout)
+        _enlarge_pipe(stdin)
+        _enlarge_pipe(stdout)
         self._share = -1
         self.ready = False
         self.failed = False
@@ -131,7 +131,7 @@ class _Worker:
     def _watch(self) -> None:
         """Wait until the process has loaded, then for its end: otherwise it would stay a zombie."""
         try:
-            self.ready = receive(self._answers) == READY
+            self.ready = receive(self._answers) == READY_MESSAGE
         except (EOFError, OSError, ValueError, pickle.UnpicklingError):
             self.failed = True
         self._process.wait()
@@ -153,7 +153,7 @@ class _Worker:
         Raises EOFError or OSError if the process has ended.
         """
         while isinstance(got := receive(self._answers), float):
-            tell(got)
+            report_progress(got)
         answer: tuple[Any, Exception | None] = got
         return answer
 
@@ -171,7 +171,7 @@ class _Worker:
                 pipe.close()
 
 
-def _widen(pipe: IO[bytes]) -> None:
+def _enlarge_pipe(pipe: IO[bytes]) -> None:
     """Enlarge the capacity of a pipe, where the system can."""
     with suppress(ImportError, AttributeError, OSError):
         import fcntl
@@ -179,7 +179,7 @@ def _widen(pipe: IO[bytes]) -> None:
         fcntl.fcntl(pipe, fcntl.F_SETPIPE_SZ, PIPE)
 
 
-class Crew:
+class WorkerPool:
     """The worker processes of this process."""
 
     def __init__(self) -> None:
@@ -247,11 +247,11 @@ class Crew:
             worker.close()
 
 
-crew = Crew()
+worker_pool = WorkerPool()
 """The pool of this process, shared by all renders that run at the same time."""
 
 
-class Shift:
+class CallGroup:
     """A group of calls that are run by workers where possible and can be cancelled together."""
 
     def __init__(self) -> None:
@@ -269,7 +269,7 @@ class Shift:
             answer = self._asked(call)
         except (EOFError, OSError):
             if self._over:
-                raise Stopped from None
+                raise RenderCancelled from None
             answer = None
         if answer is None:
             return call.here()
@@ -298,13 +298,13 @@ class Shift:
         computes hold its lock for 5 ms before another thread may write.
         """
         with self._telling:
-            worker = crew.borrow()
+            worker = worker_pool.borrow()
             if worker is None:
                 return None
             try:
                 with self._lock:
                     if self._over:
-                        raise Stopped
+                        raise RenderCancelled
                     self._busy.add(worker)
                 worker.tell(call)
             except BaseException:
@@ -315,7 +315,7 @@ class Shift:
     def _give_back(self, worker: _Worker) -> None:
         with self._lock:
             self._busy.discard(worker)
-        crew.give_back(worker)
+        worker_pool.give_back(worker)
 
     def break_off(self) -> None:
         """Cancel all calls of the group by killing the workers that run them."""

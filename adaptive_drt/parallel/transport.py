@@ -9,7 +9,7 @@ from typing import IO, Any
 
 __all__ = ["receive", "send"]
 
-NUMBER = struct.Struct("<Q")
+LENGTH_FORMAT = struct.Struct("<Q")
 """Format of the integers in a message: the number of its parts, then before each part its bytes."""
 
 
@@ -24,9 +24,9 @@ def send(pipe: IO[bytes], value: Any) -> None:
     buffers: list[pickle.PickleBuffer] = []
     body = pickle.dumps(value, protocol=5, buffer_callback=buffers.append)
     parts = [memoryview(body), *(buffer.raw() for buffer in buffers)]
-    pipe.write(NUMBER.pack(len(parts)))
+    pipe.write(LENGTH_FORMAT.pack(len(parts)))
     for part in parts:
-        pipe.write(NUMBER.pack(part.nbytes))
+        pipe.write(LENGTH_FORMAT.pack(part.nbytes))
         pipe.write(part)
     pipe.flush()
 
@@ -39,16 +39,16 @@ def receive(pipe: IO[bytes]) -> Any:
     EOFError
         The writing end of the pipe is closed.
     """
-    parts = [_read(pipe, _number(pipe)) for _ in range(_number(pipe))]
+    parts = [_read_exactly(pipe, _read_length(pipe)) for _ in range(_read_length(pipe))]
     return pickle.loads(parts[0], buffers=parts[1:])
 
 
-def _number(pipe: IO[bytes]) -> int:
-    value: int = NUMBER.unpack(_read(pipe, NUMBER.size))[0]
+def _read_length(pipe: IO[bytes]) -> int:
+    value: int = LENGTH_FORMAT.unpack(_read_exactly(pipe, LENGTH_FORMAT.size))[0]
     return value
 
 
-def _read(pipe: IO[bytes], size: int) -> bytearray:
+def _read_exactly(pipe: IO[bytes], size: int) -> bytearray:
     """Read exactly `size` bytes; raises EOFError if the pipe ends before."""
     room = bytearray(size)
     view = memoryview(room)

@@ -14,18 +14,18 @@ import threading
 import time
 from typing import IO, Any
 
-from .call_progress import heard_by
+from .call_progress import report_progress_to
 from .transport import receive, send
 
-__all__ = ["READY", "serve"]
+__all__ = ["READY_MESSAGE", "serve"]
 
-READY = "ready"
+READY_MESSAGE = "ready"
 """First message of a worker, sent when it has imported everything that it needs."""
-NEWS = 0.1
+PROGRESS_INTERVAL = 0.1
 """Least time between two progress messages, in seconds: each wakes up a thread of the receiver."""
 
 
-class _Teller:
+class _ProgressSender:
     """Callback that sends the progress of a call, at most once every `PROGRESS_INTERVAL`."""
 
     def __init__(self, answers: IO[bytes]) -> None:
@@ -35,7 +35,7 @@ class _Teller:
         now = time.monotonic()
         if now >= self._due:
             send(self._answers, float(part))
-            self._due = now + NEWS
+            self._due = now + PROGRESS_INTERVAL
 
 
 def serve(idle: float) -> None:
@@ -45,9 +45,9 @@ def serve(idle: float) -> None:
     nothing = os.open(os.devnull, os.O_RDWR)
     os.dup2(nothing, 0)
     os.dup2(nothing, 1)
-    send(answers, READY)
+    send(answers, READY_MESSAGE)
     share: tuple[Any, ...] = ()
-    teller = _Teller(answers)
+    teller = _ProgressSender(answers)
     while True:
         alarm = threading.Timer(idle, os._exit, (0,))
         alarm.daemon = True
@@ -61,7 +61,7 @@ def serve(idle: float) -> None:
         function, news, arguments = call
         share = share if news is None else news
         try:
-            with heard_by(teller):
+            with report_progress_to(teller):
                 answer: Any = (function(*share, *arguments), None)
         except Exception as error:
             answer = (None, error)

@@ -28,7 +28,7 @@ __all__ = [
     "Sphere",
     "SphereLight",
     "Vector",
-    "camera_of",
+    "checked_camera",
     "validate",
     "vector_of",
 ]
@@ -42,7 +42,7 @@ fourth powers inside discriminants overflow float64."""
 SMALLEST_SIZE = 1e-60
 """Smallest radius or edge length, in metres. Below it the fourth powers inside discriminants
 underflow."""
-FLAT = 2.0**-50
+MIN_EDGE_SINE = 2.0**-50
 """Smallest sine of the angle between two edges. Below it their cross product is mostly rounding
 error."""
 LARGEST_RATIO = 1e9
@@ -234,9 +234,12 @@ def validate(scene: Scene) -> Scene:
     SceneError
         There is no camera, or the camera cannot form a picture.
     """
-    camera_of(scene)
+    checked_camera(scene)
     issues = list(scene.issues)
-    shapes, lights = _kept(scene.shapes, issues), _kept(scene.lights, issues)
+    shapes, lights = (
+        _renderable_items(scene.shapes, issues),
+        _renderable_items(scene.lights, issues),
+    )
     background = scene.background
     if not _finite(background):
         issues.append(
@@ -250,7 +253,7 @@ def validate(scene: Scene) -> Scene:
     return replace(scene, shapes=shapes, lights=lights, background=background, issues=tuple(issues))
 
 
-def camera_of(scene: Scene) -> Camera:
+def checked_camera(scene: Scene) -> Camera:
     """Return the scene's camera if it is valid; raises as `validate`."""
     if scene.camera is None:
         raise SceneError("The scene has no camera: add one, or make one active")
@@ -258,14 +261,14 @@ def camera_of(scene: Scene) -> Camera:
     return scene.camera
 
 
-Thing = TypeVar("Thing", Sphere | Quad, QuadLight | SphereLight | DiskLight | PointLight)
+Item = TypeVar("Item", Sphere | Quad, QuadLight | SphereLight | DiskLight | PointLight)
 
 
-def _kept(things: Iterable[Thing], issues: list[Issue]) -> tuple[Thing, ...]:
+def _renderable_items(things: Iterable[Item], issues: list[Issue]) -> tuple[Item, ...]:
     """Return the items that can be rendered, and append an issue for each other one."""
-    kept: list[Thing] = []
+    kept: list[Item] = []
     for thing in things:
-        reason = _fault(thing)
+        reason = _defect_of(thing)
         if reason:
             issues.append(Issue(thing.name, reason, missing=True))
         else:
@@ -273,7 +276,7 @@ def _kept(things: Iterable[Thing], issues: list[Issue]) -> tuple[Thing, ...]:
     return tuple(kept)
 
 
-def _fault(thing: Shape | Light) -> str | None:
+def _defect_of(thing: Shape | Light) -> str | None:
     """Return the reason why a shape or light cannot be rendered, or None."""
     vectors = {
         Sphere: ("center",),
@@ -312,15 +315,15 @@ def _has_area(u: Vector, v: Vector) -> bool:
     size = math.hypot(*u), math.hypot(*v)
     if min(size) < SMALLEST_SIZE:
         return False
-    u, v = _over(u, size[0]), _over(v, size[1])
+    u, v = _divided(u, size[0]), _divided(v, size[1])
     sine = math.hypot(
         u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]
     )
     # the normal's length is squared once more
-    return sine > FLAT and sine * size[0] * size[1] > SMALLEST_SIZE * SMALLEST_SIZE
+    return sine > MIN_EDGE_SINE and sine * size[0] * size[1] > SMALLEST_SIZE * SMALLEST_SIZE
 
 
-def _over(vector: Vector, length: float) -> Vector:
+def _divided(vector: Vector, length: float) -> Vector:
     """Return a vector divided by a length."""
     return vector[0] / length, vector[1] / length, vector[2] / length
 
@@ -338,7 +341,7 @@ def _check_camera(camera: Camera) -> None:
     sizes = [math.hypot(*axis) for axis in axes]
     if not all(sizes):
         raise SceneError("The camera is scaled to zero: set its scale to 1")
-    x, y, z = (_over(axis, size) for axis, size in zip(axes, sizes, strict=True))
+    x, y, z = (_divided(axis, size) for axis, size in zip(axes, sizes, strict=True))
     turn = (y[1] * z[2] - y[2] * z[1], y[2] * z[0] - y[0] * z[2], y[0] * z[1] - y[1] * z[0])
     if not abs(x[0] * turn[0] + x[1] * turn[1] + x[2] * turn[2]) > 1.0 / LARGEST_RATIO:
         raise SceneError("The camera is squashed flat: check the scale and shear of its parents")

@@ -15,20 +15,20 @@ import numpy as np
 from ..numerics.arrays import Array, Ints, Mask
 from .description import Vector, vector_of
 
-__all__ = ["Mesh", "Parallelogram", "edges_of", "parallelograms"]
+__all__ = ["Mesh", "Parallelogram", "mesh_edges", "parallelograms"]
 
 
-STRAIGHT = 1e-4
+ANGLE_TOLERANCE = 1e-4
 """Angle, radians, below which a turn of an outline, or between two faces, counts as rounding."""
 
-MOST = 10_000
+MAX_PARALLELOGRAMS = 10_000
 """Largest number of parallelograms made of one mesh. Seen: 18,000 sides of cubes take a minute and
 a gigabyte at 1 %."""
 
-NEITHER = "its mesh is neither a UV sphere, an icosphere nor made of flat parallelograms"
+UNRECOGNISED = "its mesh is neither a UV sphere, an icosphere nor made of flat parallelograms"
 """Reasons, shown to the user, why a mesh is not made of parallelograms."""
-NO_OUTLINE = "its outline is not a parallelogram"
-OVERLAP = "its faces overlap"
+NOT_A_PARALLELOGRAM = "its outline is not a parallelogram"
+OVERLAPPING_FACES = "its faces overlap"
 
 
 @dataclass(frozen=True)
@@ -76,39 +76,40 @@ class Mesh:
 
 def parallelograms(mesh: Mesh) -> tuple[Parallelogram, ...] | str:
     """Return the parallelograms that a mesh consists of, or the reason, for the user, why not."""
-    area = _areas(mesh)
+    area = _area_vectors(mesh)
     size = np.linalg.norm(area, axis=0)
     shown = (size > 0.0).nonzero()[0]
     if not shown.size:
         return "it has no area"
     mesh, normal = mesh.take(shown), area[:, shown] / size[shown]
-    parts, simple = _flat_parts(mesh, normal), _are_parallelograms(mesh)
+    parts, simple = _coplanar_groups(mesh, normal), _are_parallelograms(mesh)
     found: list[Parallelogram] = []
     for faces in parts:
-        whole = _tiled(mesh, faces, simple)
+        whole = _tiled_parallelogram(mesh, faces, simple)
         if isinstance(whole, Parallelogram):
             found.append(whole)
-        elif faces.size == 1 or not _add_each(mesh, faces, simple, found):
-            return whole if len(parts) == 1 else NEITHER
-        if len(found) > MOST:
-            return f"it has more flat parts than the {MOST:,} of a mesh that are rendered at most"
+        elif faces.size == 1 or not _append_faces(mesh, faces, simple, found):
+            return whole if len(parts) == 1 else UNRECOGNISED
+        if len(found) > MAX_PARALLELOGRAMS:
+            most = f"{MAX_PARALLELOGRAMS:,}"
+            return f"it has more flat parts than the {most} of a mesh that are rendered at most"
     return tuple(found)
 
 
-def _add_each(mesh: Mesh, faces: Ints, simple: Mask, found: list[Parallelogram]) -> bool:
+def _append_faces(mesh: Mesh, faces: Ints, simple: Mask, found: list[Parallelogram]) -> bool:
     """Append each face as its own parallelogram to `found`; return whether all of them are one."""
-    for face in faces[: MOST + 1]:
-        one = _tiled(mesh, face[None], simple)
+    for face in faces[: MAX_PARALLELOGRAMS + 1]:
+        one = _tiled_parallelogram(mesh, face[None], simple)
         if isinstance(one, str):
             return False
         found.append(one)
     return True
 
 
-def _tiled(mesh: Mesh, faces: Ints, simple: Mask) -> Parallelogram | str:
+def _tiled_parallelogram(mesh: Mesh, faces: Ints, simple: Mask) -> Parallelogram | str:
     """The parallelogram that some faces together tile, or the reason why there is none."""
     if faces.size > 1 or not simple[faces[0]]:
-        return _parallelogram(mesh.take(faces))
+        return _outline_parallelogram(mesh.take(faces))
     start = int(mesh.starts[faces[0]])
     a, b, _, d = (mesh.points[:, vertex] for vertex in mesh.corners[start : start + 4])
     return Parallelogram(
@@ -125,52 +126,52 @@ def _are_parallelograms(mesh: Mesh) -> Mask:
     turn = np.linalg.norm(np.cross(u, v, axis=0), axis=0)
     gap, size = np.linalg.norm(a + c - b - d, axis=0), np.linalg.norm(c - a, axis=0)
     found[four] = (gap <= mesh.fit * size + mesh.slack) & (
-        turn > STRAIGHT * np.linalg.norm(u, axis=0) * np.linalg.norm(v, axis=0)
+        turn > ANGLE_TOLERANCE * np.linalg.norm(u, axis=0) * np.linalg.norm(v, axis=0)
     )
     return found
 
 
-def edges_of(mesh: Mesh) -> tuple[Ints, Ints]:
+def mesh_edges(mesh: Mesh) -> tuple[Ints, Ints]:
     """Return the vertices (2, e) of all edges, and the edge (c,) that leaves each face corner."""
-    after = _following(mesh)
+    after = _next_vertices(mesh)
     low, high = np.minimum(mesh.corners, after), np.maximum(mesh.corners, after)
     keys, edge = np.unique(low * mesh.points.shape[1] + high, return_inverse=True)
     return np.stack(np.divmod(keys, mesh.points.shape[1])), edge
 
 
-def _following(mesh: Mesh) -> Ints:
+def _next_vertices(mesh: Mesh) -> Ints:
     """The next vertex (c,) of the face after each face corner."""
     after = np.roll(mesh.corners, -1)
     after[mesh.starts + mesh.sizes - 1] = mesh.corners[mesh.starts]
     return after
 
 
-def _areas(mesh: Mesh) -> Array:
+def _area_vectors(mesh: Mesh) -> Array:
     """Area vectors (3, f) of the faces."""
     # relative to a corner of each face: far from the mesh's origin nothing cancels
     first = np.repeat(mesh.corners[mesh.starts], mesh.sizes)
     place = mesh.points[:, mesh.corners] - mesh.points[:, first]
-    after = mesh.points[:, _following(mesh)] - mesh.points[:, first]
+    after = mesh.points[:, _next_vertices(mesh)] - mesh.points[:, first]
     area: Array = 0.5 * np.add.reduceat(np.cross(place, after, axis=0), mesh.starts, axis=1)
     return area
 
 
-def _flat_parts(mesh: Mesh, normal: Array) -> list[Ints]:
+def _coplanar_groups(mesh: Mesh, normal: Array) -> list[Ints]:
     """Face indices of each coplanar group, given the faces' unit normals (3, f)."""
-    edge = edges_of(mesh)[1]
+    edge = mesh_edges(mesh)[1]
     order = np.argsort(edge, kind="stable")
     face = np.repeat(np.arange(mesh.sizes.size), mesh.sizes)[order]
     count = np.bincount(edge)
     first = (np.cumsum(count) - count)[count == 2]
     one, other = face[first], face[first + 1]
     turn = np.linalg.norm(np.cross(normal[:, one], normal[:, other], axis=0), axis=0)
-    joined = (turn < STRAIGHT) & (mesh.slots[one] == mesh.slots[other])
-    label = _linked(mesh.sizes.size, one[joined], other[joined])
+    joined = (turn < ANGLE_TOLERANCE) & (mesh.slots[one] == mesh.slots[other])
+    label = _connected_components(mesh.sizes.size, one[joined], other[joined])
     order = np.argsort(label, kind="stable")
     return np.split(order, np.diff(label[order]).nonzero()[0] + 1)
 
 
-def _linked(count: int, one: Ints, other: Ints) -> Ints:
+def _connected_components(count: int, one: Ints, other: Ints) -> Ints:
     """Component labels (count,) of a graph with edges one[k] - other[k], equal if connected."""
     label: Ints = np.arange(count)
     while True:
@@ -183,33 +184,33 @@ def _linked(count: int, one: Ints, other: Ints) -> Ints:
             return label
 
 
-def _parallelogram(part: Mesh) -> Parallelogram | str:
+def _outline_parallelogram(part: Mesh) -> Parallelogram | str:
     """The parallelogram that all faces together tile, or the reason why there is none."""
     place = part.points[:, part.corners]
-    area = _areas(part)
+    area = _area_vectors(part)
     size = np.linalg.norm(area, axis=0)
     largest = int(size.argmax())
     normal = area[:, largest] / size[largest]
     extent = float(np.linalg.norm(np.ptp(place, axis=1)))
     allowed = part.fit * extent + part.slack
     if float(np.abs(normal @ (place - place[:, :1])).max()) > allowed:
-        return NEITHER
-    edges, edge = edges_of(part)
+        return UNRECOGNISED
+    edges, edge = mesh_edges(part)
     uses = np.bincount(edge)
-    outline = _loop(edges[:, uses == 1]) if (uses <= 2).all() else None
-    bends = _bends(part.points, outline) if outline is not None else None
+    outline = _closed_loop(edges[:, uses == 1]) if (uses <= 2).all() else None
+    bends = _turning_vertices(part.points, outline) if outline is not None else None
     if bends is None or len(bends) != 4:
-        return NO_OUTLINE
+        return NOT_A_PARALLELOGRAM
     a, b, c, d = (part.points[:, i] for i in bends)
     if float(np.linalg.norm(a + c - b - d)) > allowed:
-        return NO_OUTLINE
+        return NOT_A_PARALLELOGRAM
     whole = float(np.linalg.norm(np.cross(b - a, d - a)))
     if abs(float(size.sum()) - whole) > allowed * extent:
-        return OVERLAP
+        return OVERLAPPING_FACES
     return Parallelogram(vector_of(a), vector_of(b - a), vector_of(d - a), int(part.slots[0]))
 
 
-def _loop(edges: Ints) -> list[int] | None:
+def _closed_loop(edges: Ints) -> list[int] | None:
     """Return the vertices, in order, of the single closed loop that edges (2, e) form, or None."""
     neighbours: dict[int, list[int]] = {}
     for i, j in edges.T.tolist():
@@ -229,11 +230,11 @@ def _loop(edges: Ints) -> list[int] | None:
     return loop if len(loop) == len(neighbours) else None
 
 
-def _bends(points: Array, loop: list[int]) -> list[int]:
+def _turning_vertices(points: Array, loop: list[int]) -> list[int]:
     """Return the vertices at which a loop turns."""
     place = points[:, loop]
     entering = place - np.roll(place, 1, axis=1)
     leaving = np.roll(entering, -1, axis=1)
     turn = np.linalg.norm(np.cross(entering, leaving, axis=0), axis=0)
-    straight = STRAIGHT * np.linalg.norm(entering, axis=0) * np.linalg.norm(leaving, axis=0)
+    straight = ANGLE_TOLERANCE * np.linalg.norm(entering, axis=0) * np.linalg.norm(leaving, axis=0)
     return [vertex for vertex, bent in zip(loop, turn > straight, strict=True) if bent]

@@ -19,18 +19,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .description import Vector, vector_of
-from .planar_facets import Mesh, Parallelogram, edges_of, parallelograms
+from .planar_facets import Mesh, Parallelogram, mesh_edges, parallelograms
 
-__all__ = ["Ball", "Parallelogram", "recognise"]
+__all__ = ["MeshSphere", "Parallelogram", "recognise_primitive"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-RELATIVE_FIT = 2e-5
+RELATIVE_TOLERANCE = 2e-5
 """Largest distance of a vertex from the ideal shape, as a fraction of its size. Seen: Blender's UV
 spheres 2e-6 (float32), its icosahedron 7e-6 (its constants have six digits)."""
 
-ROUNDINGS = 8.0 * float(np.finfo(np.float32).eps)
+FLOAT32_ROUNDING = 8.0 * float(np.finfo(np.float32).eps)
 """Largest rounding error of a position stored as float32, as a fraction of the mesh's largest
 coordinate: it matters for a mesh far from its own origin."""
 
@@ -43,7 +43,7 @@ ICOSPHERE_STRETCH = 1.4
 
 
 @dataclass(frozen=True)
-class Ball:
+class MeshSphere:
     """Sphere in the mesh's own space: centre and radius in its units.
 
     slot : the material slot of most of its faces.
@@ -54,9 +54,9 @@ class Ball:
     slot: int = 0
 
 
-def recognise(
+def recognise_primitive(
     points: FloatArray, corners: IntArray, starts: IntArray, slots: IntArray
-) -> Ball | tuple[Parallelogram, ...] | str:
+) -> MeshSphere | tuple[Parallelogram, ...] | str:
     """Return the sphere or the parallelograms that a mesh represents, or why it is neither.
 
     Parameters
@@ -79,13 +79,13 @@ def recognise(
     if not np.isfinite(points).all():
         return "its vertices are not finite numbers"
     sizes = np.diff(starts, append=len(corners))
-    slack = ROUNDINGS * float(np.abs(points).max())
-    mesh = Mesh(points, corners, starts, sizes, slots, slack, RELATIVE_FIT)
+    slack = FLOAT32_ROUNDING * float(np.abs(points).max())
+    mesh = Mesh(points, corners, starts, sizes, slots, slack, RELATIVE_TOLERANCE)
     ball = _as_uv_sphere(mesh) or _as_icosphere(mesh)
     return replace(ball, slot=int(np.bincount(slots).argmax())) if ball else parallelograms(mesh)
 
 
-def _fit_sphere(points: FloatArray, slack: float) -> Ball | None:
+def _fit_sphere(points: FloatArray, slack: float) -> MeshSphere | None:
     """Return the sphere on which all points (3, n), n >= 4, lie, or None.
 
     |p|^2 = 2 c.p + (r^2 - |c|^2) is linear in its unknowns; solved by least squares relative to the
@@ -104,17 +104,17 @@ def _fit_sphere(points: FloatArray, slack: float) -> Ball | None:
         return None
     distance = np.linalg.norm(local - solution[:3, None], axis=0)
     radius = float(distance.mean())
-    allowed = RELATIVE_FIT * radius + slack / extent
+    allowed = RELATIVE_TOLERANCE * radius + slack / extent
     if float(np.abs(distance - radius).max()) > allowed:
         return None
     center = middle + extent * solution[:3]
     # rounding must not move a primitive off its origin, or it would wobble when it rotates
-    if float(np.linalg.norm(center)) <= RELATIVE_FIT * radius * extent:
+    if float(np.linalg.norm(center)) <= RELATIVE_TOLERANCE * radius * extent:
         center = np.zeros(3)
-    return Ball(vector_of(center), radius * extent)
+    return MeshSphere(vector_of(center), radius * extent)
 
 
-def _as_uv_sphere(mesh: Mesh) -> Ball | None:
+def _as_uv_sphere(mesh: Mesh) -> MeshSphere | None:
     """Return the sphere if the mesh is a UV sphere of m segments and n rings, or None.
 
     Two poles, m * (n - 1) vertices between them at the angles k pi / n and j 2 pi / m, a
@@ -138,7 +138,7 @@ def _as_uv_sphere(mesh: Mesh) -> Ball | None:
     ball = _fit_sphere(points, slack) if len(poles) == 2 else None
     if ball is None:
         return None
-    cell = _lattice(points, poles, ball, segments, rings, slack)
+    cell = _rings_and_segments(points, poles, ball, segments, rings, slack)
     if cell is None:
         return None
     latitude, longitude = cell
@@ -147,8 +147,8 @@ def _as_uv_sphere(mesh: Mesh) -> Ball | None:
     return ball if _covers_fans(latitude, longitude, triangle_corners, segments, rings) else None
 
 
-def _lattice(
-    points: FloatArray, poles: IntArray, ball: Ball, segments: int, rings: int, slack: float
+def _rings_and_segments(
+    points: FloatArray, poles: IntArray, ball: MeshSphere, segments: int, rings: int, slack: float
 ) -> tuple[IntArray, IntArray] | None:
     """Return each vertex's ring k (0 and n at the poles) and segment j, or None if one is off."""
     local = (points - np.array(ball.center)[:, None]) / ball.radius
@@ -160,7 +160,7 @@ def _lattice(
     axis = axis / axis_length
     across = local[:, between[0]] - axis * (axis @ local[:, between[0]])
     across_length = float(np.linalg.norm(across))
-    if across_length < RELATIVE_FIT:
+    if across_length < RELATIVE_TOLERANCE:
         return None
     across = across / across_length
     along, aside, third = (v @ local for v in (axis, across, np.cross(axis, across)))
@@ -171,7 +171,7 @@ def _lattice(
     sine = np.sin(theta)
     ideal = frame @ np.stack([np.cos(theta), sine * np.cos(phi), sine * np.sin(phi)])
     # one vertex fixes the frame's rotation, so its rounding error adds to that of all others
-    allowed = 4.0 * (RELATIVE_FIT + slack / ball.radius)
+    allowed = 4.0 * (RELATIVE_TOLERANCE + slack / ball.radius)
     if float(np.linalg.norm(local - ideal, axis=0).max()) > allowed:
         return None
     keys = k[between] * segments + j[between]
@@ -180,7 +180,7 @@ def _lattice(
     return k, j
 
 
-def _first_of_pair(j: IntArray, segments: int) -> IntArray:
+def _first_segment(j: IntArray, segments: int) -> IntArray:
     """Return the first of the two adjacent segments in each row, modulo the number of segments."""
     low, high = j.min(axis=1), j.max(axis=1)
     return np.where(high - low == segments - 1, high, low)
@@ -188,7 +188,7 @@ def _first_of_pair(j: IntArray, segments: int) -> IntArray:
 
 def _covers_cells(k: IntArray, j: IntArray, segments: int, span: tuple[int, int]) -> bool:
     """Whether quads with vertices (k, j), each (q, 4), are the cells of rings `span`, once each."""
-    k0, j0 = k.min(axis=1), _first_of_pair(j, segments)
+    k0, j0 = k.min(axis=1), _first_segment(j, segments)
     place = 2 * (k - k0[:, None]) + (j - j0[:, None]) % segments
     if not np.array_equal(np.sort(place, axis=1), np.tile(np.arange(4), (len(k), 1))):
         return False
@@ -209,13 +209,13 @@ def _covers_fans(
     if not (north | south).all():
         return False
     pair = j[:, :2]
-    j0 = _first_of_pair(pair, segments)
+    j0 = _first_segment(pair, segments)
     if not np.array_equal(np.sort((pair - j0[:, None]) % segments, axis=1)[:, 1], np.ones(len(j))):
         return False
     return np.array_equal(np.sort(south * segments + j0), np.arange(2 * segments))
 
 
-def _as_icosphere(mesh: Mesh) -> Ball | None:
+def _as_icosphere(mesh: Mesh) -> MeshSphere | None:
     """Return the sphere if the mesh is an icosphere of any subdivision, or None.
 
     Closed, 20 * 4^s triangles; 12 vertices with five edges, at the corners of a regular
@@ -226,7 +226,7 @@ def _as_icosphere(mesh: Mesh) -> Ball | None:
     level = round(math.log(faces / 20.0, 4.0)) if faces >= 20 else 0
     if faces != 20 * 4**level or count != faces // 2 + 2 or not (mesh.sizes == 3).all():
         return None
-    edges, edge = edges_of(mesh)
+    edges, edge = mesh_edges(mesh)
     if not (np.bincount(edge) == 2).all():
         return None
     valence = np.bincount(edges.ravel(), minlength=count)
@@ -241,7 +241,7 @@ def _as_icosphere(mesh: Mesh) -> Ball | None:
     far = math.sqrt(4.0 - ICOSAHEDRON_EDGE**2)
     ideal = np.array([0.0] + [ICOSAHEDRON_EDGE] * 5 + [far] * 5 + [2.0])
     if float(np.abs(np.sort(apart, axis=1) - ideal).max()) > 4.0 * (
-        RELATIVE_FIT + slack / ball.radius
+        RELATIVE_TOLERANCE + slack / ball.radius
     ):
         return None
     longest = float(np.linalg.norm(local[:, edges[0]] - local[:, edges[1]], axis=0).max())

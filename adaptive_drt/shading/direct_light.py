@@ -14,37 +14,37 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..detection.occlusion import Shadow, detect_shadows
+from ..detection.occlusion import LightVisibility, classify_light_visibility
 from ..lights.emitter import POINT, QUAD, Emitter
 from ..numerics.arrays import Array, Mask
 from ..numerics.gather import columns
 from ..numerics.vector import rms
-from ..parallel.call_progress import each_of, part_of_call
+from ..parallel.call_progress import iterate_with_progress, progress_range
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs, Surface
 from ..tracing.occluder_culling import Occluders
 from .footprint import Patch
-from .partial_occlusion import hide
-from .ratio_estimator import unblocked
-from .unoccluded_variation import open_variation
-from .variation import BENDS, KINKS, no_variation, shadow_variation
+from .partial_occlusion import apply_occluders
+from .ratio_estimator import unoccluded_factor
+from .unoccluded_variation import unoccluded_deviations
+from .variation import KINK_KIND, SMOOTH_KIND, shadow_variation, zero_variation
 
-__all__ = ["Shaded", "shade", "shade_among", "unshadowed"]
+__all__ = ["DirectLight", "shade", "shade_with_candidates", "unshadowed_radiance"]
 
 
-SEEN, VARIED = 0.1, 0.4
+SHADOW_STEP, VARIATION_END = 0.1, 0.4
 """Positions of a progress bar, as fractions of the work on one light.
 
 At `SHADOW_STEP` its candidate occluders are known, at twice that which of them hide it, and at
 `VARIATION_END`
 its variation; the rest is the work on the parts of it that are hidden.
 """
-LARGEST = 1e100
+MAX_DEVIATION = 1e100
 """Largest deviation, as a radiance; larger ones count as this, so that they stay finite."""
 
 
 @dataclass(frozen=True)
-class Shaded:
+class DirectLight:
     """Direct light that n surface points send to the camera.
 
     Attributes
@@ -66,8 +66,8 @@ def shade(
     surface: Surface,
     time: Array | float,
     patch: Patch,
-    known: Sequence[tuple[Shadow, Pairs]] | None = None,
-) -> Shaded:
+    known: Sequence[tuple[LightVisibility, Pairs]] | None = None,
+) -> DirectLight:
     """Direct light at n points, and estimates of its deviation from the mean over their patches.
 
     Parameters
@@ -76,35 +76,35 @@ def shade(
     known : for each light its shadow at the points, and the candidate occluders for the whole
     patches, if known already.
     """
-    total, albedo = np.zeros((3, surface.item.size)), _albedo(plan, surface)
-    spread = no_variation(surface.item.size)
+    total, albedo = np.zeros((3, surface.item.size)), _diffuse_brdf(plan, surface)
+    spread = zero_variation(surface.item.size)
     candidates = []
-    for index, light in enumerate(each_of(plan.lights)):
+    for index, light in enumerate(iterate_with_progress(plan.lights)):
         plan.go_on()
         if known is None:
-            with part_of_call(0.0, SEEN):
+            with progress_range(0.0, SHADOW_STEP):
                 shape = plan.shadow_light(light)
                 pairs = occluders.find(shape, surface, patch.reach)
-            with part_of_call(SEEN, 2.0 * SEEN):
-                shadow = detect_shadows(plan, surface, shape, pairs, time)
+            with progress_range(SHADOW_STEP, 2.0 * SHADOW_STEP):
+                shadow = classify_light_visibility(plan, surface, shape, pairs, time)
         else:
             shadow, pairs = known[index]
         candidates.append(pairs)
-        whole = _unblocked(plan, surface, light, time)
-        with part_of_call(2.0 * SEEN, VARIED):
+        whole = _unoccluded_factors(plan, surface, light, time)
+        with progress_range(2.0 * SHADOW_STEP, VARIATION_END):
             varies = _variation(plan, surface, light, time, patch, shadow, pairs, whole)
-        with part_of_call(VARIED, 1.0):
-            seen = _visible(plan, surface, light, time, shadow, whole)
+        with progress_range(VARIATION_END, 1.0):
+            seen = _shadowed_factors(plan, surface, light, time, shadow, whole)
         total += light.power[:, None] * seen
         weight = albedo * light.power[:, None]
         with np.errstate(over="ignore", invalid="ignore"):
             spread += rms(weight) * varies
     # an estimate that overflows counts as a large one
-    spread = np.minimum(np.nan_to_num(spread, copy=False, nan=0.0), LARGEST)
-    return Shaded(total * albedo, spread, tuple(candidates))
+    spread = np.minimum(np.nan_to_num(spread, copy=False, nan=0.0), MAX_DEVIATION)
+    return DirectLight(total * albedo, spread, tuple(candidates))
 
 
-def shade_among(
+def shade_with_candidates(
     plan: Plan, surface: Surface, time: Array | float, candidates: Sequence[Pairs]
 ) -> Array:
     """Direct light (3, n) at n points whose candidate occluders are known, for each light.
@@ -112,18 +112,20 @@ def shade_among(
     time : shutter times, a number or (n,).
     """
     total = np.zeros((3, surface.item.size))
-    for light, pairs in each_of(tuple(zip(plan.lights, candidates, strict=True))):
-        with part_of_call(0.0, VARIED):
-            shadow = detect_shadows(plan, surface, plan.shadow_light(light), pairs, time)
-        whole = _unblocked(plan, surface, light, time)
-        with part_of_call(VARIED, 1.0):
-            seen = _visible(plan, surface, light, time, shadow, whole)
+    for light, pairs in iterate_with_progress(tuple(zip(plan.lights, candidates, strict=True))):
+        with progress_range(0.0, VARIATION_END):
+            shadow = classify_light_visibility(plan, surface, plan.shadow_light(light), pairs, time)
+        whole = _unoccluded_factors(plan, surface, light, time)
+        with progress_range(VARIATION_END, 1.0):
+            seen = _shadowed_factors(plan, surface, light, time, shadow, whole)
         total += light.power[:, None] * seen
-    radiance: Array = total * _albedo(plan, surface)
+    radiance: Array = total * _diffuse_brdf(plan, surface)
     return radiance
 
 
-def unshadowed(plan: Plan, surface: Surface, time: Array | float, hidden: Sequence[Mask]) -> Array:
+def unshadowed_radiance(
+    plan: Plan, surface: Surface, time: Array | float, hidden: Sequence[Mask]
+) -> Array:
     """Radiance (3, n) of n points without shadows, other than of lights that are wholly hidden.
 
     Parameters
@@ -133,25 +135,30 @@ def unshadowed(plan: Plan, surface: Surface, time: Array | float, hidden: Sequen
     """
     total = np.zeros((3, surface.item.size))
     for light, away in zip(plan.lights, hidden, strict=True):
-        factor = _unblocked(plan, surface, light, time)
+        factor = _unoccluded_factors(plan, surface, light, time)
         total += light.power[:, None] * np.where(away, 0.0, factor)
-    radiance: Array = total * _albedo(plan, surface)
+    radiance: Array = total * _diffuse_brdf(plan, surface)
     return radiance
 
 
-def _albedo(plan: Plan, surface: Surface) -> Array:
+def _diffuse_brdf(plan: Plan, surface: Surface) -> Array:
     """Radiance (3, n) of a diffuse surface for an irradiance of 1: its albedo over pi."""
     albedo: Array = columns(plan.color, surface.item) / np.pi
     return albedo
 
 
-def _unblocked(plan: Plan, surface: Surface, light: Emitter, time: Array | float) -> Array:
+def _unoccluded_factors(plan: Plan, surface: Surface, light: Emitter, time: Array | float) -> Array:
     """Irradiance factors (n,) of a light without shadows."""
-    return unblocked(light, plan.shadow_light(light), light.moved(time), surface)
+    return unoccluded_factor(light, plan.shadow_light(light), light.moved(time), surface)
 
 
-def _visible(
-    plan: Plan, surface: Surface, light: Emitter, time: Array | float, shadow: Shadow, whole: Array
+def _shadowed_factors(
+    plan: Plan,
+    surface: Surface,
+    light: Emitter,
+    time: Array | float,
+    shadow: LightVisibility,
+    whole: Array,
 ) -> Array:
     """Irradiance factors (n,) of a light with shadows; `whole` holds those without."""
     if not light.casts_shadow:
@@ -159,7 +166,7 @@ def _visible(
     factor = np.where(shadow.blocked, 0.0, whole)
     if plan.shadow_light(light).kind != POINT:
         live = shadow.pairs.take(factor[shadow.pairs.pixel] > 0.0)
-        hide(plan, surface, light, live, time, factor)
+        apply_occluders(plan, surface, light, live, time, factor)
     return factor
 
 
@@ -169,7 +176,7 @@ def _variation(
     light: Emitter,
     time: Array | float,
     patch: Patch,
-    shadow: Shadow,
+    shadow: LightVisibility,
     pairs: Pairs,
     whole: Array,
 ) -> Array:
@@ -179,7 +186,7 @@ def _variation(
     """
     # estimates may overflow: see `shade`
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        varies = open_variation(light, light.moved(time), surface, patch, whole)
+        varies = unoccluded_deviations(light, light.moved(time), surface, patch, whole)
         if light.kind == QUAD and light.touching is not None:
             varies[..., light.touches(surface.item)] = 0.0
         if not light.casts_shadow:
@@ -191,7 +198,7 @@ def _variation(
     # no shadow edge at the point, only beside it: differences between points do not show a smooth
     # edge there, so it counts as a kink
     aside = (~shadow.partial).nonzero()[0]
-    shadows[KINKS][:, aside] += columns(shadows[BENDS], aside)
-    shadows[BENDS][:, aside] = 0.0
+    shadows[KINK_KIND][:, aside] += columns(shadows[SMOOTH_KIND], aside)
+    shadows[SMOOTH_KIND][:, aside] = 0.0
     varies += whole * shadows
     return varies

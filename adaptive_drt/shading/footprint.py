@@ -15,12 +15,12 @@ from ..tracing.compile import Plan
 from ..tracing.intersect import Surface
 from ..visibility.line_intervals import TIME
 
-__all__ = ["FLAT", "Patch", "make_patch"]
+__all__ = ["MIN_PLANE_COSINE", "Patch", "make_patch"]
 
 
-FLAT = 2.0**-52
+MIN_PLANE_COSINE = 2.0**-52
 """Least cosine between the normal of a plane and a ray."""
-RIM = 2.0**-16
+MIN_SPHERE_COSINE = 2.0**-16
 """Least cosine between the normal of a sphere and a ray. A ray that just misses a sphere stands for
 its limb, where the cosine is only rounding, sign included; the steps are limited by a chord of the
 sphere long before."""
@@ -76,9 +76,9 @@ def make_patch(plan: Plan, w: Array, t: Array, surface: Surface, half: Array) ->
     lens, normal = plan.lens, surface.normal
     length = np.sqrt(dot(w, w))
     along = dot(normal, w)
-    bend, least = np.zeros(t.size), np.full(t.size, FLAT)
+    bend, least = np.zeros(t.size), np.full(t.size, MIN_PLANE_COSINE)
     ball = (surface.item < plan.sphere_count).nonzero()[0]
-    bend[ball], least[ball] = 1.0 / plan.spheres.radius[surface.item[ball]], RIM
+    bend[ball], least[ball] = 1.0 / plan.spheres.radius[surface.item[ball]], MIN_SPHERE_COSINE
     slant = np.maximum(np.abs(along) / length, least)
     safe = np.where(along <= least * length, -slant, slant) * length
     steps, slides, cross = np.zeros((3, 3, t.size)), np.zeros((3, t.size)), np.zeros((3, t.size))
@@ -90,14 +90,14 @@ def make_patch(plan: Plan, w: Array, t: Array, surface: Surface, half: Array) ->
         cross[axis] = np.sqrt(dot(against, against))
         # project the step along the ray onto the tangent plane at the hit
         moved = against - w * (dot(normal, against) / safe)
-        slides[axis], part = _on_chord(moved, cross[axis], bend)
+        slides[axis], part = _limit_to_chord(moved, cross[axis], bend)
         steps[axis] = moved * part
     if TIME in axes:
-        drift = _drift(plan, surface.item) * half[2]
+        drift = _displacements(plan, surface.item) * half[2]
         along = w * (dot(normal, drift) / safe)
         across = drift - w * (dot(w, drift) / (length * length))
         cross[2] = np.sqrt(dot(across, across))
-        slides[2], part = _on_chord(drift - along, cross[2], bend)
+        slides[2], part = _limit_to_chord(drift - along, cross[2], bend)
         # limit the change of depth by the motion of the object and the distance over its surface
         deep = np.sqrt(dot(along, along))
         most = np.sqrt(dot(drift, drift)) + slides[2]
@@ -105,7 +105,7 @@ def make_patch(plan: Plan, w: Array, t: Array, surface: Surface, half: Array) ->
     return Patch(steps, slides, cross, half[2], bend, slant, axes)
 
 
-def _on_chord(moved: Array, cross: Array, bend: Array) -> tuple[Array, Array]:
+def _limit_to_chord(moved: Array, cross: Array, bend: Array) -> tuple[Array, Array]:
     """Lengths (n,) of steps (3, n) in a tangent plane, limited by the length of a chord of the
     sphere.
 
@@ -118,7 +118,7 @@ def _on_chord(moved: Array, cross: Array, bend: Array) -> tuple[Array, Array]:
     return short, short / np.maximum(size, TINY)
 
 
-def _drift(plan: Plan, item: Ints) -> Array:
+def _displacements(plan: Plan, item: Ints) -> Array:
     """Displacements (3, n) of objects over the shutter time."""
     drift = np.zeros((3, item.size))
     count = plan.sphere_count

@@ -14,17 +14,17 @@ import numpy as np
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.gather import columns
 from ..numerics.vector import dot
-from ..parallel.call_progress import part_of_call, tell
+from ..parallel.call_progress import progress_range, report_progress
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs, Surface
 
-__all__ = ["nested"]
+__all__ = ["find_nested"]
 
 
-LEAST = 4
+MIN_SPHERES = 4
 """Number of spheres in front of a light from which the search pays: of so many a tenth is
 nested."""
-CROWD, LARGEST = 24, 6
+TWO_PASS_SPHERES, LARGEST_SPHERES = 24, 6
 """Numbers of spheres for the search in two passes.
 
 From `TWO_PASS_SPHERES` spheres in front of a light, all are first compared with the
@@ -32,14 +32,14 @@ From `TWO_PASS_SPHERES` spheres in front of a light, all are first compared with
 apparent size, and then the remaining ones with each other: 2,000 that overlap took half of a survey
 in pairs.
 """
-CHUNK = 1 << 16
+BATCH_PAIRS = 1 << 16
 """Approximate number of pairs of spheres in a batch."""
-ROUNDING = 16.0 * 2.0**-53
+ROUNDING_ANGLE = 16.0 * 2.0**-53
 """Bound in radians on the sum of the rounding errors of directions, sines and cosines of
 outlines."""
 
 
-def nested(plan: Plan, surface: Surface, pairs: Pairs, time: Array | float) -> Mask:
+def find_nested(plan: Plan, surface: Surface, pairs: Pairs, time: Array | float) -> Mask:
     """Whether each sphere (m,) is nested in another sphere of the same point; conservative.
 
     A sphere is marked only if that is certain under rounding.
@@ -51,33 +51,35 @@ def nested(plan: Plan, surface: Surface, pairs: Pairs, time: Array | float) -> M
     """
     hidden = np.zeros(pairs.item.size, dtype=np.bool_)
     number = np.bincount(pairs.pixel, minlength=surface.item.size)
-    if number.max(initial=0) < LEAST:
+    if number.max(initial=0) < MIN_SPHERES:
         return hidden
     start = np.cumsum(number) - number
     v = plan.spheres.moved(pairs.item, time) - columns(surface.point, pairs.pixel)
     r, length = plan.spheres.radius[pairs.item], np.sqrt(dot(v, v))
     axis, sine = v / length, r / length
     cosine = np.sqrt(np.maximum((length - r) * (length + r), 0.0)) / length
-    rows, kept = np.arange(pairs.item.size), np.where(number >= LEAST, number, 0)
-    if number.max() >= CROWD:
-        with part_of_call(0.0, 0.5):
-            for index in _by_number(plan, np.where(number >= CROWD, number, 0), start, LARGEST):
+    rows, kept = np.arange(pairs.item.size), np.where(number >= MIN_SPHERES, number, 0)
+    if number.max() >= TWO_PASS_SPHERES:
+        with progress_range(0.0, 0.5):
+            for index in _batches_by_count(
+                plan, np.where(number >= TWO_PASS_SPHERES, number, 0), start, LARGEST_SPHERES
+            ):
                 cones = columns(axis, index), sine[index], cosine[index]
-                large = np.argpartition(cones[1], -LARGEST, axis=0)[-LARGEST:]
-                hidden[index] = _within(*cones, large)
+                large = np.argpartition(cones[1], -LARGEST_SPHERES, axis=0)[-LARGEST_SPHERES:]
+                hidden[index] = _nested_cones(*cones, large)
         # a nested cone need not be compared: a cone within it is also within the one that contains
         # both
         rows = (~hidden).nonzero()[0]
         left = np.bincount(pairs.pixel[rows], minlength=number.size)
-        kept, start = np.where(number >= LEAST, left, 0), np.cumsum(left) - left
-    with part_of_call(0.5, 1.0):
-        for place in _by_number(plan, kept, start, 0):
+        kept, start = np.where(number >= MIN_SPHERES, left, 0), np.cumsum(left) - left
+    with progress_range(0.5, 1.0):
+        for place in _batches_by_count(plan, kept, start, 0):
             index = rows[place]
-            hidden[index] = _within(columns(axis, index), sine[index], cosine[index])
+            hidden[index] = _nested_cones(columns(axis, index), sine[index], cosine[index])
     return hidden
 
 
-def _by_number(plan: Plan, number: Ints, start: Ints, others: int) -> Iterator[Ints]:
+def _batches_by_count(plan: Plan, number: Ints, start: Ints, others: int) -> Iterator[Ints]:
     """Yield indices (k, n) of the spheres of points that have k spheres each, in batches.
 
     Parameters
@@ -89,16 +91,16 @@ def _by_number(plan: Plan, number: Ints, start: Ints, others: int) -> Iterator[I
     done, most = 0, max(int(work.sum()), 1)
     for k in np.unique(number[number >= 2]).tolist():
         points = (number == k).nonzero()[0]
-        step = max(1, CHUNK // (k * (others or k)))
+        step = max(1, BATCH_PAIRS // (k * (others or k)))
         for first in range(0, points.size, step):
             plan.go_on()
-            tell(done / most)
+            report_progress(done / most)
             some = points[first : first + step]
             done += int(work[some].sum())
             yield start[some] + np.arange(k)[:, None]
 
 
-def _within(axis: Array, sine: Array, cosine: Array, others: Ints | None = None) -> Mask:
+def _nested_cones(axis: Array, sine: Array, cosine: Array, others: Ints | None = None) -> Mask:
     """Whether cones (k, n) lie within another cone of the same column.
 
     Parameters
@@ -116,6 +118,6 @@ def _within(axis: Array, sine: Array, cosine: Array, others: Ints | None = None)
     turn = size[None] * cosine[:, None] - long_[None] * sine[:, None]
     even = long_[None] * cosine[:, None] + size[None] * sine[:, None]
     gap = axis[:, :, None] - outer[:, None]
-    within: Mask = np.sqrt(dot(gap, gap)) + ROUNDING <= turn * np.sqrt(2.0 / (1.0 + even))
+    within: Mask = np.sqrt(dot(gap, gap)) + ROUNDING_ANGLE <= turn * np.sqrt(2.0 / (1.0 + even))
     some: Mask = within.any(axis=1)
     return some

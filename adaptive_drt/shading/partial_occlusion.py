@@ -10,31 +10,32 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..geometry.silhouettes import CircularSilhouette
 from ..lights.emitter import QUAD, SPHERE, Emitter, view_cone
-from ..lights.emitter_clip import backdrop, ball_polygons, clip_quads
-from ..lights.form_factor import CORNERS
-from ..lights.occluded_form_factor import RoundOutline, visible_factor
+from ..lights.emitter_clip import clip_quads, clipped_sphere_polygons, light_plane
+from ..lights.form_factor import QUAD_CORNERS
+from ..lights.occluded_form_factor import visible_factor
 from ..numerics.arrays import Array, Ints
 from ..numerics.floats import TINY
 from ..numerics.gather import columns
-from ..numerics.low_discrepancy import points
+from ..numerics.low_discrepancy import low_discrepancy_points
 from ..numerics.vector import dot
-from ..parallel.call_progress import part_of_call, tell
+from ..parallel.call_progress import progress_range, report_progress
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs, Surface
-from .nested_occluders import nested
+from .nested_occluders import find_nested
 from .ratio_estimator import gather_light
 
-__all__ = ["hide"]
+__all__ = ["apply_occluders"]
 
 
-NESTED = 0.3
+NESTED_WORK = 0.3
 """Fraction of the work on partly hidden lights, for the progress bar, that finding nested spheres
 takes."""
 SHARED_LIGHT_RAYS = 1_024
 """Number of rays to a light where no closed form is known."""
 
-DROP, BALL, FLAT, CUT, RAYS = range(5)
+IGNORED, WHOLE_SPHERE, ANY_QUAD, CLIPPED_SPHERE, BY_RAYS = range(5)
 """How an occluder is treated.
 
 In this order: ignored, because it is behind the light; a sphere in front of the light; a quad; a
@@ -42,7 +43,7 @@ sphere that the plane of the light cuts; by distributed rays.
 """
 
 
-def hide(
+def apply_occluders(
     plan: Plan,
     surface: Surface,
     light: Emitter,
@@ -63,35 +64,39 @@ def hide(
     rows = some.nonzero()[0]
     if rows.size:
         part = Pairs((some.cumsum() - 1)[pairs.pixel], pairs.item)
-        factor[rows] = _partial(plan, surface.take(rows), light, part, _at(time, rows))
+        factor[rows] = _occluded_factors(
+            plan, surface.take(rows), light, part, _times_at(time, rows)
+        )
 
 
-def _at(time: Array | float, rows: Ints) -> Array | float:
+def _times_at(time: Array | float, rows: Ints) -> Array | float:
     """Times at some points, of times (n,) or one number."""
     return time[rows] if isinstance(time, np.ndarray) else time
 
 
-def _partial(
+def _occluded_factors(
     plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, time: Array | float
 ) -> Array:
     """Factors (n,) of points that all have a pair that may hide part of the light."""
     count = surface.item.size
     factor = np.zeros(count)
-    kind = _place(plan, surface, light, pairs, _at(time, pairs.pixel))
+    kind = _classify_occluders(plan, surface, light, pairs, _times_at(time, pairs.pixel))
     rays = np.zeros(count, dtype=np.bool_)
-    rays[pairs.pixel[kind == RAYS]] = True
+    rays[pairs.pixel[kind == BY_RAYS]] = True
     if light.kind == SPHERE:
         # from inside a spherical light no cone contains it
         to = light.moved(time) - surface.point
         rays |= np.sqrt(dot(to, to)) <= light.radius
-    keep = (kind != DROP) & ~rays[pairs.pixel]
-    balls = (keep & (kind == BALL)).nonzero()[0]
-    with part_of_call(0.0, NESTED):
-        keep[balls] = ~nested(plan, surface, pairs.take(balls), _at(time, pairs.pixel[balls]))
+    keep = (kind != IGNORED) & ~rays[pairs.pixel]
+    balls = (keep & (kind == WHOLE_SPHERE)).nonzero()[0]
+    with progress_range(0.0, NESTED_WORK):
+        keep[balls] = ~find_nested(
+            plan, surface, pairs.take(balls), _times_at(time, pairs.pixel[balls])
+        )
     chosen, kind = pairs.take(keep), kind[keep]
     # group points with equal numbers of occluders of each treatment
     key = np.zeros(count, dtype=np.int64)
-    for each in (BALL, FLAT, CUT):
+    for each in (WHOLE_SPHERE, ANY_QUAD, CLIPPED_SPHERE):
         number = np.bincount(chosen.pixel[kind == each], minlength=count)
         key = key * (number.max(initial=0) + 1) + number
     key[rays] = -1
@@ -100,22 +105,24 @@ def _partial(
     done, most = 0.0, float(work.sum())
     for group in np.unique(key):
         plan.go_on()
-        tell(NESTED + (1.0 - NESTED) * done / most)
+        report_progress(NESTED_WORK + (1.0 - NESTED_WORK) * done / most)
         rows = (key == group).nonzero()[0]
         done += float(work[rows].sum())
         if group < 0:
-            factor[rows] = _by_rays(plan, surface, light, pairs, time, rows)
+            factor[rows] = _ray_traced_factors(plan, surface, light, pairs, time, rows)
             continue
         number = np.full(count, -1)
         number[rows] = np.arange(rows.size)
         mine = (number[chosen.pixel] >= 0).nonzero()[0]
         own = Pairs(number[chosen.pixel[mine]], chosen.item[mine])
         part = surface.take(rows)
-        factor[rows] = _closed(plan, part, light, own, kind[mine], _at(time, rows))
+        factor[rows] = _closed_form_factors(
+            plan, part, light, own, kind[mine], _times_at(time, rows)
+        )
     return factor
 
 
-def _closed(
+def _closed_form_factors(
     plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, kind: Ints, time: Array | float
 ) -> Array:
     """Factors (n,) in closed form, of points with equally many occluders of each treatment."""
@@ -128,24 +135,24 @@ def _closed(
         place = plan.spheres.moved(items, when) - surface.point[:, None]
         return place.swapaxes(0, 1), plan.spheres.radius[items]
 
-    ids = pairs.item[kind == FLAT].reshape(n, -1).T - plan.sphere_count
+    ids = pairs.item[kind == ANY_QUAD].reshape(n, -1).T - plan.sphere_count
     q = plan.quads.moved(ids, when) - surface.point[:, None]
     a, b = columns(plan.quads.edge_u, ids), columns(plan.quads.edge_v, ids)
-    plane = backdrop(light, to)
+    plane = light_plane(light, to)
     quads = clip_quads(plane, np.array([q, q + a, q + a + b, q + b]).transpose(2, 0, 1, 3))
-    cut = balls(CUT)
+    cut = balls(CLIPPED_SPHERE)
     if cut[1].shape[0]:
-        quads = _together(quads, ball_polygons(plane, *cut))
-    outline: Array | RoundOutline
+        quads = _concatenate_polygons(quads, clipped_sphere_polygons(plane, *cut))
+    outline: Array | CircularSilhouette
     if light.kind == QUAD:
-        outline = np.array([to + su * light.half_u + sv * light.half_v for su, sv in CORNERS])
+        outline = np.array([to + su * light.half_u + sv * light.half_v for su, sv in QUAD_CORNERS])
     else:
         cone = view_cone(light, light.moved(time), surface.point)
-        outline = RoundOutline(cone.axis, cone.cosine, cone.sine)
-    return visible_factor(outline, surface.normal, balls(BALL), quads)
+        outline = CircularSilhouette(cone.axis, cone.cosine, cone.sine)
+    return visible_factor(outline, surface.normal, balls(WHOLE_SPHERE), quads)
 
 
-def _together(few: Array, many: Array) -> Array:
+def _concatenate_polygons(few: Array, many: Array) -> Array:
     """Concatenate polygons with different numbers of corners: the last corner is repeated."""
     if not few.shape[0]:
         return many
@@ -153,27 +160,31 @@ def _together(few: Array, many: Array) -> Array:
     return np.concatenate([np.concatenate([few, spare], axis=1), many])
 
 
-def _place(plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, time: Array | float) -> Ints:
+def _classify_occluders(
+    plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, time: Array | float
+) -> Ints:
     """Treatment of each occluder (m,).
 
     One of `IGNORED`, `WHOLE_SPHERE`, `ANY_QUAD`, `CLIPPED_SPHERE` and `BY_RAYS`.
     """
-    kind = np.full(pairs.item.size, FLAT)
+    kind = np.full(pairs.item.size, ANY_QUAD)
     point, center = columns(surface.point, pairs.pixel), light.moved(time)
     rows = (pairs.item < plan.sphere_count).nonzero()[0]
     if rows.size:
-        when = _at(time, rows)
-        kind[rows] = _place_spheres(plan, surface, light, pairs.take(rows), when)
-    rows = (kind == FLAT).nonzero()[0]
+        when = _times_at(time, rows)
+        kind[rows] = _classify_spheres(plan, surface, light, pairs.take(rows), when)
+    rows = (kind == ANY_QUAD).nonzero()[0]
     if rows.size and light.kind == SPHERE:
         ids = pairs.item[rows] - plan.sphere_count
-        gap = plan.quads.moved(ids, _at(time, rows)) - columns(center + np.zeros_like(point), rows)
+        gap = plan.quads.moved(ids, _times_at(time, rows)) - columns(
+            center + np.zeros_like(point), rows
+        )
         away = _distance(gap, columns(plan.quads.edge_u, ids), columns(plan.quads.edge_v, ids))
-        kind[rows[away < light.radius]] = RAYS
+        kind[rows[away < light.radius]] = BY_RAYS
     return kind
 
 
-def _place_spheres(
+def _classify_spheres(
     plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, time: Array | float
 ) -> Ints:
     """Treatment of spherical occluders (m,)."""
@@ -186,11 +197,11 @@ def _place_spheres(
         # a plane separates two disjoint balls: the one on the side of the point is in front
         away = np.sqrt(dot(gap, gap))
         before = dot(point - center, gap) > light.radius * away
-        kind = np.where(away <= r + light.radius, RAYS, np.where(before, BALL, DROP))
+        kind = np.where(away <= r + light.radius, BY_RAYS, np.where(before, WHOLE_SPHERE, IGNORED))
     else:
-        height = backdrop(light, center - point).height(v)
-        kind = np.where(height >= r, BALL, np.where(height <= -r, DROP, CUT))
-    return np.where(enclosed, RAYS, kind)
+        height = light_plane(light, center - point).height(v)
+        kind = np.where(height >= r, WHOLE_SPHERE, np.where(height <= -r, IGNORED, CLIPPED_SPHERE))
+    return np.where(enclosed, BY_RAYS, kind)
 
 
 def _distance(corner: Array, u: Array, v: Array) -> Array:
@@ -202,7 +213,7 @@ def _distance(corner: Array, u: Array, v: Array) -> Array:
     return np.sqrt(dot(nearest, nearest))
 
 
-def _by_rays(
+def _ray_traced_factors(
     plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, time: Array | float, rows: Ints
 ) -> Array:
     """Factors of the points `rows` by distributed rays, with the same points of the light for
@@ -212,7 +223,7 @@ def _by_rays(
     own = pairs.take(number[pairs.pixel] >= 0)
     own = Pairs(number[own.pixel], own.item)
     same = np.zeros(1, dtype=np.int64)
-    a, b = points(plan.settings.seed, same, 0, SHARED_LIGHT_RAYS, 2)
+    a, b = low_discrepancy_points(plan.settings.seed, same, 0, SHARED_LIGHT_RAYS, 2)
     spots = np.repeat(a, rows.size, axis=0), np.repeat(b, rows.size, axis=0)
     when = time[rows][:, None] if isinstance(time, np.ndarray) else time
     return gather_light(plan, surface.take(rows), light, own, spots, when).estimate()

@@ -14,17 +14,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..lights.emitter import QUAD, Emitter, points_on
+from ..lights.emitter import QUAD, Emitter, sample_emitter
 from ..lights.form_factor import irradiance_factor
 from ..numerics.arrays import Array, Ints
-from ..numerics.low_discrepancy import points
+from ..numerics.low_discrepancy import low_discrepancy_points
 from ..numerics.vector import dot
-from ..parallel.call_progress import tell
+from ..parallel.call_progress import report_progress
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs, Surface
 from ..tracing.shadow_rays import blocked_segments
 
-__all__ = ["LightSums", "gather_light", "light_points", "ratio", "unblocked"]
+__all__ = ["LightSums", "gather_light", "light_points", "ratio_estimate", "unoccluded_factor"]
 
 
 CHUNK = 1 << 17
@@ -42,10 +42,10 @@ class LightSums:
     def estimate(self) -> Array:
         """Ratio estimates (n,) of the irradiance factor, summed over the k samples."""
         closed, every = self.closed.sum(axis=1), self.every.sum(axis=1)
-        return ratio(closed, every, self.visible.sum(axis=1))
+        return ratio_estimate(closed, every, self.visible.sum(axis=1))
 
 
-def ratio(closed: Array, every: Array, visible: Array) -> Array:
+def ratio_estimate(closed: Array, every: Array, visible: Array) -> Array:
     """closed * visible / every; equal to `closed` where no point of light is above the horizon.
 
     There a sliver of the light may be above the horizon although no point met it: its closed form
@@ -65,9 +65,9 @@ def light_points(
     which the first three are the samples' time and position in the pixel.
     """
     if samples == 1:
-        a, b = points(plan.settings.seed, pixel, 1 + light, rays, 2)
+        a, b = low_discrepancy_points(plan.settings.seed, pixel, 1 + light, rays, 2)
         return a, b
-    *_, a, b = points(plan.settings.seed, pixel, 1 + light, samples * rays, 5)
+    *_, a, b = low_discrepancy_points(plan.settings.seed, pixel, 1 + light, samples * rays, 5)
     return a, b
 
 
@@ -104,7 +104,7 @@ def gather_light(
     bounds = np.searchsorted(pairs.pixel, np.arange(0, count + step, step))
     for index, first in enumerate(range(0, count, step)):
         plan.go_on()
-        tell(first / count)
+        report_progress(first / count)
         rows = slice(first, min(first + step, count))
         own = slice(bounds[index], bounds[index + 1])
         local = Pairs(pairs.pixel[own] - first, pairs.item[own])
@@ -146,7 +146,7 @@ def _gather(
         return closed, closed, closed * free
     rays = spots[0].shape[1] // samples
     spread = np.repeat(center, rays, axis=2) if center.shape[2] > 1 else center
-    to, weight = points_on(light, spread, point, normal, *spots)
+    to, weight = sample_emitter(light, spread, point, normal, *spots)
     when = np.repeat(time, rays, axis=1) if isinstance(time, np.ndarray) else time
     free = ~blocked_segments(plan, surface.point, to, pairs, when)
     shape = (surface.item.size, samples, rays)
@@ -154,7 +154,7 @@ def _gather(
     return closed, every, (weight * free).reshape(shape).sum(axis=2) / rays
 
 
-def unblocked(light: Emitter, shape: Emitter, center: Array, surface: Surface) -> Array:
+def unoccluded_factor(light: Emitter, shape: Emitter, center: Array, surface: Surface) -> Array:
     """Irradiance factors (n,) of a light that only the horizons of the points' own surfaces hide.
 
     With hard shadows (`shape` is the center of the light) a light counts as a whole if its center
@@ -174,7 +174,7 @@ def _closed_form(plan: Plan, light: Emitter, center: Array, surface: Surface) ->
     """Unoccluded irradiance factors (n, 1) or, if the light moves, (n, k)."""
     k, shape = center.shape[2], plan.shadow_light(light)
     if k == 1:
-        return unblocked(light, shape, center[:, :, 0], surface)[:, None]
+        return unoccluded_factor(light, shape, center[:, :, 0], surface)[:, None]
     flat = np.broadcast_to(center, (3, surface.item.size, k)).reshape(3, -1)
     many = surface.take(np.repeat(np.arange(surface.item.size), k))
-    return unblocked(light, shape, flat, many).reshape(-1, k)
+    return unoccluded_factor(light, shape, flat, many).reshape(-1, k)

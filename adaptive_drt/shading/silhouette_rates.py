@@ -18,45 +18,45 @@ from ..visibility.line_intervals import TIME
 from .footprint import Patch
 
 __all__ = [
-    "BEYOND",
-    "NEAREST",
-    "ROUNDING",
-    "SHARPEST",
-    "TOUCH",
-    "Shadows",
-    "at_most",
-    "extent",
-    "half_angle",
+    "MARGIN_WEIGHT",
+    "MAX_SHARPNESS",
+    "MIN_RELATIVE_DISTANCE",
+    "ROUNDING_ANGLE",
+    "TANGENCY_COEFFICIENT",
+    "ShadowEdges",
+    "ball_half_angle",
+    "largest_shift",
+    "light_half_angle",
+    "outline_rates",
     "outline_shifts",
-    "rates",
 ]
 
 
-NEAREST = 2.0**-20
+MIN_RELATIVE_DISTANCE = 2.0**-20
 """Least distance from the point to an outline, as a fraction of the distance to the light; nearer
 outlines count as that near."""
-ROUNDING = 2.0**-48
+ROUNDING_ANGLE = 2.0**-48
 """Rounding error of directions to outlines and lights, in radians, an upper estimate. An outline
 that moves over the light by less than this across a patch lies where rounding puts it, and no
 subdivision would resolve it. A light metres from an occluder is seen so from a point 1e29 m away.
 In a scene of common sizes a cell of 2^-24 pixels is a thousand times that."""
-BEYOND = 0.3
+MARGIN_WEIGHT = 0.3
 """Weight of a shadow that only meets the margin around a patch, as a fraction of its depth."""
-TOUCH = 1.7
+TANGENCY_COEFFICIENT = 1.7
 """Coefficient of the power 3/2 with which a shadow begins whose round outline meets a straight one,
 or one half as round. Of two circles of radii a and b that overlap by u, the common area is 4/3 (2
 r)^(1/2) u^(3/2), with 1/r = 1/a + 1/b, or 1/a - 1/b where one is inside the other. That over pi
 a^2, with the smaller radius a, for a width of 2 a, is 1.7 (r / a)^(1/2)."""
-HASTE = 0.75
+MAX_RELATIVE_STEP = 0.75
 """Largest relative step, in radians or as a fraction of the distance, that enters the extrapolation
 of an outline's motion; for larger steps nothing is known of where the outline ends up."""
-SHARPEST = 1e3
+MAX_SHARPNESS = 1e3
 """Largest ratio of a patch's half extent and a shadow edge's width; a sharper edge makes no
 difference."""
 
 
 @dataclass(frozen=True)
-class Shadows:
+class ShadowEdges:
     """Shadow edges of m occluders over patches.
 
     Attributes
@@ -83,16 +83,16 @@ class Shadows:
     covers: Mask
 
 
-def at_most(angle: Array) -> Array:
+def largest_shift(angle: Array) -> Array:
     """Largest angles (m,) by which outlines move, given the angles `angle` at constant speed.
 
     An outline at a distance of few steps comes nearer with each of them, and moves the faster.
     """
-    most: Array = angle / (1.0 - np.minimum(angle, HASTE))
+    most: Array = angle / (1.0 - np.minimum(angle, MAX_RELATIVE_STEP))
     return most
 
 
-def half_angle(light: Emitter, distance: Array) -> Array:
+def ball_half_angle(light: Emitter, distance: Array) -> Array:
     """Half the angle (n,) of the bounding ball of a light, in radians; of a disk that faces the
     point."""
     if light.kind == POINT:
@@ -124,7 +124,7 @@ def outline_shifts(
     return moved
 
 
-def rates(
+def outline_rates(
     plan: Plan, light: Emitter, patch: Patch, pairs: Pairs, near: Array, far: Array
 ) -> tuple[Array, dict[int, Array]]:
     """Rates, in radians per metre, at which an outline at a distance `near` moves over a light at
@@ -152,10 +152,10 @@ def rates(
     return rate, steps
 
 
-def extent(light: Emitter, toward: Array, far: Array) -> Array:
+def light_half_angle(light: Emitter, toward: Array, far: Array) -> Array:
     """Half the angle (m,) of a light along a direction normal to the line of sight, in radians."""
     if light.kind == QUAD:
         wide = np.abs(dot(light.half_u, toward)) + np.abs(dot(light.half_v, toward))
         flat: Array = np.arctan2(wide, far)
         return flat
-    return half_angle(light, far)
+    return ball_half_angle(light, far)

@@ -10,29 +10,29 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..geometry.parallelogram import Planes, distance_to_edge
+from ..geometry.parallelogram import PlaneNormals, distance_to_edge
 from ..numerics.arrays import Array, Mask
 from ..numerics.floats import TINY
 from ..numerics.gather import columns
 from ..numerics.vector import dot
 from ..tracing.intersect import Pairs, Surface
 from ..visibility.line_intervals import TIME
-from .footprint import FLAT, Patch
+from .footprint import MIN_PLANE_COSINE, Patch
 
-__all__ = ["free_edges"]
+__all__ = ["shadowing_edges"]
 
 
-GAP = 2.0**-10
+CONTACT_HEIGHT = 2.0**-10
 """Height of an edge over the patch's plane, as a fraction of the patch's radius, up to which the
 edge counts as lying in the plane. Light that passes under the edge reaches no more of the patch
 than that, divided by the sine of the light's elevation."""
 
 
-def free_edges(
+def shadowing_edges(
     surface: Surface,
     patch: Patch,
     pairs: Pairs,
-    corners: tuple[Planes, Planes],
+    corners: tuple[PlaneNormals, PlaneNormals],
     unit: Array,
     height: Array,
     drift: Array,
@@ -63,11 +63,15 @@ def free_edges(
     before = height + dot(point, unit) - np.abs(dot(drift, unit))
     slant = before / np.maximum(np.sqrt(dot(point, point)), TINY)
     # largest distance from the point at which rays to the far side of the patch pass the plane
-    wide = reach + np.sqrt(dot(drift, drift)) + through.sum(axis=0) / np.maximum(slant, FLAT)
+    wide = (
+        reach
+        + np.sqrt(dot(drift, drift))
+        + through.sum(axis=0) / np.maximum(slant, MIN_PLANE_COSINE)
+    )
     walls, behind, free = height > 0.0, flat.copy(), []
     for start, edge in zip(*corners, strict=True):
         over = dot(start, normal)
-        under = flat & (np.maximum(over, over + dot(edge, normal)) + lift <= GAP * reach)
+        under = flat & (np.maximum(over, over + dot(edge, normal)) + lift <= CONTACT_HEIGHT * reach)
         free.append(~under)
         walls &= under | (distance_to_edge(start, edge) > wide)
         behind &= under

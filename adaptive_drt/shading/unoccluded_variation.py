@@ -18,17 +18,17 @@ from ..numerics.vector import dot
 from ..tracing.intersect import Surface
 from ..visibility.line_intervals import TIME
 from .footprint import Patch
-from .silhouette_rates import half_angle
-from .variation import BENDS, KINKS, ROOTS, no_variation
+from .silhouette_rates import ball_half_angle
+from .variation import KINK_KIND, ROOT_KIND, SMOOTH_KIND, zero_variation
 
-__all__ = ["open_variation"]
+__all__ = ["unoccluded_deviations"]
 
 
-NEAR = 0.8
+FALLOFF_COEFFICIENT = 0.8
 """Deviation of the irradiance factor by falloff, as a fraction of the factor times the squared
 ratio of half extent and distance to the light (second derivatives of cos / d^2 are at most some 3
 to 6 in that unit, over 6)."""
-STEEP, PEAKED = 0.3, 1.0
+FALLOFF_ROOT_RATIO, FALLOFF_KINK_RATIO = 0.3, 1.0
 """Ratios of half a patch's extent and the distance to the light, from which falloff counts as
 another kind of deviation.
 
@@ -39,25 +39,25 @@ patch. (Point
 lights over planes, 40,000 random patches, RMS: of what is foreseen of a square they leave 0.002 at
 0.15, 0.017 at 0.35, 0.05 at 0.6, 0.09 at 0.85 and 0.13 at 1.2.)
 """
-NEAREST = 0.3
+MIN_PEAK_DISTANCE = 0.3
 """Least distance to the light anywhere in a patch with such a steep falloff, as a fraction of the
 distance at its middle. (Without that one patch in a hundred was off by 28 times what was foreseen,
 with it by 3.)"""
-ROUND = 1.0 / 6.0
+CURVATURE_COEFFICIENT = 1.0 / 6.0
 """Deviation by the curvature of the surface, as a fraction of the largest irradiance factor times
 the square of the angle, in radians, by which the normal turns over the half extent."""
-SET = 1.0 / 12.0
+HORIZON_COEFFICIENT = 1.0 / 12.0
 """Deviation where a light crosses the horizon of the surface, as a fraction of the largest
 irradiance factor times either the squared turn over the light's half angle (the slope then changes
 over twice that angle), or the turn, if that is larger and causes a kink."""
-RIM = 0.3
+LIMB_RATIO = 0.3
 """Ratio of half a patch's extent and twice its distance from the limb of a sphere (0.5: the patch
 reaches the limb), from which the normal, which turns with a square root there, is not well
 approximated by a parabola. Of the centroid's deviation the nodes of the cubature leave 0.04 at 0.25
 and 0.18 at 0.5, and less with the gains of `limb_correction`: as of a power of 3/2."""
 
 
-def open_variation(
+def unoccluded_deviations(
     light: Emitter, center: Array, surface: Surface, patch: Patch, factor: Array
 ) -> Array:
     """Deviations (4, 3, n) of a light that only the horizon of the surface hides.
@@ -70,13 +70,13 @@ def open_variation(
     to = center - surface.point
     square = np.maximum(dot(to, to), TINY)
     distance = np.sqrt(square)
-    half = half_angle(light, distance)
-    head_on = _head_on(light, square, half)
+    half = ball_half_angle(light, distance)
+    head_on = _normal_incidence_factor(light, square, half)
     most = head_on
     if light.kind == QUAD:
         facing = np.maximum(-dot(light.normal, to), 0.0) / distance
         most = np.minimum(head_on * facing, np.pi)
-    result = no_variation(factor.size)
+    result = zero_variation(factor.size)
     clear = np.maximum(distance - light.radius, 0.25 * distance)
     moves, turns = np.zeros((3, factor.size)), np.zeros((3, factor.size))
     for axis in patch.axes:
@@ -89,18 +89,20 @@ def open_variation(
     sine = dot(surface.normal, to) / distance
     risen = sine > -(np.sqrt(dot(turns, turns)) + np.sin(half))
     near = np.sqrt(dot(moves, moves)) * clear / distance
-    _add_falloff(result, factor * NEAR * moves**2, near, sine)
-    result[BENDS] += np.where(risen, most * ROUND, 0.0) * np.minimum(bent * bent, 1.0)
+    _add_falloff(result, factor * FALLOFF_COEFFICIENT * moves**2, near, sine)
+    result[SMOOTH_KIND] += np.where(risen, most * CURVATURE_COEFFICIENT, 0.0) * np.minimum(
+        bent * bent, 1.0
+    )
     rows = (risen & (patch.bend > 0.0)).nonzero()[0]
-    _add_rim(result, rows, patch, to, surface, most, bent)
-    _add_setting(result, sine, half, most, turns)
+    _add_limb(result, rows, patch, to, surface, most, bent)
+    _add_plane_crossing(result, sine, half, most, turns)
     if light.kind == QUAD:
         lean = -dot(light.normal, to) / distance
-        _add_setting(result, lean, np.zeros_like(half), np.minimum(head_on, np.pi), moves)
+        _add_plane_crossing(result, lean, np.zeros_like(half), np.minimum(head_on, np.pi), moves)
     return result
 
 
-def _head_on(light: Emitter, square: Array, half: Array) -> Array:
+def _normal_incidence_factor(light: Emitter, square: Array, half: Array) -> Array:
     """Approximate irradiance factor (n,) of a light that faces the point, at normal incidence."""
     if light.kind == POINT:
         most: Array = 1.0 / square
@@ -122,20 +124,20 @@ def _add_falloff(result: Array, size: Array, near: Array, sine: Array) -> None:
     patch's extent over the distance to the light.  sine : (n,) of the light's elevation over the
     surface.
     """
-    steep = near >= STEEP
+    steep = near >= FALLOFF_ROOT_RATIO
     if not steep.any():
-        result[BENDS] += size
+        result[SMOOTH_KIND] += size
         return
     # the peak may be within the patch: bound the least distance by the height over the plane
-    least = np.maximum(np.maximum(np.abs(sine), 1.0 - near), NEAREST)
+    least = np.maximum(np.maximum(np.abs(sine), 1.0 - near), MIN_PEAK_DISTANCE)
     size = np.where(steep, size / (least * least), size)
-    peaked = near >= PEAKED
-    result[BENDS] += np.where(steep, 0.0, size)
-    result[ROOTS] += np.where(steep & ~peaked, size, 0.0)
-    result[KINKS] += np.where(peaked, size, 0.0)
+    peaked = near >= FALLOFF_KINK_RATIO
+    result[SMOOTH_KIND] += np.where(steep, 0.0, size)
+    result[ROOT_KIND] += np.where(steep & ~peaked, size, 0.0)
+    result[KINK_KIND] += np.where(peaked, size, 0.0)
 
 
-def _add_rim(
+def _add_limb(
     result: Array, rows: Ints, patch: Patch, to: Array, surface: Surface, most: Array, bent: Array
 ) -> None:
     """Add deviations by the rapid turn of normals at the limbs of spheres, in place.
@@ -150,12 +152,12 @@ def _add_rim(
     toward = np.abs(dot(to, view)) / np.maximum(np.sqrt(dot(to, to) * dot(view, view)), TINY)
     slope = np.sqrt(np.maximum(1.0 - slant**2, 0.0)) * patch.bend[rows] / slant**2
     near = np.minimum(columns(patch.cross, rows) * slope, 1.0)
-    size = most[rows] * toward * ROUND * np.minimum(columns(bent, rows) * near, 1.0)
-    result[BENDS][:, rows] += np.where(near < RIM, size, 0.0)
-    result[ROOTS][:, rows] += np.where(near >= RIM, size, 0.0)
+    size = most[rows] * toward * CURVATURE_COEFFICIENT * np.minimum(columns(bent, rows) * near, 1.0)
+    result[SMOOTH_KIND][:, rows] += np.where(near < LIMB_RATIO, size, 0.0)
+    result[ROOT_KIND][:, rows] += np.where(near >= LIMB_RATIO, size, 0.0)
 
 
-def _add_setting(result: Array, sine: Array, half: Array, most: Array, turns: Array) -> None:
+def _add_plane_crossing(result: Array, sine: Array, half: Array, most: Array, turns: Array) -> None:
     """Add deviations by a light that crosses a plane, in place.
 
     Parameters
@@ -168,7 +170,12 @@ def _add_setting(result: Array, sine: Array, half: Array, most: Array, turns: Ar
     rows = ((np.abs(sine) < turn + np.sin(half)) & (most > 0.0)).nonzero()[0]
     if not rows.size:
         return
-    size = SET * most[rows] / np.maximum(turn[rows] + half[rows], TINY) * columns(turns, rows) ** 2
+    size = (
+        HORIZON_COEFFICIENT
+        * most[rows]
+        / np.maximum(turn[rows] + half[rows], TINY)
+        * columns(turns, rows) ** 2
+    )
     sharp = turn[rows] > half[rows]
-    result[BENDS][:, rows] += np.where(sharp, 0.0, size)
-    result[KINKS][:, rows] += np.where(sharp, size, 0.0)
+    result[SMOOTH_KIND][:, rows] += np.where(sharp, 0.0, size)
+    result[KINK_KIND][:, rows] += np.where(sharp, size, 0.0)

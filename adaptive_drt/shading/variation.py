@@ -18,46 +18,54 @@ from ..lights.emitter import Emitter
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.floats import TINY
 from ..numerics.gather import columns
-from ..parallel.call_progress import tell
+from ..parallel.call_progress import report_progress
 from ..tracing.compile import Plan
-from ..tracing.intersect import Pairs, Surface, in_cache
+from ..tracing.intersect import Pairs, Surface, cache_sized_chunks
 from .footprint import Patch
-from .silhouette_rates import SHARPEST, Shadows
-from .variation_past_quads import past_quads
-from .variation_past_spheres import past_spheres
+from .silhouette_rates import MAX_SHARPNESS, ShadowEdges
+from .variation_past_quads import quad_shadow_edges
+from .variation_past_spheres import sphere_shadow_edges
 
-__all__ = ["BENDS", "KINKS", "ROOTS", "STEPS", "no_variation", "shadow_variation", "standing"]
+__all__ = [
+    "KINK_KIND",
+    "ROOT_KIND",
+    "SMOOTH_KIND",
+    "STEP_KIND",
+    "shadow_variation",
+    "steps_after_shutter",
+    "zero_variation",
+]
 
 
-BEND = 0.5
+SMOOTH_COEFFICIENT = 0.5
 """Deviation caused by a smooth shadow edge within a patch, as a fraction of the shadow's depth
 times the squared ratio of half extent and width. A midpoint over a smooth step is off by h^2/24
 V'', and V'' = 6 - 12 u over a width of 1 has a mean square of 12."""
-KINK = 0.14
+KINK_COEFFICIENT = 0.14
 """Deviation caused by the beginning or end of a linear shadow edge within a patch, as a fraction of
 the shadow's depth times (half extent / width). The kink of a ramp at a random position in a cell of
 size h causes a midpoint error of 0.07 h times the slope, RMS."""
-ROOT = 0.15
+ROOT_COEFFICIENT = 0.15
 """Deviation caused by a shadow edge that begins as c u^(3/2) within a patch, as a fraction of the
 shadow's depth times c (half extent / width)^(3/2). At a random position in a cell of size h it
 causes a midpoint error of 0.052 h^(3/2), RMS."""
-AWAY = 0.125
+DISTANT_ROOT_COEFFICIENT = 0.125
 """Deviation caused by a shadow edge that begins as c u^(3/2) outside a patch, at a distance of u
 widths, as a fraction of the shadow's depth times c (half extent / width)^2 / sqrt(u). A midpoint is
 off by h^2/24 V'', and V'' = 3/4 c u^(-1/2)."""
-STEP = 0.29
+STEP_COEFFICIENT = 0.29
 """Deviation caused by a step within a patch, as a fraction of its height: the standard deviation of
 a midpoint sample for a step at a random position, 1 / sqrt(12). An edge that crosses many cells at
 the same angle would give errors of the same sign; `cubature.nodes` rotates the nodes against
 that."""
-ROUGH = 0.5
+STEP_EXTENT = 0.5
 """Half extent of a patch, as a fraction of the shadow edge's width, from which the edge counts as a
 step within the cell."""
 
 
-KINDS = 4
+KIND_COUNT = 4
 """Number of kinds of deviations."""
-BENDS, ROOTS, KINKS, STEPS = range(KINDS)
+SMOOTH_KIND, ROOT_KIND, KINK_KIND, STEP_KIND = range(KIND_COUNT)
 """Kinds of deviations, by the behavior of the integrand within the patch.
 
 It is smooth (such errors add linearly, and fall with the square of the extent), begins with a power
@@ -65,12 +73,12 @@ of 3/2 at a random position, has a kink there, or a step (the last three have ra
 """
 
 
-def no_variation(count: int) -> Array:
+def zero_variation(count: int) -> Array:
     """Zero deviations (4, 3, n) of n points, by kind and by axis x, y, t."""
-    return np.zeros((KINDS, 3, count))
+    return np.zeros((KIND_COUNT, 3, count))
 
 
-def standing(steps: Array) -> Array:
+def steps_after_shutter(steps: Array) -> Array:
     """Deviations that are left of steps (3, n) across the picture after averaging over the shutter.
 
     A step that moves farther in the shutter time than a pixel is wide is spread over that distance:
@@ -105,56 +113,70 @@ def shadow_variation(
     patch.
     """
     count = surface.item.size
-    total = no_variation(count)
+    total = zero_variation(count)
     hidden = np.zeros(count, dtype=np.bool_)
     ball = pairs.item < plan.sphere_count
-    for rows, part in ((ball.nonzero()[0], past_spheres), ((~ball).nonzero()[0], past_quads)):
+    for rows, part in (
+        (ball.nonzero()[0], sphere_shadow_edges),
+        ((~ball).nonzero()[0], quad_shadow_edges),
+    ):
         if not rows.size:
             continue
         found = []
-        for some in in_cache(rows):
+        for some in cache_sized_chunks(rows):
             plan.go_on()
-            tell(some[0] / pairs.item.size)
+            report_progress(some[0] / pairs.item.size)
             when = time[some] if isinstance(time, np.ndarray) else time
             found.append(part(plan, surface, patch, light, pairs.take(some), when))
-        shadow, pixel = _joined(found), pairs.pixel[rows]
+        shadow, pixel = _concatenate(found), pairs.pixel[rows]
         hidden[pixel[shadow.covers]] = True
-        _collect(total, pixel, shadow)
+        _accumulate(total, pixel, shadow)
     total[..., hidden] = 0.0
     return total, hidden
 
 
-def _joined(parts: list[Shadows]) -> Shadows:
+def _concatenate(parts: list[ShadowEdges]) -> ShadowEdges:
     """Concatenate shadows of several batches."""
     each = (
         np.concatenate([getattr(part, one.name) for part in parts], axis=-1)
-        for one in fields(Shadows)
+        for one in fields(ShadowEdges)
     )
-    return Shadows(*each)
+    return ShadowEdges(*each)
 
 
-def _collect(total: Array, pixel: Ints, shadow: Shadows) -> None:
+def _accumulate(total: Array, pixel: Ints, shadow: ShadowEdges) -> None:
     """Add the deviations caused by shadows to those of their points, in place."""
     live = (shadow.depth > 0.0).nonzero()[0]
     pixel, depth, shifts = pixel[live], shadow.depth[live], columns(shadow.shifts, live)
-    width = np.maximum(shadow.width[live], shifts.max(axis=0) / SHARPEST)
+    width = np.maximum(shadow.width[live], shifts.max(axis=0) / MAX_SHARPNESS)
     square = (shifts / np.maximum(width, TINY)) ** 2
     across = square.sum(axis=0)
-    step = across >= ROUGH * ROUGH
+    step = across >= STEP_EXTENT * STEP_EXTENT
     extent = np.sqrt(across)
     power, away = shadow.power[live], shadow.away[live] / np.maximum(width, TINY)
     round_ = np.isfinite(power)
     ends = shadow.ends[live] & ~step
     # a power of 3/2 where that gives less than a ramp
-    root = ROOT * power * np.sqrt(extent)
-    kink = ends & ~(root < KINK)
-    root = np.where(kink, KINK, root) * extent
-    curve = np.where(round_, AWAY * power / np.sqrt(np.maximum(away, TINY)), BEND)
-    bend = np.where(step, BEND, curve) * across
-    bend = np.where(ends, np.where(round_, root, np.maximum(root, BEND * across)), bend)
-    share = depth * np.minimum(bend, STEP) * square / np.maximum(across, TINY)
+    root = ROOT_COEFFICIENT * power * np.sqrt(extent)
+    kink = ends & ~(root < KINK_COEFFICIENT)
+    root = np.where(kink, KINK_COEFFICIENT, root) * extent
+    curve = np.where(
+        round_,
+        DISTANT_ROOT_COEFFICIENT * power / np.sqrt(np.maximum(away, TINY)),
+        SMOOTH_COEFFICIENT,
+    )
+    bend = np.where(step, SMOOTH_COEFFICIENT, curve) * across
+    bend = np.where(
+        ends, np.where(round_, root, np.maximum(root, SMOOTH_COEFFICIENT * across)), bend
+    )
+    share = depth * np.minimum(bend, STEP_COEFFICIENT) * square / np.maximum(across, TINY)
     count = total.shape[2]
-    kinds = (BENDS, ~(ends | step)), (ROOTS, ends & ~kink), (KINKS, kink), (STEPS, step)
+    kinds = (
+        (SMOOTH_KIND, ~(ends | step)),
+        (ROOT_KIND, ends & ~kink),
+        (KINK_KIND, kink),
+        (STEP_KIND, step),
+    )
     for kind, mask in kinds:
         chosen = mask.nonzero()[0]
         if chosen.size:

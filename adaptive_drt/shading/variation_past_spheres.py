@@ -14,28 +14,28 @@ from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs, Surface
 from .footprint import Patch
 from .silhouette_rates import (
-    BEYOND,
-    NEAREST,
-    ROUNDING,
-    TOUCH,
-    Shadows,
-    at_most,
-    extent,
+    MARGIN_WEIGHT,
+    MIN_RELATIVE_DISTANCE,
+    ROUNDING_ANGLE,
+    TANGENCY_COEFFICIENT,
+    ShadowEdges,
+    largest_shift,
+    light_half_angle,
+    outline_rates,
     outline_shifts,
-    rates,
 )
 
-__all__ = ["past_spheres"]
+__all__ = ["sphere_shadow_edges"]
 
 
-SMALLEST = 2.0**-52
+MIN_ANGLE_RATIO = 2.0**-52
 """Least ratio of the angles of light and occluder; a light with a smaller angle counts as a
 point."""
 
 
-def past_spheres(
+def sphere_shadow_edges(
     plan: Plan, surface: Surface, patch: Patch, light: Emitter, pairs: Pairs, time: Array | float
-) -> Shadows:
+) -> ShadowEdges:
     """Shadow edges of spheres, from the angles between their outlines and that of the light."""
     point = columns(surface.point, pairs.pixel)
     r = plan.spheres.radius[pairs.item]
@@ -51,37 +51,41 @@ def past_spheres(
     angle = np.arctan2(off, along)
     tangent = np.sqrt(np.maximum(vv - r * r, 0.0))
     opening = np.arctan2(r, tangent)
-    half = extent(light, toward, far)
-    rate, steps = rates(plan, light, patch, pairs, np.maximum(tangent, far * NEAREST), far)
+    half = light_half_angle(light, toward, far)
+    rate, steps = outline_rates(
+        plan, light, patch, pairs, np.maximum(tangent, far * MIN_RELATIVE_DISTANCE), far
+    )
     shifts = outline_shifts(steps, toward, axis, rate, angle)
     within = shifts.sum(axis=0)
-    whole = at_most(within) * patch.margin
+    whole = largest_shift(within) * patch.margin
     # the outlines cross somewhere in the patch: it is not so that the sphere misses the light,
     # hides all of it, or lies within its outline, from all of the patch
     farthest = angle + half
     if light.kind == QUAD:
-        farthest = np.hypot(farthest, extent(light, cross(axis, toward), far))
-    inner = _room(light, axis, v, far, half - angle) - opening
+        farthest = np.hypot(farthest, light_half_angle(light, cross(axis, toward), far))
+    inner = _outline_clearance(light, axis, v, far, half - angle) - opening
     crosses = (angle - opening - half < whole) & (opening - farthest < whole)
-    crosses &= (inner < whole) & (whole > ROUNDING)
+    crosses &= (inner < whole) & (whole > ROUNDING_ANGLE)
     inside = (angle - opening - half < within) & (opening - farthest < within) & (inner < within)
     before = np.sqrt(vv) - r < far + light.radius
     enclosed = (vv <= r * r) | (pairs.item == surface.item[pairs.pixel])
-    depth = np.minimum(1.0, opening / np.maximum(half, SMALLEST * opening)) ** 2
-    depth = np.where(crosses & before & ~enclosed, depth * np.where(inside, 1.0, BEYOND), 0.0)
+    depth = np.minimum(1.0, opening / np.maximum(half, MIN_ANGLE_RATIO * opening)) ** 2
+    depth = np.where(
+        crosses & before & ~enclosed, depth * np.where(inside, 1.0, MARGIN_WEIGHT), 0.0
+    )
     bounds = np.abs(np.array([angle - opening - half, opening - farthest, inner]))
-    power, away, ends = _touch(light, bounds, whole, half, opening)
+    power, away, ends = _nearest_bound(light, bounds, whole, half, opening)
     covers = (opening - farthest >= whole) & ~enclosed & (tangent < far - light.radius)
     some = enclosed.nonzero()[0]
     if some.size:
-        covers[some] = _holds(
+        covers[some] = _encloses_patch(
             plan, surface, patch, light, pairs.take(some), columns(v, some), columns(to, some)
         )
     width = 2.0 * np.minimum(half, opening)
-    return Shadows(depth, shifts, width, ends, power, away, covers)
+    return ShadowEdges(depth, shifts, width, ends, power, away, covers)
 
 
-def _touch(
+def _nearest_bound(
     light: Emitter, bounds: Array, whole: Array, half: Array, opening: Array
 ) -> tuple[Array, Array, Mask]:
     """Coefficients of the powers 3/2 at the bounds that matter most.
@@ -102,10 +106,14 @@ def _touch(
     away = np.maximum(bounds, whole)
     number = (round_ / away).argmax(axis=0)
     each = np.arange(whole.size)
-    return TOUCH * np.sqrt(round_[number, each]), away[number, each], (bounds < whole).any(axis=0)
+    return (
+        TANGENCY_COEFFICIENT * np.sqrt(round_[number, each]),
+        away[number, each],
+        (bounds < whole).any(axis=0),
+    )
 
 
-def _holds(
+def _encloses_patch(
     plan: Plan, surface: Surface, patch: Patch, light: Emitter, pairs: Pairs, v: Array, to: Array
 ) -> Mask:
     """Whether spheres contain the whole patch, and nothing of the light: (m,).
@@ -128,7 +136,7 @@ def _holds(
     return holds
 
 
-def _room(light: Emitter, axis: Array, v: Array, far: Array, round_: Array) -> Array:
+def _outline_clearance(light: Emitter, axis: Array, v: Array, far: Array, round_: Array) -> Array:
     """Angles (m,) from directions v (3, m) to the light's outline, negative outside it.
 
     For a quad light, it is the angle to the nearest side: the light's extent towards a direction

@@ -12,12 +12,12 @@ from ..numerics.arrays import Array, Ints
 from ..numerics.gather import columns
 from ..numerics.vector import cross, dot
 from .compile import Plan
-from .intersect import pair_hits
+from .intersect import intersect_pairs
 
-__all__ = ["hits_or_near"]
+__all__ = ["hits_or_closest_points"]
 
 
-def hits_or_near(plan: Plan, w: Array, item: Ints, time: Array | float) -> Array:
+def hits_or_closest_points(plan: Plan, w: Array, item: Ints, time: Array | float) -> Array:
     """Ray parameters of hits, or of the closest points where rays miss: (m,), always finite.
 
     Parameters
@@ -26,28 +26,28 @@ def hits_or_near(plan: Plan, w: Array, item: Ints, time: Array | float) -> Array
     time : shutter time, a number or (m,).
     """
     when = time[:, None] if isinstance(time, np.ndarray) else time
-    t = pair_hits(plan, w[:, :, None], item, when)[:, 0]
+    t = intersect_pairs(plan, w[:, :, None], item, when)[:, 0]
     missed = (~np.isfinite(t)).nonzero()[0]
     if missed.size:
-        t[missed] = _nearest_point(plan, columns(w, missed), item[missed], _at(time, missed))
+        t[missed] = _closest_points(plan, columns(w, missed), item[missed], _times_at(time, missed))
     return t
 
 
-def _nearest_point(plan: Plan, w: Array, item: Ints, time: Array | float) -> Array:
+def _closest_points(plan: Plan, w: Array, item: Ints, time: Array | float) -> Array:
     """Ray parameters (m,), > 0, of the closest points to spheres or of hits on planes of quads."""
     t = np.empty(item.size)
     ball = (item < plan.sphere_count).nonzero()[0]
-    v = plan.spheres.moved(item[ball], _at(time, ball))
+    v = plan.spheres.moved(item[ball], _times_at(time, ball))
     t[ball] = dot(columns(w, ball), v) / dot(columns(w, ball), columns(w, ball))
     flat = (item >= plan.sphere_count).nonzero()[0]
     ids = item[flat] - plan.sphere_count
-    corner = plan.quads.moved(ids, _at(time, flat))
+    corner = plan.quads.moved(ids, _times_at(time, flat))
     u, v = columns(plan.quads.edge_u, ids), columns(plan.quads.edge_v, ids)
-    t[flat] = _on_plane(columns(w, flat), corner, u, v)
+    t[flat] = _plane_hits(columns(w, flat), corner, u, v)
     return np.maximum(t, float(np.finfo(np.float64).tiny))
 
 
-def _on_plane(w: Array, corner: Array, u: Array, v: Array) -> Array:
+def _plane_hits(w: Array, corner: Array, u: Array, v: Array) -> Array:
     """Ray parameters (m,) of rays' intersections with the planes of quads.
 
     Quadrature nodes may lie outside the pixels that see the quad, so its plane is used beyond its
@@ -66,5 +66,5 @@ def _on_plane(w: Array, corner: Array, u: Array, v: Array) -> Array:
     return np.where(ahead, t, np.maximum.reduce(along))
 
 
-def _at(time: Array | float, rows: Ints) -> Array | float:
+def _times_at(time: Array | float, rows: Ints) -> Array | float:
     return time[rows] if isinstance(time, np.ndarray) else time

@@ -13,14 +13,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..geometry.camera import Lens, make_lens
+from ..geometry.camera import PinholeCamera, make_pinhole_camera
 from ..geometry.closed_boxes import find_boxes
 from ..geometry.parallelogram import QuadSet
 from ..geometry.sphere import SphereSet
 from ..lights.contact import coplanar_quads
 from ..lights.emitter import Emitter, make_emitter
 from ..numerics.arrays import Array
-from ..parallel.cancellation import Stopped
+from ..parallel.cancellation import RenderCancelled
 from ..scene.description import Motion, Quad, Scene, Sphere
 from ..scene.settings import Settings
 
@@ -31,7 +31,7 @@ EMBREE_CROSSOVER = 2_000
 """Number of spheres from which embree finds candidate occluders faster than NumPy arrays do.
 
 Measured by `benchmarks/crossover.py`."""
-EMBREE_REACH = 4.0
+EMBREE_MAX_LIGHT_SIZE = 4.0
 """Largest radius of a light, with its path, for which embree is used, in mean radii of the spheres.
 
 Embree's proxies are inflated by the light's radius, so a ray towards a large light intersects many
@@ -62,7 +62,7 @@ class Plan:
     """
 
     settings: Settings
-    lens: Lens
+    lens: PinholeCamera
     region: tuple[int, int, int, int]
     picture: tuple[int, int]
     spheres: SphereSet
@@ -92,7 +92,7 @@ class Plan:
     def go_on(self) -> None:
         """Raise `RenderCancelled` if the render was cancelled."""
         if self.stop.is_set():
-            raise Stopped
+            raise RenderCancelled
 
     @property
     def sphere_count(self) -> int:
@@ -110,7 +110,9 @@ class Plan:
             return False
         if self.settings.accelerator == "EMBREE":
             return True
-        return self.shadow_light(light).ball <= EMBREE_REACH * float(self.spheres.radius.mean())
+        return self.shadow_light(light).ball <= EMBREE_MAX_LIGHT_SIZE * float(
+            self.spheres.radius.mean()
+        )
 
     @property
     def soft(self) -> bool:
@@ -143,24 +145,24 @@ def make_plan(scene: Scene, settings: Settings) -> Plan:
     camera = scene.camera
     assert camera is not None  # `validate` has checked it
     moving = settings.use_motion
-    lens = make_lens(camera)
+    lens = make_pinhole_camera(camera)
     drift = _displacement(camera.motion if moving else None)
     skipped: list[dict[str, str]] = []
-    distinct = _distinct(scene.shapes, skipped)
+    distinct = _without_duplicates(scene.shapes, skipped)
     spheres = [s for s in distinct if isinstance(s, Sphere)]
     quads = [q for q in distinct if isinstance(q, Quad)]
     shapes: list[Sphere | Quad] = [*spheres, *quads]
     shift = [_displacement(s.motion if moving else None) - drift for s in shapes]
     displacement = _columns(shift)
     moves = displacement.any(axis=0)
-    lights = _shining(scene, moving, lens.origin, drift, skipped)
+    lights = _make_emitters(scene, moving, lens.origin, drift, skipped)
     penumbra = _has_penumbra(settings, lights, len(shift), skipped)
     light_moves = any(light.displacement is not None for light in lights)
     motion = moving and bool(moves.any() or light_moves)
-    skipped += _not_needed(settings, motion, len(shift))
+    skipped += _skipped_effects(settings, motion, len(shift))
     count = len(spheres)
     origin = lens.origin[:, None]
-    flats = _flats(quads, origin, displacement[:, count:])
+    flats = _make_quad_set(quads, origin, displacement[:, count:])
     return Plan(
         settings=settings,
         lens=lens,
@@ -175,7 +177,7 @@ def make_plan(scene: Scene, settings: Settings) -> Plan:
         solid=find_boxes(flats, [q.name for q in quads]),
         color=_columns([s.material.color for s in shapes]),
         moves=moves,
-        lights=tuple(_in_contact(light, flats, origin, count) for light in lights),
+        lights=tuple(_with_coplanar_quads(light, flats, origin, count) for light in lights),
         background=np.array(scene.background, dtype=np.float64),
         transparent=scene.transparent,
         penumbra=penumbra,
@@ -187,7 +189,7 @@ def make_plan(scene: Scene, settings: Settings) -> Plan:
     )
 
 
-def _flats(quads: Sequence[Quad], origin: Array, displacement: Array) -> QuadSet:
+def _make_quad_set(quads: Sequence[Quad], origin: Array, displacement: Array) -> QuadSet:
     """The quads as arrays, given their displacements (3, n) over the shutter, metres."""
     return QuadSet(
         _columns([q.corner for q in quads]) - origin,
@@ -197,7 +199,7 @@ def _flats(quads: Sequence[Quad], origin: Array, displacement: Array) -> QuadSet
     )
 
 
-def _distinct(
+def _without_duplicates(
     shapes: Sequence[Sphere | Quad], skipped: list[dict[str, str]]
 ) -> list[Sphere | Quad]:
     """The shapes without those equal to an earlier one. These are added to `skipped`."""
@@ -213,7 +215,7 @@ def _distinct(
     return list(first.values())
 
 
-def _shining(
+def _make_emitters(
     scene: Scene, moving: bool, origin: Array, drift: Array, skipped: list[dict[str, str]]
 ) -> tuple[Emitter, ...]:
     """The lights with non-zero power, as emitters. The others are added to `skipped`."""
@@ -227,7 +229,7 @@ def _shining(
     return tuple(kept)
 
 
-def _in_contact(light: Emitter, flats: QuadSet, origin: Array, spheres: int) -> Emitter:
+def _with_coplanar_quads(light: Emitter, flats: QuadSet, origin: Array, spheres: int) -> Emitter:
     """The light with its list of the quads that lie in its plane, which occlude nothing of it."""
     touching = np.concatenate(
         [np.zeros(spheres, dtype=np.bool_), coplanar_quads(light, flats, origin)]
@@ -251,7 +253,7 @@ def _has_penumbra(
     return True
 
 
-def _not_needed(settings: Settings, motion: bool, objects: int) -> list[dict[str, str]]:
+def _skipped_effects(settings: Settings, motion: bool, objects: int) -> list[dict[str, str]]:
     """Motion blur and edges, each where it is skipped, with the reason."""
     skipped = []
     if not motion:

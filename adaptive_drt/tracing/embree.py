@@ -18,17 +18,17 @@ from ..numerics.arrays import Array, Ints
 __all__ = ["ProxyScene"]
 
 
-GOLDEN = (1.0 + 5.0**0.5) / 2.0
+GOLDEN_RATIO = (1.0 + 5.0**0.5) / 2.0
 """The golden ratio, of which the coordinates of an icosahedron's corners are made."""
 ICOSAHEDRON_INSPHERE = 0.7946544722917661
 """Radius of the inscribed sphere of an icosahedron whose corners lie on the unit sphere."""
 FLOAT32_ROUNDOFF = 2.0**-24
 """Largest relative rounding error of a float32 operation."""
-INFLATION = 64.0 * FLOAT32_ROUNDOFF
+PROXY_INFLATION = 64.0 * FLOAT32_ROUNDOFF
 """Length added to the radius of each proxy, as a fraction of the scene's size.
 
 It is a generous bound on the float32 rounding of corners, rays and hits."""
-ADVANCE = 16.0 * FLOAT32_ROUNDOFF
+RAY_ADVANCE = 16.0 * FLOAT32_ROUNDOFF
 """Distance behind a hit at which a ray is restarted, as a fraction of the scene's size.
 
 A proxy that the ray enters within this gap is hit on its far side. One that it also leaves within
@@ -54,7 +54,7 @@ class ProxyScene:
         self._size = float(np.max(high - low)) or 1.0
         corners, faces = _icosahedron()
         unit = (center - self._middle[:, None]) / self._size
-        reach = (radius / self._size + INFLATION) / ICOSAHEDRON_INSPHERE
+        reach = (radius / self._size + PROXY_INFLATION) / ICOSAHEDRON_INSPHERE
         vertices = unit.T[:, None, :] + reach[:, None, None] * corners[None]
         index = faces[None] + (len(corners) * np.arange(radius.size))[:, None, None]
         self._scene: Any = rtcore_scene.EmbreeScene()
@@ -101,7 +101,7 @@ class ProxyScene:
             alive, prim = alive[met], hit["primID"][met].astype(np.int64)
             item = prim // self._faces
             found.append(alive * self._count + item)
-            gone[alive] += hit["tfar"][met].astype(np.float64) + ADVANCE
+            gone[alive] += hit["tfar"][met].astype(np.float64) + RAY_ADVANCE
             # a ray from inside a proxy hits its far side only, at most a diameter behind the end
             alive = alive[gone[alive] <= length[alive] + self._widest]
         if not found:
@@ -112,7 +112,7 @@ class ProxyScene:
 
 def _icosahedron() -> tuple[Array, Ints]:
     """Corners (12, 3) on the unit sphere and faces (20, 3) of an icosahedron."""
-    g = GOLDEN
+    g = GOLDEN_RATIO
     corners = np.array(
         [(0.0, s, t * g) for s in (-1, 1) for t in (-1, 1)]
         + [(s, t * g, 0.0) for s in (-1, 1) for t in (-1, 1)]

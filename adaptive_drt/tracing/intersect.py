@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..geometry.camera import Lens
-from ..geometry.parallelogram import Planes, edge_planes, hit_quad
-from ..geometry.sphere import hit_sphere
+from ..geometry.camera import PinholeCamera
+from ..geometry.parallelogram import PlaneNormals, edge_planes, intersect_quad
+from ..geometry.sphere import intersect_sphere
 from ..numerics.arrays import Array, Ints
 from ..numerics.gather import columns
 from ..numerics.vector import cross, dot
@@ -26,28 +26,28 @@ __all__ = [
     "Surface",
     "Tile",
     "curvature",
-    "find_pairs",
-    "nearest",
-    "object_runs",
-    "pair_hits",
-    "places",
+    "find_candidates",
+    "intersect_pairs",
+    "nearest_hits",
+    "positions_in_runs",
     "screen_bounds",
+    "split_by_shape_kind",
     "surface",
 ]
 
 
-BOUND_PADDING = 2.0**-16
+SCREEN_BOUND_PADDING = 2.0**-16
 """Width by which screen-space bounds are enlarged, in pixels: far more than their rounding."""
 
-LONG_RUN = 1_024
+LONG_RUN_LENGTH = 1_024
 """Mean number of consecutive pairs with the same object from which each run is one call."""
 
-CACHED_PAIRS = 1 << 13
+PAIRS_PER_CHUNK = 1 << 13
 """Number of pairs in a chunk, chosen so that what is gathered for them stays in the cache.
 
 Finding occluders took 80 ns a pair in such chunks, and 460 in chunks of a million pairs."""
 
-INNER_GAP = 2.0**-37
+INNER_HIT_OFFSET = 2.0**-37
 """Distance from the surface at which hits on the inner side of a sphere are placed, in radii.
 
 It keeps them inside by more than the margin `sphere.GRAZE`: the camera is inside as well, so such a
@@ -111,12 +111,12 @@ class Pairs:
         first = np.cumsum(number) - number
         copies = number[pixel]
         place = np.repeat(np.arange(pixel.size), copies)
-        return Pairs(place, self.item[runs(first[pixel], copies)])
+        return Pairs(place, self.item[run_indices(first[pixel], copies)])
 
 
-def in_cache(rows: Ints) -> list[Ints]:
+def cache_sized_chunks(rows: Ints) -> list[Ints]:
     """Split row numbers into chunks so small that what is gathered for them stays in the cache."""
-    return [rows[first : first + CACHED_PAIRS] for first in range(0, rows.size, CACHED_PAIRS)]
+    return [rows[first : first + PAIRS_PER_CHUNK] for first in range(0, rows.size, PAIRS_PER_CHUNK)]
 
 
 @dataclass(frozen=True)
@@ -164,15 +164,15 @@ def screen_bounds(plan: Plan) -> Ints:
         first = np.concatenate([a, c])
         last = np.concatenate([b, d])
         with np.errstate(invalid="ignore"):  # an empty span is (inf, -inf)
-            first = np.floor(np.clip(first - BOUND_PADDING, low, high))
-            last = np.floor(np.clip(last + BOUND_PADDING, low - 1, high - 1)) + 1.0
+            first = np.floor(np.clip(first - SCREEN_BOUND_PADDING, low, high))
+            last = np.floor(np.clip(last + SCREEN_BOUND_PADDING, low - 1, high - 1)) + 1.0
         spans.append((first, np.maximum(first, last)))
     (x0, x1), (y0, y1) = spans
     bounds: Ints = np.array([x0, y0, x1, y1]).astype(np.int64)
     return bounds
 
 
-def _sphere_span(plan: Plan, lens: Lens, step: Array, fixed: Array) -> tuple[Array, Array]:
+def _sphere_span(plan: Plan, lens: PinholeCamera, step: Array, fixed: Array) -> tuple[Array, Array]:
     """Least and largest pixel coordinate along `step` of spheres over the shutter, (n,) each.
 
     The plane through the camera and the pixels of one coordinate x touches the sphere where
@@ -205,7 +205,7 @@ def _sphere_span(plan: Plan, lens: Lens, step: Array, fixed: Array) -> tuple[Arr
     return np.where(whole, -np.inf, first), np.where(whole, np.inf, last)
 
 
-def _quad_span(plan: Plan, lens: Lens) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
+def _quad_span(plan: Plan, lens: PinholeCamera) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
     """Least and largest x, and least and largest y, in pixels, of quads over the shutter."""
     quads = plan.quads
     count = quads.corner.shape[1]
@@ -232,7 +232,7 @@ def _quad_span(plan: Plan, lens: Lens) -> tuple[tuple[Array, Array], tuple[Array
     return spans[0], spans[1]
 
 
-def find_pairs(plan: Plan, bounds: Ints, tile: Tile) -> Pairs:
+def find_candidates(plan: Plan, bounds: Ints, tile: Tile) -> Pairs:
     """The candidate pairs of a tile, sorted by object.
 
     Parameters
@@ -250,23 +250,23 @@ def find_pairs(plan: Plan, bounds: Ints, tile: Tile) -> Pairs:
     wide = bounds[2][items] - x0
     count = wide * (k1[items] - y0)
     which = np.repeat(np.arange(items.size), count)
-    offset = places(count)
+    offset = positions_in_runs(count)
     row, column = np.divmod(offset, wide[which])
     pixel = (y0[which] + row) * width + (x0[which] + column - left)
     return Pairs(pixel, items[which])
 
 
-def places(size: Ints) -> Ints:
+def positions_in_runs(size: Ints) -> Ints:
     """0, 1, ..., size - 1 for each run, concatenated: (sum of size,)."""
     return np.arange(size.sum()) - np.repeat(np.cumsum(size) - size, size)
 
 
-def runs(first: Ints, size: Ints) -> Ints:
+def run_indices(first: Ints, size: Ints) -> Ints:
     """first, first + 1, ..., first + size - 1 for each run, concatenated: (sum of size,)."""
-    return np.repeat(first, size) + places(size)
+    return np.repeat(first, size) + positions_in_runs(size)
 
 
-def pair_hits(plan: Plan, w: Array, item: Ints, time: Array | float = 0.0) -> Array:
+def intersect_pairs(plan: Plan, w: Array, item: Ints, time: Array | float = 0.0) -> Array:
     """Ray parameters of the hits of rays with their candidate objects, inf for a miss.
 
     Parameters
@@ -279,19 +279,19 @@ def pair_hits(plan: Plan, w: Array, item: Ints, time: Array | float = 0.0) -> Ar
     (m,) or (m, k).
     """
     t = np.full(w.shape[1:], np.inf)
-    for rows, ids in object_runs(plan, item):
+    for rows, ids in split_by_shape_kind(plan, item):
         when = time[rows] if isinstance(time, np.ndarray) else time
         part = ids[:, None] if w.ndim == 3 else ids
         if ids[0] < plan.sphere_count:
             v, r = plan.spheres.moved(part, when), plan.spheres.radius[part]
-            t[rows] = hit_sphere(columns(w, rows), v, r)
+            t[rows] = intersect_sphere(columns(w, rows), v, r)
         else:
             planes = _quad_planes(plan, part - plan.sphere_count, when)
-            t[rows] = hit_quad(columns(w, rows), *planes)
+            t[rows] = intersect_quad(columns(w, rows), *planes)
     return t
 
 
-def object_runs(plan: Plan, item: Ints) -> list[tuple[slice | Ints, Ints]]:
+def split_by_shape_kind(plan: Plan, item: Ints) -> list[tuple[slice | Ints, Ints]]:
     """Split candidate objects (m,) into parts that have one kind of shape each.
 
     Returns
@@ -303,14 +303,14 @@ def object_runs(plan: Plan, item: Ints) -> list[tuple[slice | Ints, Ints]]:
     if not item.size:
         return []
     starts = [0, *((item[1:] != item[:-1]).nonzero()[0] + 1).tolist()]
-    if item.size >= LONG_RUN * len(starts):
+    if item.size >= LONG_RUN_LENGTH * len(starts):
         ends = [*starts[1:], item.size]
         return [(slice(a, b), item[a : a + 1]) for a, b in zip(starts, ends, strict=True)]
     kinds = ((item < plan.sphere_count).nonzero()[0], (item >= plan.sphere_count).nonzero()[0])
     return [(rows, item[rows]) for rows in kinds if rows.size]
 
 
-def _quad_planes(plan: Plan, ids: Ints, time: Array | float) -> tuple[Planes, Array, Array]:
+def _quad_planes(plan: Plan, ids: Ints, time: Array | float) -> tuple[PlaneNormals, Array, Array]:
     """`edge_planes` of quads from the camera; computed once per quad unless times differ by ray."""
     quads = plan.quads
     if isinstance(time, np.ndarray) and quads.displacement is not None:
@@ -323,7 +323,7 @@ def _quad_planes(plan: Plan, ids: Ints, time: Array | float) -> tuple[Planes, Ar
     return (a, b, c, d), columns(normal, ids), height[ids]
 
 
-def nearest(count: int, pairs: Pairs, t: Array) -> tuple[Array, Ints]:
+def nearest_hits(count: int, pairs: Pairs, t: Array) -> tuple[Array, Ints]:
     """The nearest hit of each of `count` pixels among its candidate pairs.
 
     Where several objects have the same ray parameter, the one with the lowest number is taken, so
@@ -355,12 +355,12 @@ def surface(plan: Plan, w: Array, t: Array, item: Ints, time: Array | float = 0.
     ball = (item < plan.sphere_count).nonzero()[0]
     if ball.size:
         ids = item[ball]
-        center = plan.spheres.moved(ids, _at(time, ball))
+        center = plan.spheres.moved(ids, _times_at(time, ball))
         out = columns(point, ball) - center
         out /= np.sqrt(dot(out, out))
         # project onto the sphere: the error is then a few roundoffs of its size, not of t w
         within = dot(center, center) < plan.spheres.radius[ids] ** 2
-        radius = plan.spheres.radius[ids] * np.where(within, 1.0 - INNER_GAP, 1.0)
+        radius = plan.spheres.radius[ids] * np.where(within, 1.0 - INNER_HIT_OFFSET, 1.0)
         point[:, ball] = center + radius * out
         normal[:, ball] = np.where(within, -out, out)
         inside[ball] = within
@@ -375,7 +375,7 @@ def surface(plan: Plan, w: Array, t: Array, item: Ints, time: Array | float = 0.
     return Surface(point, normal, item, inside)
 
 
-def _at(time: Array | float, rows: Ints) -> Array | float:
+def _times_at(time: Array | float, rows: Ints) -> Array | float:
     return time[rows] if isinstance(time, np.ndarray) else time
 
 

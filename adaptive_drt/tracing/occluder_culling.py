@@ -15,39 +15,39 @@ from typing import TypeAlias
 
 import numpy as np
 
-from ..geometry.closed_boxes import NO_SOLID, outward
-from ..geometry.sphere import cone_touch, graze_of
-from ..lights.emitter import QUAD, Cone, Emitter, view_cone
+from ..geometry.closed_boxes import NO_BOX, outward_sign
+from ..geometry.sphere import cone_overlap, surface_tolerance
+from ..lights.emitter import QUAD, Emitter, ViewCone, view_cone
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.floats import TINY
 from ..numerics.gather import columns
 from ..numerics.vector import cross, dot
-from ..parallel.call_progress import part_of_call, tell
+from ..parallel.call_progress import progress_range, report_progress
 from .compile import Plan
 from .embree import ProxyScene
-from .intersect import Pairs, Surface, curvature, in_cache, runs
+from .intersect import Pairs, Surface, cache_sized_chunks, curvature, run_indices
 
-__all__ = ["Occluders", "every_pair"]
+__all__ = ["Occluders", "all_pairs_unculled"]
 
-Test: TypeAlias = Callable[[Array, Array, Ints], Mask]
+BallTest: TypeAlias = Callable[[Array, Array, Ints], Mask]
 
-BLOCKS = (256, 32, 8)
+BLOCK_SIZES = (256, 32, 8)
 """Numbers of points, consecutive in Morton order, that share one culling test at each level."""
-LEVELS = len(BLOCKS) + 1
+LEVEL_COUNT = len(BLOCK_SIZES) + 1
 """Number of levels of tests, with that of single points. All take about the same time."""
-CURVE_BITS = 10
-CURVE_CELLS = 1 << CURVE_BITS
+MORTON_BITS = 10
+MORTON_CELLS = 1 << MORTON_BITS
 """Number of cells of the Morton curve along each axis."""
-FEW_PAIRS = 6_144
+MAX_PAIRS_WITHOUT_BLOCKS = 6_144
 """Largest number of pairs of points and objects that are all tested in one call, without blocks.
 
 Calls then cost more than pairs: 7 objects took 0.3 of the time with 30 points and 0.9 with 1,000;
 33 objects took 0.3 with 30 points and 0.6 with 150."""
-DENSE_OBJECTS = 16
+MAX_OBJECTS_WITHOUT_BLOCKS = 16
 """Largest number of objects that are each tested against all points, without blocks.
 
 That costs 15 ns a pair, and 80 where points are gathered. With 48 it took a fifth longer."""
-CACHED = 1 << 16
+POINTS_PER_CHUNK = 1 << 16
 """Number of points in a chunk of such a test.
 
 Chunks of 8,192 stay in the cache and are a tenth faster on one thread, but a fifth slower on two,
@@ -68,13 +68,13 @@ class Occluders:
             if d is not None:
                 radius[first : first + d.shape[1]] += 0.5 * np.sqrt(dot(d, d))
         self.radius = radius
-        self._flats = _Flats.make(plan)
+        self._flats = _QuadPlanes.make(plan)
         self._proxies: dict[str, ProxyScene] = {}
         balls = plan.sphere_count
         for light in plan.lights:
             if plan.embree_finds(light):
                 reach = plan.shadow_light(light).ball
-                self._proxies[_key(light)] = ProxyScene(
+                self._proxies[_light_key(light)] = ProxyScene(
                     self.center[:, :balls], self.radius[:balls] + reach
                 )
 
@@ -96,16 +96,16 @@ class Occluders:
         if not count or not self.radius.size or not light.casts_shadow:
             return Pairs(none, none)
         reach = np.broadcast_to(np.asarray(reach, dtype=np.float64), (count,))
-        sight = _Sight.make(light, surface, reach, curvature(self._plan, surface))
+        sight = _LightView.make(light, surface, reach, curvature(self._plan, surface))
         pairs = self._flats.needed(sight, self._found(light, sight))
-        return _apart(light, pairs)
+        return _without_coplanar_quads(light, pairs)
 
-    def _found(self, light: Emitter, sight: _Sight) -> Pairs:
+    def _found(self, light: Emitter, sight: _LightView) -> Pairs:
         """The candidate pairs, including faces of boxes that `needed` removes."""
         surface, reach = sight.surface, sight.reach
         count = reach.size
-        proxies = None if (reach > 0.0).any() else self._proxies.get(_key(light))
-        if proxies is None and count * self.radius.size <= FEW_PAIRS:
+        proxies = None if (reach > 0.0).any() else self._proxies.get(_light_key(light))
+        if proxies is None and count * self.radius.size <= MAX_PAIRS_WITHOUT_BLOCKS:
             return self._kept(sight, _all_pairs(count, self.radius.size))
         first = 0
         parts: list[Pairs] = []
@@ -115,13 +115,13 @@ class Occluders:
             parts.append(self._kept(sight, self._around(sight, proxies)))
             met = Pairs(*proxies.along(surface.point, light.center))
             parts.append(self._kept(sight, met))
-        if self.radius.size - first <= DENSE_OBJECTS:
+        if self.radius.size - first <= MAX_OBJECTS_WITHOUT_BLOCKS:
             parts += self._one_by_one(sight, first)
         else:
             parts.append(self._kept(sight, self._shafts(sight, first)))
-        return _sorted(parts, self.radius.size)
+        return _merge_pairs(parts, self.radius.size)
 
-    def _around(self, sight: _Sight, proxies: ProxyScene) -> Pairs:
+    def _around(self, sight: _LightView, proxies: ProxyScene) -> Pairs:
         """Pairs whose point lies within the object's proxy, where embree may miss it."""
         center, outer = self.center[:, : proxies.outer.size], proxies.outer
 
@@ -131,24 +131,24 @@ class Occluders:
             close: Mask = dot(gap, gap) <= wide * wide
             return close
 
-        return _by_blocks(sight, outer.size, near)
+        return _pairs_by_blocks(sight, outer.size, near)
 
-    def _one_by_one(self, sight: _Sight, first: int) -> list[Pairs]:
+    def _one_by_one(self, sight: _LightView, first: int) -> list[Pairs]:
         """Candidate pairs of objects `first` and higher, each tested against all points."""
         parts = []
         count = sight.reach.size
-        for begin in range(0, count, CACHED):
-            rows = slice(begin, min(begin + CACHED, count))
+        for begin in range(0, count, POINTS_PER_CHUNK):
+            rows = slice(begin, min(begin + POINTS_PER_CHUNK, count))
             for item in range(first, self.radius.size):
                 pixel = begin + self._matters(sight, rows, item).nonzero()[0]
                 parts.append(Pairs(pixel, np.full(pixel.size, item)))
         return parts
 
-    def _kept(self, sight: _Sight, pairs: Pairs) -> Pairs:
+    def _kept(self, sight: _LightView, pairs: Pairs) -> Pairs:
         """The pairs that pass the test of single points."""
-        return pairs.take(_where(partial(self._matters, sight), pairs.pixel, pairs.item))
+        return pairs.take(_passing_pairs(partial(self._matters, sight), pairs.pixel, pairs.item))
 
-    def _shafts(self, sight: _Sight, first_item: int) -> Pairs:
+    def _shafts(self, sight: _LightView, first_item: int) -> Pairs:
         """Candidate pairs of objects `first_item` and higher, by tests of blocks of points."""
         center, radius, ball = self.center[:, first_item:], self.radius[first_item:], sight.ball
 
@@ -156,15 +156,15 @@ class Occluders:
             self._plan.go_on()
             cone = view_cone(ball, ball.center, middle)
             v, wide = columns(center, item) - middle, radius[item] + span
-            touch, _, _ = cone_touch(cone.axis, cone.cosine, cone.sine, v, wide)
+            touch, _, _ = cone_overlap(cone.axis, cone.cosine, cone.sine, v, wide)
             vv = dot(v, v)
             before: Mask = (vv <= wide * wide) | (touch & (np.sqrt(vv) - wide < cone.far))
             return before
 
-        pairs = _by_blocks(sight, radius.size, seen)
+        pairs = _pairs_by_blocks(sight, radius.size, seen)
         return Pairs(pairs.pixel, pairs.item + first_item)
 
-    def _matters(self, sight: _Sight, at: Ints | slice, item: Ints | int) -> Mask:
+    def _matters(self, sight: _LightView, at: Ints | slice, item: Ints | int) -> Mask:
         """Whether objects (one, or one for each point) may occlude a light from points `at`."""
         self._plan.go_on()
         surface, cone = sight.surface, sight.cone
@@ -177,7 +177,9 @@ class Occluders:
                 return apart
         v = center - point
         vv = dot(v, v)
-        touch, _, _ = cone_touch(columns(cone.axis, at), cone.cosine[at], cone.sine[at], v, radius)
+        touch, _, _ = cone_overlap(
+            columns(cone.axis, at), cone.cosine[at], cone.sine[at], v, radius
+        )
         # drop objects beyond the light, but not those that contain the point
         limit = cone.far[at] + radius
         keep: Mask = ((vv < limit * limit) & touch) | (vv <= radius * radius)
@@ -196,7 +198,7 @@ class Occluders:
 
 
 @dataclass(frozen=True)
-class _Flats:
+class _QuadPlanes:
     """Planes of quads: a quad occludes only light from the other side of its plane.
 
     Attributes
@@ -214,19 +216,19 @@ class _Flats:
     solid: Ints
 
     @classmethod
-    def make(cls, plan: Plan) -> _Flats:
+    def make(cls, plan: Plan) -> _QuadPlanes:
         quads, first = plan.quads, plan.sphere_count
         normal = np.zeros((3, plan.object_count))
-        across = cross(quads.edge_u, quads.edge_v) * outward(quads, plan.solid)
+        across = cross(quads.edge_u, quads.edge_v) * outward_sign(quads, plan.solid)
         normal[:, first:] = across / np.maximum(np.sqrt(dot(across, across)), TINY)
         offset, slack = np.zeros((2, plan.object_count))
         offset[first:] = dot(normal[:, first:], quads.corner)
         if quads.displacement is not None:
             slack[first:] = 0.5 * np.abs(dot(normal[:, first:], quads.displacement))
-        solid = np.concatenate([np.full(first, NO_SOLID), plan.solid])
+        solid = np.concatenate([np.full(first, NO_BOX), plan.solid])
         return cls(first, normal, offset, slack, solid)
 
-    def part(self, sight: _Sight, at: Ints | slice, item: Ints) -> Mask:
+    def part(self, sight: _LightView, at: Ints | slice, item: Ints) -> Mask:
         """Whether the plane of a quad may separate points from some of the light."""
         ball = sight.ball
         light = dot(columns(self.normal, item), ball.center) - self.offset[item]
@@ -237,16 +239,16 @@ class _Flats:
         parts |= item < self.first
         return parts
 
-    def _places(self, sight: _Sight, at: Ints | slice, item: Ints) -> tuple[Array, Array]:
+    def _places(self, sight: _LightView, at: Ints | slice, item: Ints) -> tuple[Array, Array]:
         """Signed distances (metres) of points from planes, and bounds on their changes."""
         point, offset = columns(sight.surface.point, at), self.offset[item]
         place = dot(columns(self.normal, item), point) - offset
         # a point within rounding of the plane may lie on either side of it
-        return place, self.slack[item] + sight.reach[at] + graze_of(point, np.abs(offset))
+        return place, self.slack[item] + sight.reach[at] + surface_tolerance(point, np.abs(offset))
 
-    def needed(self, sight: _Sight, pairs: Pairs) -> Pairs:
+    def needed(self, sight: _LightView, pairs: Pairs) -> Pairs:
         """The pairs without faces of closed boxes that occlude only what other faces do."""
-        rows = (self.solid[pairs.item] != NO_SOLID).nonzero()[0]
+        rows = (self.solid[pairs.item] != NO_BOX).nonzero()[0]
         if not rows.size:
             return pairs
         at, item = pairs.pixel[rows], pairs.item[rows]
@@ -265,7 +267,7 @@ class _Flats:
 
 
 @dataclass(frozen=True)
-class _Sight:
+class _LightView:
     """A light and n points, with bounds that hold during the whole shutter.
 
     `ball` is a spherical light around the light and its path, `cone` the cone of directions to it
@@ -275,15 +277,15 @@ class _Sight:
 
     light: Emitter
     ball: Emitter
-    cone: Cone
+    cone: ViewCone
     surface: Surface
     reach: Array
     bend: Array
     spread: bool
 
     @classmethod
-    def make(cls, light: Emitter, surface: Surface, reach: Array, bend: Array) -> _Sight:
-        ball = _swept(light)
+    def make(cls, light: Emitter, surface: Surface, reach: Array, bend: Array) -> _LightView:
+        ball = _swept_bounding_light(light)
         cone = view_cone(ball, ball.center, surface.point)
         return cls(light, ball, cone, surface, reach, bend, bool((reach > 0.0).any()))
 
@@ -299,7 +301,7 @@ class _Sight:
         return front
 
 
-def _by_blocks(sight: _Sight, objects: int, test: Test) -> Pairs:
+def _pairs_by_blocks(sight: _LightView, objects: int, test: BallTest) -> Pairs:
     """Pairs of points and objects whose blocks of points pass a test at every level.
 
     Parameters
@@ -307,35 +309,37 @@ def _by_blocks(sight: _Sight, objects: int, test: Test) -> Pairs:
     test : takes centres (3, k) and radii (k,) of blocks' bounding balls and objects (k,), metres,
         and returns (k,) bool.
     """
-    order = _along_curve(sight.surface.point)
+    order = _morton_order(sight.surface.point)
     point, reach = columns(sight.surface.point, order), sight.reach[order]
     count = order.size
-    larger = -(-count // BLOCKS[0])
+    larger = -(-count // BLOCK_SIZES[0])
     block, item = np.repeat(np.arange(larger), objects), np.tile(np.arange(objects), larger)
-    for level, (size, smaller) in enumerate(zip(BLOCKS, (*BLOCKS[1:], 1), strict=True)):
-        with part_of_call(level / LEVELS, (level + 1) / LEVELS):
-            kept = _where(partial(_of_balls, test, *_balls(point, reach, size)), block, item)
+    for level, (size, smaller) in enumerate(zip(BLOCK_SIZES, (*BLOCK_SIZES[1:], 1), strict=True)):
+        with progress_range(level / LEVEL_COUNT, (level + 1) / LEVEL_COUNT):
+            kept = _passing_pairs(
+                partial(_test_blocks, test, *_block_balls(point, reach, size)), block, item
+            )
         first = block[kept] * (size // smaller)
         inside = np.minimum(first + size // smaller, -(-count // smaller)) - first
-        block = runs(first, inside)
+        block = run_indices(first, inside)
         item = np.repeat(item[kept], inside)
     return Pairs(order[block], item)
 
 
-def _of_balls(test: Test, middle: Array, span: Array, block: Ints, item: Ints) -> Mask:
+def _test_blocks(test: BallTest, middle: Array, span: Array, block: Ints, item: Ints) -> Mask:
     return test(columns(middle, block), span[block], item)
 
 
-def _where(test: Callable[[Ints, Ints], Mask], number: Ints, item: Ints) -> Ints:
+def _passing_pairs(test: Callable[[Ints, Ints], Mask], number: Ints, item: Ints) -> Ints:
     """Indices of the pairs (k,) of points or blocks and objects that pass a test, ascending."""
     kept = [np.zeros(0, dtype=np.int64)]
-    for rows in in_cache(np.arange(item.size)):
-        tell(rows[0] / item.size)
+    for rows in cache_sized_chunks(np.arange(item.size)):
+        report_progress(rows[0] / item.size)
         kept.append(rows[test(number[rows], item[rows])])
     return np.concatenate(kept)
 
 
-def _balls(point: Array, reach: Array, size: int) -> tuple[Array, Array]:
+def _block_balls(point: Array, reach: Array, size: int) -> tuple[Array, Array]:
     """Centres (3, b) and radii (b,) of balls around blocks of `size` points and their reach."""
     starts = np.arange(0, reach.size, size)
     low = np.minimum.reduceat(point, starts, axis=1)
@@ -344,35 +348,35 @@ def _balls(point: Array, reach: Array, size: int) -> tuple[Array, Array]:
     return 0.5 * (low + high), span
 
 
-def _along_curve(point: Array) -> Ints:
+def _morton_order(point: Array) -> Ints:
     """Indices (n,) that sort points (3, n) along the Morton curve (Morton 1966)."""
     low = point.min(axis=1, keepdims=True)
     size = float((point.max(axis=1, keepdims=True) - low).max()) or 1.0
-    cell = ((point - low) * (CURVE_CELLS / size)).astype(np.int64)
-    cell = np.minimum(cell, CURVE_CELLS - 1)
+    cell = ((point - low) * (MORTON_CELLS / size)).astype(np.int64)
+    cell = np.minimum(cell, MORTON_CELLS - 1)
     key = np.zeros(point.shape[1], dtype=np.int64)
-    for bit in range(CURVE_BITS):
+    for bit in range(MORTON_BITS):
         for axis in range(3):
             key |= ((cell[axis] >> bit) & 1) << (3 * bit + axis)
     return np.argsort(key, kind="stable")
 
 
-def _sorted(parts: list[Pairs], objects: int) -> Pairs:
+def _merge_pairs(parts: list[Pairs], objects: int) -> Pairs:
     """The union of lists of pairs, each pair once, sorted by point and then by object."""
     pixel = np.concatenate([part.pixel for part in parts])
     key = pixel * objects + np.concatenate([part.item for part in parts])
     return Pairs(*np.divmod(np.unique(key), objects))
 
 
-def every_pair(plan: Plan, light: Emitter, surface: Surface) -> Pairs:
+def all_pairs_unculled(plan: Plan, light: Emitter, surface: Surface) -> Pairs:
     """Without culling: all pairs of points and objects, except a point's own object and quads in
     the light's plane."""
     pairs = _all_pairs(surface.item.size, plan.object_count)
     own = pairs.item == surface.item[pairs.pixel]
-    return _apart(light, pairs.take(~own | surface.inside[pairs.pixel]))
+    return _without_coplanar_quads(light, pairs.take(~own | surface.inside[pairs.pixel]))
 
 
-def _apart(light: Emitter, pairs: Pairs) -> Pairs:
+def _without_coplanar_quads(light: Emitter, pairs: Pairs) -> Pairs:
     """The pairs without quads in the plane of the light: they occlude nothing of it."""
     return pairs if light.touching is None else pairs.take(~light.touches(pairs.item))
 
@@ -383,10 +387,10 @@ def _all_pairs(points: int, objects: int) -> Pairs:
     return Pairs(*np.divmod(pair, objects))
 
 
-def _swept(light: Emitter) -> Emitter:
+def _swept_bounding_light(light: Emitter) -> Emitter:
     """A spherical light that encloses a light and its path during the shutter."""
     return replace(light, kind="BALL", radius=light.ball)
 
 
-def _key(light: Emitter) -> str:
+def _light_key(light: Emitter) -> str:
     return light.name + repr(light.center.tolist())

@@ -5,18 +5,18 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..geometry.parallelogram import edge_planes, off_plane, quad_blocks_segment
-from ..geometry.sphere import blocks_segment, graze_of
+from ..geometry.parallelogram import edge_planes, quad_blocks_segment, snapped_height
+from ..geometry.sphere import sphere_blocks_segment, surface_tolerance
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.gather import columns
 from ..numerics.vector import dot
 from .compile import Plan
 from .intersect import Pairs
 
-__all__ = ["blocked_segments", "ranked"]
+__all__ = ["batches_by_rank", "blocked_segments"]
 
 
-def ranked(count: int, pairs: Pairs) -> list[tuple[Ints, Ints]]:
+def batches_by_rank(count: int, pairs: Pairs) -> list[tuple[Ints, Ints]]:
     """Split pairs, sorted by pixel, into batches: the k-th holds the k-th pair of every pixel.
 
     Returns
@@ -51,7 +51,7 @@ def blocked_segments(
     (n, k) bool.
     """
     blocked = np.zeros(to.shape[1:], dtype=np.bool_)
-    for rows, item in ranked(to.shape[1], pairs):
+    for rows, item in batches_by_rank(to.shape[1], pairs):
         ball = item < plan.sphere_count
         for part, is_sphere in ((ball.nonzero()[0], True), ((~ball).nonzero()[0], False)):
             if not part.size:
@@ -62,14 +62,16 @@ def blocked_segments(
             if is_sphere:
                 center = plan.spheres.moved(ids, when)
                 radius = plan.spheres.radius[ids]
-                graze = graze_of(start, radius)
-                hit = blocks_segment(columns(to, at), center - start, radius, graze)
+                graze = surface_tolerance(start, radius)
+                hit = sphere_blocks_segment(columns(to, at), center - start, radius, graze)
             else:
                 ids = ids - plan.sphere_count
                 q = plan.quads.moved(ids, when) - start
                 u, v = columns(plan.quads.edge_u, ids), columns(plan.quads.edge_v, ids)
                 planes, normal, height = edge_planes(q, u, v)
-                height = off_plane(height, normal, graze_of(start, np.sqrt(dot(q, q))))
+                height = snapped_height(
+                    height, normal, surface_tolerance(start, np.sqrt(dot(q, q)))
+                )
                 hit = quad_blocks_segment(columns(to, at), planes, normal, height)
             blocked[at] |= hit
     return blocked

@@ -22,25 +22,25 @@ import numpy as np
 
 from ..numerics.arrays import Array, Mask
 from ..numerics.gather import columns
-from .line_intervals import FLAT_TERM, TIME, Lattice
-from .unordered_pairs import Met
+from .line_intervals import TIME, TINY_COEFFICIENT, Lattice
+from .unordered_pairs import GroupPairs
 
-__all__ = ["by_candidate", "find_crossings"]
+__all__ = ["find_depth_events", "split_by_candidate"]
 
 Polynomial: TypeAlias = list[Array]
 
-DOUBLE = 2.0**-36
+DOUBLE_ROOT_TOLERANCE = 2.0**-36
 """Largest negative discriminant of a quadratic that still counts as zero, as a fraction of the
 discriminant's terms: the two roots are then one double root. An event that is not real costs one
 more span and nothing else."""
-NOWHERE = 0.5
+NO_EVENT = 0.5
 """Position of an event that does not exist: the end of a line, where an event has no effect."""
-LEAST_LEAD = 2.0**-48
+MIN_LEADING_COEFFICIENT = 2.0**-48
 """Least leading coefficient of a quartic, as a fraction of its largest coefficient. It keeps the
 roots finite."""
 
 
-def find_crossings(table: Array, is_ball: Mask, met: Met, lattice: Lattice) -> Array:
+def find_depth_events(table: Array, is_ball: Mask, met: GroupPairs, lattice: Lattice) -> Array:
     """Events (events, rows, columns, n) along lines; between them depth orders do not change.
 
     Parameters
@@ -54,76 +54,78 @@ def find_crossings(table: Array, is_ball: Mask, met: Met, lattice: Lattice) -> A
     spheres may intersect.
     """
     n, timed = met.boxes, lattice.axis == TIME
-    parts = [*_roots(*table[8:])] if timed else []
+    parts = [*_quadratic_roots(*table[8:])] if timed else []
     one, other = (each * n + met.box for each in (met.one, met.other))
     balls = is_ball[one].astype(np.int64) + is_ball[other]
     # each pair has room for the same number of events, whichever its kinds: boxes stay alike
-    most = 4 if timed and _single(lattice) else 2
-    events = np.full((most, *table.shape[1:3], met.room * n), NOWHERE)
-    for kind, find in enumerate((_flats, _ball_and_flat, _balls)):
+    most = 4 if timed and _is_single_line(lattice) else 2
+    events = np.full((most, *table.shape[1:3], met.room * n), NO_EVENT)
+    for kind, find in enumerate((_quad_quad_events, _sphere_quad_events, _sphere_sphere_events)):
         some = (balls == kind).nonzero()[0]
         if some.size:
             a, b = (columns(table, each[some], -1) for each in (one, other))
             for event, root in zip(events, find(a, b, lattice), strict=False):
                 event[..., met.slot[some] * n + met.box[some]] = root
-    return np.concatenate([by_candidate(part, n) for part in (*parts, *events)])
+    return np.concatenate([split_by_candidate(part, n) for part in (*parts, *events)])
 
 
-def by_candidate(values: Array, n: int) -> Array:
+def split_by_candidate(values: Array, n: int) -> Array:
     """Reshape (rows, columns, k n), the first candidates of all boxes first, to (k, rows, columns,
     n)."""
     return values.reshape(*values.shape[:2], -1, n).transpose(2, 0, 1, 3)
 
 
-def _single(lattice: Lattice) -> bool:
+def _is_single_line(lattice: Lattice) -> bool:
     """Whether the lattice is a single line."""
     return lattice.rows * lattice.columns == 1
 
 
-def _flats(one: Array, other: Array, lattice: Lattice) -> Sequence[Array]:
+def _quad_quad_events(one: Array, other: Array, lattice: Lattice) -> Sequence[Array]:
     """Events of two quads."""
     timed = lattice.axis == TIME
-    (k, f), (other_k, other_f) = _plane(one, timed), _plane(other, timed)
+    (k, f), (other_k, other_f) = _quad_plane(one, timed), _quad_plane(other, timed)
     first, second = _product(other_k, f), _product(k, other_f)
-    return _roots(*(_at(first, power) - _at(second, power) for power in range(3)))
+    return _quadratic_roots(
+        *(_coefficient(first, power) - _coefficient(second, power) for power in range(3))
+    )
 
 
-def _ball_and_flat(one: Array, other: Array, lattice: Lattice) -> Sequence[Array]:
+def _sphere_quad_events(one: Array, other: Array, lattice: Lattice) -> Sequence[Array]:
     """Events of a sphere and a quad."""
     timed = lattice.axis == TIME
-    quadratic = _on_sphere(one, *_plane(other, timed), timed)
-    return _roots(*(_at(quadratic, power) for power in range(3)))
+    quadratic = _plane_sphere_polynomial(one, *_quad_plane(other, timed), timed)
+    return _quadratic_roots(*(_coefficient(quadratic, power) for power in range(3)))
 
 
-def _balls(one: Array, other: Array, lattice: Lattice) -> Sequence[Array]:
+def _sphere_sphere_events(one: Array, other: Array, lattice: Lattice) -> Sequence[Array]:
     """Events of two spheres."""
     timed = lattice.axis == TIME
-    if timed and not _single(lattice):
+    if timed and not _is_single_line(lattice):
         return ()
-    radical = _on_sphere(one, *_radical(one, other, timed), timed)
-    return _quartic_roots(radical) if timed else _roots(*radical)
+    radical = _plane_sphere_polynomial(one, *_radical_plane(one, other, timed), timed)
+    return _quartic_roots(radical) if timed else _quadratic_roots(*radical)
 
 
-def _plane(table: Array, timed: bool) -> tuple[Polynomial, Polynomial]:
+def _quad_plane(table: Array, timed: bool) -> tuple[Polynomial, Polynomial]:
     """k and f of the plane of a quad."""
     return ([table[0], table[1]], [table[5]]) if timed else ([table[0]], [table[5], table[6]])
 
 
-def _radical(one: Array, other: Array, timed: bool) -> tuple[Polynomial, Polynomial]:
+def _radical_plane(one: Array, other: Array, timed: bool) -> tuple[Polynomial, Polynomial]:
     """k and f of the radical plane of two spheres."""
     powers = range(8, 11 if timed else 9)
     k = [0.5 * (other[p] - one[p]) for p in powers]
     return k, [other[0] - one[0], other[1] - one[1]]
 
 
-def _on_sphere(table: Array, k: Polynomial, f: Polynomial, timed: bool) -> Polynomial:
+def _plane_sphere_polynomial(table: Array, k: Polynomial, f: Polynomial, timed: bool) -> Polynomial:
     """Coefficients of Q for a plane and a sphere; see the module."""
     square = [table[5]] if timed else [table[5], table[6], table[7]]
     gap = [table[8], table[9], table[10]] if timed else [table[8]]
     mixed = _product(_product(k, f), [table[0], table[1]])
     terms = (_product(_product(k, k), square), mixed, _product(_product(f, f), gap))
     degree = max(len(term) for term in terms)
-    a, b, c = ([_at(term, p) for p in range(degree)] for term in terms)
+    a, b, c = ([_coefficient(term, p) for p in range(degree)] for term in terms)
     return [a[p] - 2.0 * b[p] + c[p] for p in range(degree)]
 
 
@@ -136,26 +138,26 @@ def _product(a: Polynomial, b: Polynomial) -> Polynomial:
     return total
 
 
-def _at(polynomial: Polynomial, power: int) -> Array:
+def _coefficient(polynomial: Polynomial, power: int) -> Array:
     """Coefficient of a power; zeros beyond the degree."""
     return polynomial[power] if power < len(polynomial) else np.zeros(polynomial[0].shape)
 
 
-def _roots(c: Array, slope: Array, a: Array) -> tuple[Array, Array]:
+def _quadratic_roots(c: Array, slope: Array, a: Array) -> tuple[Array, Array]:
     """Roots of c + slope s + a s^2 within a line; `NO_EVENT` where there is none."""
     # scale the coefficients to at most 1, so that their squares stay within float64's range
     largest = np.maximum(np.maximum(np.abs(a), np.abs(slope)), np.abs(c))
     largest = np.where(largest > 0.0, largest, 1.0)
     a, b, c = a / largest, 0.5 * slope / largest, c / largest
-    a = np.where(a == 0.0, -FLAT_TERM, a)
+    a = np.where(a == 0.0, -TINY_COEFFICIENT, a)
     square = b * b - a * c
     root = np.sqrt(np.maximum(square, 0.0))
     q = np.where(b < 0.0, root - b, -b - root)
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):  # see FLAT_TERM
         roots = q / a, np.where(q == 0.0, 0.0, c / q)
     # from a camera in the radical plane of two spheres, their intersection is a double root
-    real = square >= -DOUBLE * (b * b + np.abs(a * c))
-    low, high = (np.where(real & (np.abs(r) < 0.5), r, NOWHERE) for r in roots)
+    real = square >= -DOUBLE_ROOT_TOLERANCE * (b * b + np.abs(a * c))
+    low, high = (np.where(real & (np.abs(r) < 0.5), r, NO_EVENT) for r in roots)
     return low, high
 
 
@@ -167,11 +169,11 @@ def _quartic_roots(coefficients: Polynomial) -> list[Array]:
     c = np.array(coefficients)
     largest = np.maximum(np.max(np.abs(c), axis=0), np.finfo(np.float64).tiny)
     c = c / largest
-    lead = np.where(np.abs(c[4]) < LEAST_LEAD, LEAST_LEAD, c[4])
+    lead = np.where(np.abs(c[4]) < MIN_LEADING_COEFFICIENT, MIN_LEADING_COEFFICIENT, c[4])
     companion = np.zeros((*lead.shape, 4, 4))
     companion[..., (1, 2, 3), (0, 1, 2)] = 1.0
     for power in range(4):
         companion[..., power, 3] = -c[power] / lead
     roots = np.linalg.eigvals(companion).real
-    roots = np.where(np.abs(roots) < 0.5, roots, NOWHERE)
+    roots = np.where(np.abs(roots) < 0.5, roots, NO_EVENT)
     return [roots[..., p] for p in range(4)]

@@ -16,19 +16,19 @@ from ..numerics.gather import columns
 from ..numerics.vector import cross, dot
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs
-from .polynomials import Boxes, Cover
+from .polynomials import Boxes, Coverage
 
-__all__ = ["find_ranks"]
+__all__ = ["find_depth_order"]
 
 
-TOUCH = 2.0**-30
+CONTACT_TOLERANCE = 2.0**-30
 """Overlap up to which two objects count as touching and not as intersecting, as a fraction of the
 size of what is compared. Objects that touch may overlap by rounding, to no visible effect. A scene
 at a distance of a million times its size is rounded to some 2^-33 of its size."""
 
 
-def find_ranks(
-    plan: Plan, boxes: Boxes, pairs: Pairs, cover: Cover, number: Ints
+def find_depth_order(
+    plan: Plan, boxes: Boxes, pairs: Pairs, cover: Coverage, number: Ints
 ) -> tuple[Ints, Mask, Mask, tuple[Ints, Ints]]:
     """Rank of each candidate in the depth order of its box, and whether that order is known.
 
@@ -81,19 +81,19 @@ def _compare(plan: Plan, boxes: Boxes, box: Ints, a: Ints, b: Ints) -> Ints:
     # spheres come first, so `a` is a sphere wherever one of the two is
     rows = other_ball.nonzero()[0]
     if rows.size:
-        known[rows] = _balls(plan, a[rows], b[rows], (times[0][rows], times[1][rows]))
+        known[rows] = _compare_spheres(plan, a[rows], b[rows], (times[0][rows], times[1][rows]))
     rows = (~other_ball).nonzero()[0]
     if rows.size:
         ends = times[0][rows], times[1][rows]
-        known[rows] = _side(plan, a[rows], b[rows], ends)
+        known[rows] = _compare_by_quad_plane(plan, a[rows], b[rows], ends)
     rows = (~ball & (known == 0)).nonzero()[0]
     if rows.size:
         ends = times[0][rows], times[1][rows]
-        known[rows] = -_side(plan, b[rows], a[rows], ends)
+        known[rows] = -_compare_by_quad_plane(plan, b[rows], a[rows], ends)
     return sign * known
 
 
-def _balls(plan: Plan, a: Ints, b: Ints, times: tuple[Array, Array]) -> Ints:
+def _compare_spheres(plan: Plan, a: Ints, b: Ints, times: tuple[Array, Array]) -> Ints:
     """`_compare` for two spheres, by their radical plane."""
     spheres = plan.spheres
     radius = spheres.radius
@@ -102,7 +102,7 @@ def _balls(plan: Plan, a: Ints, b: Ints, times: tuple[Array, Array]) -> Ints:
     square = dot(turn, turn)
     part = np.where(square > 0.0, -dot(start, turn), 0.0) / np.where(square > 0.0, square, 1.0)
     closest = start + np.clip(part, 0.0, 1.0) * turn
-    reach = (radius[a] + radius[b]) * (1.0 - TOUCH)
+    reach = (radius[a] + radius[b]) * (1.0 - CONTACT_TOLERANCE)
     apart = dot(closest, closest) >= reach * reach
     # the difference of the powers is quadratic in time: it leaves the chord by a quarter of its
     # leading coefficient at most
@@ -115,7 +115,7 @@ def _balls(plan: Plan, a: Ints, b: Ints, times: tuple[Array, Array]) -> Ints:
     return known
 
 
-def _side(plan: Plan, a: Ints, b: Ints, times: tuple[Array, Array]) -> Ints:
+def _compare_by_quad_plane(plan: Plan, a: Ints, b: Ints, times: tuple[Array, Array]) -> Ints:
     """`_compare` for objects a and quads b, by the planes of the quads."""
     quads, ids = plan.quads, b - plan.sphere_count
     normal = cross(columns(quads.edge_u, ids), columns(quads.edge_v, ids))
@@ -132,13 +132,13 @@ def _side(plan: Plan, a: Ints, b: Ints, times: tuple[Array, Array]) -> Ints:
         most = np.maximum(most, np.where(side > 0.0, height - low, high - height))
         heights.append(height)
     seen = heights[0] * heights[1] > 0.0
-    slack = TOUCH * np.maximum(np.abs(heights[0]), size * _size(plan, a))
+    slack = CONTACT_TOLERANCE * np.maximum(np.abs(heights[0]), size * _bounding_radius(plan, a))
     first, last = seen & (least >= -slack), seen & (most <= slack)
     known: Ints = first.astype(np.int64) - (last & ~first)
     return known
 
 
-def _size(plan: Plan, item: Ints) -> Array:
+def _bounding_radius(plan: Plan, item: Ints) -> Array:
     """Radii (m,) of bounding balls of objects."""
     radius: Array = np.concatenate([plan.spheres.radius, plan.quads.bounds[1]])[item]
     return radius

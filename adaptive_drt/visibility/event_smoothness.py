@@ -11,13 +11,13 @@ from __future__ import annotations
 import numpy as np
 
 from ..numerics.arrays import Array, Ints, Mask
-from .line_intervals import ENDS
-from .polynomials import Balls, Flats, Forms, form_range
+from .line_intervals import LINE_ENDS
+from .polynomials import CandidatePolynomials, QuadPolynomials, SpherePolynomials, polynomial_range
 
-__all__ = ["find_smooth"]
+__all__ = ["find_smooth_boxes"]
 
 
-def find_smooth(forms: Forms, full: Mask, box: Ints, count: int) -> Mask:
+def find_smooth_boxes(forms: CandidatePolynomials, full: Mask, box: Ints, count: int) -> Mask:
     """Whether the times at which m candidates are seen vary smoothly across each box: (count,).
 
     The answer is conservative, with no false positives, for boxes whose candidates are in order of
@@ -29,8 +29,8 @@ def find_smooth(forms: Forms, full: Mask, box: Ints, count: int) -> Mask:
     """
     always, once = full.copy(), np.zeros_like(full)
     for row, (stays, turns) in (
-        (forms.balls.row, _balls(forms.balls)),
-        (forms.flats.row, _flats(forms.flats)),
+        (forms.balls.row, _classify_spheres(forms.balls)),
+        (forms.flats.row, _classify_quads(forms.flats)),
     ):
         always[row] |= stays
         once[row] = turns
@@ -40,7 +40,7 @@ def find_smooth(forms: Forms, full: Mask, box: Ints, count: int) -> Mask:
     return smooth
 
 
-def _at(form: Array, time: float) -> Array:
+def _restrict_to_time(form: Array, time: float) -> Array:
     """Restrict polynomials (T, k, m) to a time: (1, k, m)."""
     value = form[-1:]
     for power in range(form.shape[0] - 2, -1, -1):
@@ -48,46 +48,46 @@ def _at(form: Array, time: float) -> Array:
     return value
 
 
-def _ends(form: Array) -> tuple[tuple[Mask, Mask], tuple[Mask, Mask]]:
+def _signs_at_ends(form: Array) -> tuple[tuple[Mask, Mask], tuple[Mask, Mask]]:
     """Whether polynomials are positive everywhere, and negative everywhere, at each end of the
     time.
 
     Returns (positive at the start, at the end), (negative at the start, at the end), (m,) each.
     """
-    ranges = [form_range(_at(form, end)) for end in ENDS]
+    ranges = [polynomial_range(_restrict_to_time(form, end)) for end in LINE_ENDS]
     above = ranges[0][0] > 0.0, ranges[1][0] > 0.0
     return above, (ranges[0][1] < 0.0, ranges[1][1] < 0.0)
 
 
-def _balls(balls: Balls) -> tuple[Mask, Mask]:
+def _classify_spheres(balls: SpherePolynomials) -> tuple[Mask, Mask]:
     """Classify spheres: those that are hit always, and those that appear or disappear smoothly.
 
     Returns two masks (m,): spheres that all rays hit at all times, and spheres whose discriminant
     has simple roots in time for all rays, either a single one, or two where it is negative at both
     ends.
     """
-    above, below = _ends(balls.discriminant)
-    ahead = _ends(balls.along)[0]
-    plain = ahead[0] & ahead[1] & (form_range(balls.gap)[0] > 0.0)
+    above, below = _signs_at_ends(balls.discriminant)
+    ahead = _signs_at_ends(balls.along)[0]
+    plain = ahead[0] & ahead[1] & (polynomial_range(balls.gap)[0] > 0.0)
     # the discriminant is concave in t: positive at both ends it is so between, and it changes sign
     # once from negative to positive
-    within = form_range(_at(balls.discriminant, 0.0))[0] > 0.0
+    within = polynomial_range(_restrict_to_time(balls.discriminant, 0.0))[0] > 0.0
     turns = (above[0] & below[1]) | (below[0] & above[1]) | (below[0] & below[1] & within)
     return plain & above[0] & above[1], plain & turns
 
 
-def _flats(flats: Flats) -> tuple[Mask, Mask]:
+def _classify_quads(flats: QuadPolynomials) -> tuple[Mask, Mask]:
     """Classify quads like `_classify_spheres` does spheres.
 
     Edge functions are linear in t; for a smooth event all but one of them must keep their sign.
     """
-    low, high = form_range(flats.facing)
+    low, high = polynomial_range(flats.facing)
     sure = (low > 0.0) | (high < 0.0)
     side = np.where(low > 0.0, 1.0, -1.0)
     kept, changed = np.zeros((2, side.size), dtype=np.int64)
     never = np.zeros(side.size, dtype=np.bool_)
     for bound in (*flats.edges, flats.height):
-        above, below = _ends(side * bound)
+        above, below = _signs_at_ends(side * bound)
         kept += above[0] & above[1]
         changed += (above[0] & below[1]) | (below[0] & above[1])
         never |= below[0] & below[1]

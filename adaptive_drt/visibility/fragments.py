@@ -20,50 +20,50 @@ from ..numerics.floats import TINY
 from ..numerics.gather import columns
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs
-from .depth_order import find_ranks
-from .event_smoothness import find_smooth
-from .line_intervals import TIME, Lattice, Sides, depth, depth_along
-from .line_visibility import paint
-from .moments import DUST, KINK, SQUARES, Sums
-from .polynomials import Boxes, Cover, Forms, make_forms
-from .unordered_pairs import Meets
+from .depth_order import find_depth_order
+from .event_smoothness import find_smooth_boxes
+from .line_intervals import TIME, Lattice, SideLattice, depth_coefficients, evaluate_depth
+from .line_visibility import visible_moments
+from .moments import KINK_ERROR, MIN_WEIGHT, SQUARE_INDICES, MomentSums
+from .polynomials import Boxes, CandidatePolynomials, Coverage, make_polynomials
+from .unordered_pairs import UnorderedPairs
 
-__all__ = ["CROWDED", "Boxes", "Regions", "find_regions", "no_regions"]
+__all__ = ["MAX_REFINED_CANDIDATES", "Boxes", "Fragments", "empty_fragments", "find_fragments"]
 
 
 BACKGROUND = -1
 """Item of the fragment in which nothing is hit."""
-LEAST_LINES = 4
+MIN_LINES = 4
 """Least number of lines an axis: fewer have no second differences, from which errors are
 estimated."""
-CROWDED = 4
+MAX_REFINED_CANDIDATES = 4
 """Number of candidates above which a box gets no more than the least number of lines. The cost
 grows with the square of the number of candidates, and parts of the box have fewer (25 moving
 spheres that overlap, 1 %: 9.7 s, and 4.6 s)."""
-STEEPEST = 4.0
+MAX_SLOPE = 4.0
 """Largest slope of outlines against the lines that is assumed in advance, as change along the lines
 per change across them. Errors of steeper outlines are left to what the lines measure."""
-FLATTEST = 0.05
+MIN_SLOPE = 0.05
 """Least slope of outlines against the lines that is assumed, even if they seem normal to the
 lines."""
-ALIKE = 1.0 - 2.0**-20
+EQUAL_AXIS_RATIO = 1.0 - 2.0**-20
 """Fraction of the best axis' component from which another axis counts as equally good. The first of
 them is taken, so that rounding does not decide."""
-JUMP = 0.3
+STEP_DEVIATION = 0.3
 """Standard deviation of a step at a random position, 1 / sqrt(12), as a fraction of the step in a
 cell between lines."""
-LONGEST = 0.5
+MAX_STANDARD_DEVIATION = 0.5
 """Largest standard deviation of points in a box, as a fraction of its size."""
-SEAM_PROBE = (np.full((1, 1, 1), -0.25), np.full((1, 1, 1), 0.25))
+DEPTH_PROBES = (np.full((1, 1, 1), -0.25), np.full((1, 1, 1), 0.25))
 """Normalized coordinates at which the depths of two objects are compared, to find along which axis
 the difference changes most."""
-CHUNK = 1 << 18
+BATCH_SIZE = 1 << 18
 """Number of candidates times lines times spans in one batch. It bounds memory; with smaller
 batches, threads wait for each other."""
 
 
 @dataclass(frozen=True)
-class Regions:
+class Fragments:
     """Visible fragments, sorted by box, then item.
 
     Attributes
@@ -89,10 +89,10 @@ class Regions:
     late: Array
 
 
-def no_regions() -> Regions:
+def empty_fragments() -> Fragments:
     """Empty fragments, of no box."""
     none, number = np.zeros(0), np.zeros(0, dtype=np.int64)
-    return Regions(number, number, none, np.zeros((3, 0)), np.zeros((6, 0)), none, none, none)
+    return Fragments(number, number, none, np.zeros((3, 0)), np.zeros((6, 0)), none, none, none)
 
 
 @dataclass(frozen=True)
@@ -117,12 +117,12 @@ class _Candidates:
     """
 
     pairs: Pairs
-    forms: Forms
-    cover: Cover
+    forms: CandidatePolynomials
+    cover: Coverage
     number: Ints
     start: Ints
     settled: Mask
-    meets: Meets
+    meets: UnorderedPairs
     closed: Mask
     wide: Mask
     turned: Mask
@@ -131,9 +131,9 @@ class _Candidates:
     fast: Array
 
 
-def find_regions(
+def find_fragments(
     plan: Plan, boxes: Boxes, pairs: Pairs, accuracy: Array | float, most: int = 32
-) -> Regions:
+) -> Fragments:
     """Find which object is the nearest in each part of each box.
 
     Parameters
@@ -149,27 +149,27 @@ def find_regions(
     count = boxes.low.shape[1]
     found = _candidates(plan, boxes, pairs)
     m = found.pairs.item.size
-    sums = Sums.of(m + count)
+    sums = MomentSums.of(m + count)
     alone = (found.closed & (found.number == 1)).nonzero()[0]
     empty = (found.number == 0).nonzero()[0]
     sums.weight[found.start[alone]] = 1.0
     sums.weight[m + empty] = 1.0
     whole = np.concatenate([found.start[alone], m + empty])
     for k in (0, 1, 2):
-        sums.second[SQUARES[k], whole] = 1.0 / 12.0
+        sums.second[SQUARE_INDICES[k], whole] = 1.0 / 12.0
     todo = np.ones(count, dtype=np.bool_)
     todo[alone] = todo[empty] = False
     goal = np.broadcast_to(np.asarray(accuracy, dtype=np.float64), (count,))
-    _refine(plan, found, goal, most, todo.nonzero()[0], sums)
-    finest = np.where(found.number > CROWDED, LEAST_LINES, max(most, LEAST_LINES))
-    late = np.minimum(KINK * found.fast / finest, JUMP) / finest
-    late = np.where(found.fast > STEEPEST, late, 0.0)
-    return _regions(boxes, found, sums, late)
+    _refine_lines(plan, found, goal, most, todo.nonzero()[0], sums)
+    finest = np.where(found.number > MAX_REFINED_CANDIDATES, MIN_LINES, max(most, MIN_LINES))
+    late = np.minimum(KINK_ERROR * found.fast / finest, STEP_DEVIATION) / finest
+    late = np.where(found.fast > MAX_SLOPE, late, 0.0)
+    return _make_fragments(boxes, found, sums, late)
 
 
 def _candidates(plan: Plan, boxes: Boxes, pairs: Pairs) -> _Candidates:
     """Remove hidden candidates, find the depth order and choose the axis of the lines."""
-    forms, cover = make_forms(plan, boxes, pairs)
+    forms, cover = make_polynomials(plan, boxes, pairs)
     count = boxes.low.shape[1]
     front = np.full(count, np.inf)
     full = cover.full.nonzero()[0]
@@ -182,7 +182,7 @@ def _candidates(plan: Plan, boxes: Boxes, pairs: Pairs) -> _Candidates:
     forms, cover, pairs = forms.take(kept), cover.take(kept), pairs.take(kept)
     box = pairs.pixel
     number = np.bincount(box, minlength=count)
-    rank, settled, balls, unsure = find_ranks(plan, boxes, pairs, cover, number)
+    rank, settled, balls, unsure = find_depth_order(plan, boxes, pairs, cover, number)
     closed, moving = np.zeros((2, count), dtype=np.bool_)
     closed[box[cover.full]] = True
     moving[box[plan.moves[pairs.item]]] = True
@@ -193,17 +193,17 @@ def _candidates(plan: Plan, boxes: Boxes, pairs: Pairs) -> _Candidates:
     # axis
     allowed = wide.copy()
     allowed[TIME] &= ~balls | ~(wide[0] | wide[1])
-    axis, steep = _axis(forms, cover, box, overlap, allowed)
+    axis, steep = _choose_axis(forms, cover, box, overlap, allowed)
     # by item where the order is not known: of objects equally deep the first wins
     order = np.lexsort((np.where(settled[box], rank, pairs.item), box))
     forms, cover, pairs = forms.take(order), cover.take(order), pairs.take(order)
     now = np.empty(order.size, dtype=np.int64)
     now[order] = np.arange(order.size)
-    meets = Meets.of((now[unsure[0]], now[unsure[1]]), box, number)
+    meets = UnorderedPairs.of((now[unsure[0]], now[unsure[1]]), box, number)
     start = np.cumsum(number) - number
     fast = np.zeros(count)
     held = (wide[TIME] & ~allowed[TIME])[box].nonzero()[0]
-    slope = cover.across[TIME, held] / np.maximum(cover.across[axis[box[held]], held], DUST)
+    slope = cover.across[TIME, held] / np.maximum(cover.across[axis[box[held]], held], MIN_WEIGHT)
     np.maximum.at(fast, box[held], slope)
     # exchange x and y, so that boxes with lines along x and along y are in one group
     turned, timed = axis == 1, axis == TIME
@@ -218,7 +218,9 @@ def _candidates(plan: Plan, boxes: Boxes, pairs: Pairs) -> _Candidates:
     )  # fmt: skip
 
 
-def _axis(forms: Forms, cover: Cover, box: Ints, overlap: Ints, wide: Mask) -> tuple[Ints, Array]:
+def _choose_axis(
+    forms: CandidatePolynomials, cover: Coverage, box: Ints, overlap: Ints, wide: Mask
+) -> tuple[Ints, Array]:
     """Choose the axis of the lines in each box, and estimate the slope of outlines against them.
 
     It is the axis whose least component, over the normals of outlines and of surfaces of equal
@@ -237,10 +239,13 @@ def _axis(forms: Forms, cover: Cover, box: Ints, overlap: Ints, wide: Mask) -> t
         slopes = np.zeros((3, overlap.size))
         for k in range(3):
             lattice = Lattice(k, 1, 1)
-            tables = depth_along(one, lattice), depth_along(other, lattice)
+            tables = depth_coefficients(one, lattice), depth_coefficients(other, lattice)
             with np.errstate(invalid="ignore", over="ignore"):  # infinite depths: see `near`
-                gaps = [depth(tables[0], s) - depth(tables[1], s) for s in SEAM_PROBE]
-                slopes[k] = np.abs(gaps[1] - gaps[0])[0, 0] / (SEAM_PROBE[1] - SEAM_PROBE[0])
+                gaps = [
+                    evaluate_depth(tables[0], s) - evaluate_depth(tables[1], s)
+                    for s in DEPTH_PROBES
+                ]
+                slopes[k] = np.abs(gaps[1] - gaps[0])[0, 0] / (DEPTH_PROBES[1] - DEPTH_PROBES[0])
                 middle = np.abs(gaps[0] + gaps[1])[0, 0] / 2.0
         total = slopes[0] + slopes[1] + slopes[2]
         near = (middle <= 0.5 * total) & (total > 0.0) & np.isfinite(total)
@@ -249,11 +254,11 @@ def _axis(forms: Forms, cover: Cover, box: Ints, overlap: Ints, wide: Mask) -> t
             np.minimum.at(across[k], box[overlap], share)
     across = np.where(wide, across, -1.0)
     best = across.max(axis=0)
-    axis: Ints = np.argmax(across >= ALIKE * best, axis=0)
-    return axis, _steepness(cover, box, best)
+    axis: Ints = np.argmax(across >= EQUAL_AXIS_RATIO * best, axis=0)
+    return axis, _outline_slope(cover, box, best)
 
 
-def _steepness(cover: Cover, box: Ints, best: Array) -> Array:
+def _outline_slope(cover: Coverage, box: Ints, best: Array) -> Array:
     """Slope (n,) of outlines against lines along an axis; `best` is the least component of their
     normals.
 
@@ -266,29 +271,31 @@ def _steepness(cover: Cover, box: Ints, best: Array) -> Array:
     turn[np.bincount(box[~cover.full], minlength=turn.size) > 1] = 1.0
     # 1 for an outline with equal components along all three axes; with several outlines no axis may
     # suit all of them
-    steep: Array = np.clip(straight / np.sqrt(2.0) + turn, FLATTEST, STEEPEST)
+    steep: Array = np.clip(straight / np.sqrt(2.0) + turn, MIN_SLOPE, MAX_SLOPE)
     return steep
 
 
-def _refine(plan: Plan, found: _Candidates, goal: Array, most: int, todo: Ints, sums: Sums) -> None:
+def _refine_lines(
+    plan: Plan, found: _Candidates, goal: Array, most: int, todo: Ints, sums: MomentSums
+) -> None:
     """Measure the boxes `todo` along lines; double the number of lines an axis until `goal` is
     met."""
     m, box = found.pairs.item.size, found.pairs.pixel
     key = (found.number * 2 + found.timed) * 2 + found.settled
     key = ((key * 2 + found.wide[0]) * 2 + found.wide[1]) * 2 + found.wide[2]
     key = key * (1 + found.meets.room.max(initial=0)) + found.meets.room
-    lines = LEAST_LINES
-    crowded = found.number > CROWDED
+    lines = MIN_LINES
+    crowded = found.number > MAX_REFINED_CANDIDATES
     # one sampled axis at most, or no kinks: few lines are enough
-    few = (found.wide.sum(axis=0) < 2) | crowded | _smooth(found, todo, goal)
+    few = (found.wide.sum(axis=0) < 2) | crowded | _smooth_boxes(found, todo, goal)
     while todo.size:
         last = 2 * lines > most
         # with fewer lines a kink next to the side of the box could remain undetected
-        ready = goal[todo] * (lines * lines) >= KINK * found.steep[todo]
+        ready = goal[todo] * (lines * lines) >= KINK_ERROR * found.steep[todo]
         ready |= few[todo] | last
-        for some in _groups(key, todo[ready]):
+        for some in _groups_by_key(key, todo[ready]):
             plan.go_on()
-            _measure(found, some, goal, lines, sums)
+            _measure_group(found, some, goal, lines, sums)
         if last:
             return
         worst = sums.error[m:].copy()
@@ -297,28 +304,30 @@ def _refine(plan: Plan, found: _Candidates, goal: Array, most: int, todo: Ints, 
         lines *= 2
 
 
-def _smooth(found: _Candidates, todo: Ints, goal: Array) -> Mask:
+def _smooth_boxes(found: _Candidates, todo: Ints, goal: Array) -> Mask:
     """Boxes (n,) in which visible lengths along t have no kinks, among those where that saves
     lines."""
     count = found.number.size
     asked = np.zeros(count, dtype=np.bool_)
-    asked[todo] = goal[todo] * LEAST_LINES**2 < KINK * found.steep[todo]
+    asked[todo] = goal[todo] * MIN_LINES**2 < KINK_ERROR * found.steep[todo]
     asked &= found.timed & found.settled
     rows = asked[found.pairs.pixel].nonzero()[0]
     if not rows.size:
         return asked
     box, full = found.pairs.pixel[rows], found.cover.full[rows]
-    return asked & find_smooth(found.forms.take(rows), full, box, count)
+    return asked & find_smooth_boxes(found.forms.take(rows), full, box, count)
 
 
-def _groups(key: Ints, some: Ints) -> Iterator[Ints]:
+def _groups_by_key(key: Ints, some: Ints) -> Iterator[Ints]:
     """Split the boxes `some` into groups of equal keys."""
     order = some[np.argsort(key[some], kind="stable")]
     if order.size:
         yield from np.split(order, np.diff(key[order]).nonzero()[0] + 1)
 
 
-def _measure(found: _Candidates, group: Ints, goal: Array, lines: int, sums: Sums) -> None:
+def _measure_group(
+    found: _Candidates, group: Ints, goal: Array, lines: int, sums: MomentSums
+) -> None:
     """Measure boxes with the same number of candidates, axis, kind of order and extended sides."""
     first = int(group[0])
     k, settled = int(found.number[first]), bool(found.settled[first])
@@ -327,30 +336,30 @@ def _measure(found: _Candidates, group: Ints, goal: Array, lines: int, sums: Sum
     rows, columns = (lines if wide[other] else 1 for other in range(3) if other != axis)
     lattice = Lattice(axis, rows, columns)
     spans = 1 if settled and k < 3 else 2 * (k + int(found.meets.room[first])) + 1
-    step = max(CHUNK // (k * rows * columns * spans), 1)
+    step = max(BATCH_SIZE // (k * rows * columns * spans), 1)
     for at in range(0, group.size, step):
         some = group[at : at + step]
         index = found.start[some] + np.arange(k)[:, None]
         flat = index.ravel()
         part, full = found.forms.take(flat), found.cover.full[flat]
         met = None if settled else found.meets.among(some, index[0])
-        seen = paint(part, full, lattice, k, met)
+        seen = visible_moments(part, full, lattice, k, met)
         place = np.concatenate([index, m + some[None]])
         sums.add(seen, lattice, place)
         if rows * columns > 1:
             sums.add_unseen(found.cover, index, wide, axis, lines)
         # an outline at a random position is beyond the outermost lines in one case of `lines`
-        along = (found.steep[some] >= STEEPEST) & (goal[some] < JUMP / lines**1.5)
+        along = (found.steep[some] >= MAX_SLOPE) & (goal[some] < STEP_DEVIATION / lines**1.5)
         along &= sums.error[place].max(axis=0) <= goal[some]
         along = along.nonzero()[0]
         if along.size:
-            _look_beside(found, some[along], place[:, along], seen[0][..., along], lattice, sums)
+            _check_sides(found, some[along], place[:, along], seen[0][..., along], lattice, sums)
         none = m + some[found.closed[some]]
         sums.weight[none] = sums.error[none] = 0.0
 
 
-def _look_beside(
-    found: _Candidates, some: Ints, place: Ints, length: Array, lattice: Lattice, sums: Sums
+def _check_sides(
+    found: _Candidates, some: Ints, place: Ints, length: Array, lattice: Lattice, sums: MomentSums
 ) -> None:
     """Detect outlines parallel to the lines, between the outermost lines and the sides of the box.
 
@@ -369,18 +378,18 @@ def _look_beside(
     for size, sides, direction in ((rows, (2, columns), 1), (columns, (rows, 2), 2)):
         if size == 1:
             continue
-        beside = paint(part, full, Sides(axis, *sides), k, met)[0]
+        beside = visible_moments(part, full, SideLattice(axis, *sides), k, met)[0]
         last = np.take(length, (0, -1), axis=direction)
         jump = np.abs(beside - last).mean(axis=3 - direction).max(axis=1)
-        sums.error[place] = np.maximum(sums.error[place], JUMP / size * jump)
+        sums.error[place] = np.maximum(sums.error[place], STEP_DEVIATION / size * jump)
 
 
-def _regions(boxes: Boxes, found: _Candidates, sums: Sums, late: Array) -> Regions:
+def _make_fragments(boxes: Boxes, found: _Candidates, sums: MomentSums, late: Array) -> Fragments:
     """Fragments with a weight, sorted, with weights normalized to a sum of 1 in each box."""
     count, pairs = boxes.low.shape[1], found.pairs
     every = np.concatenate([pairs.pixel, np.arange(count)])
     item = np.concatenate([pairs.item, np.full(count, BACKGROUND)])
-    kept = (sums.weight > DUST).nonzero()[0]
+    kept = (sums.weight > MIN_WEIGHT).nonzero()[0]
     kept = kept[np.lexsort((item[kept], every[kept]))]
     box, item, weight = every[kept], item[kept], sums.weight[kept]
     moment, second = columns(sums.moment, kept), columns(sums.second, kept)
@@ -388,13 +397,13 @@ def _regions(boxes: Boxes, found: _Candidates, sums: Sums, late: Array) -> Regio
     for values, one, other in ((moment, 0, 1), (second, 0, 2), (second, 3, 4)):
         values[one, turned], values[other, turned] = values[other, turned], values[one, turned]
     place = np.clip(moment / weight, -0.5, 0.5)
-    spread = _root(second / weight, place)
+    spread = _cholesky_factor(second / weight, place)
     for k, axis in enumerate((0, 1, 1, 2, 2, 2)):
         spread[k] *= boxes.size[axis, box]
     place = columns(boxes.middle, box) + columns(boxes.size, box) * place
     total = np.bincount(box, weight, minlength=count)
     missed = np.zeros(count)
-    unseen = (sums.weight <= DUST).nonzero()[0]
+    unseen = (sums.weight <= MIN_WEIGHT).nonzero()[0]
     # an object that appears and disappears sooner than it crosses the box is resolved by shorter
     # times
     own = (unseen < pairs.item.size).nonzero()[0]
@@ -403,20 +412,20 @@ def _regions(boxes: Boxes, found: _Candidates, sums: Sums, late: Array) -> Regio
     soon[own] = (t > np.maximum(x, y)) & found.wide[TIME, every[unseen[own]]]
     for error, some in ((missed, unseen[~soon]), (late, unseen[soon])):
         np.maximum.at(error, every[some], sums.error[some])
-    return Regions(box, item, weight / total[box], place, spread, sums.error[kept], missed, late)
+    return Fragments(box, item, weight / total[box], place, spread, sums.error[kept], missed, late)
 
 
-def _root(second: Array, place: Array) -> Array:
+def _cholesky_factor(second: Array, place: Array) -> Array:
     """Cholesky factors (6, m) of central second moments, from centroids and moments about 0."""
     x, y, t = place
     xx, yx, yy, tx, ty, tt = second - np.array([x * x, x * y, y * y, t * x, t * y, t * t])
     out = np.zeros_like(second)
     out[0] = np.sqrt(np.maximum(xx, 0.0))
-    a = np.maximum(out[0], DUST)
+    a = np.maximum(out[0], MIN_WEIGHT)
     out[1], out[3] = yx / a, tx / a
     out[2] = np.sqrt(np.maximum(yy - out[1] ** 2, 0.0))
-    b = np.maximum(out[2], DUST)
+    b = np.maximum(out[2], MIN_WEIGHT)
     out[4] = (ty - out[1] * out[3]) / b
     out[5] = np.sqrt(np.maximum(tt - out[3] ** 2 - out[4] ** 2, 0.0))
     # rounding in thin fragments must not give a deviation that the box does not allow
-    return np.clip(out, -LONGEST, LONGEST)
+    return np.clip(out, -MAX_STANDARD_DEVIATION, MAX_STANDARD_DEVIATION)

@@ -15,16 +15,25 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..numerics.arrays import Array, Mask
-from .polynomials import Balls, Flats, Forms
+from .polynomials import CandidatePolynomials, QuadPolynomials, SpherePolynomials
 
-__all__ = ["ENDS", "FLAT_TERM", "TIME", "Lattice", "Sides", "depth", "depth_along", "intervals"]
+__all__ = [
+    "LINE_ENDS",
+    "TIME",
+    "TINY_COEFFICIENT",
+    "Lattice",
+    "SideLattice",
+    "depth_coefficients",
+    "evaluate_depth",
+    "hit_intervals",
+]
 
 
 TIME = 2
 """Index of the time axis t; pixel x and y are 0 and 1."""
-ENDS: Array = np.array([-0.5, 0.5])
+LINE_ENDS: Array = np.array([-0.5, 0.5])
 """Normalized coordinates of the two sides of a box along an axis."""
-FLAT_TERM = 1e-300
+TINY_COEFFICIENT = 1e-300
 """Magnitude that replaces a leading coefficient of zero in a quadratic. It moves one root to
 infinity, so that the linear case needs no branch."""
 
@@ -52,7 +61,7 @@ class Lattice:
 
 
 @dataclass(frozen=True)
-class Sides(Lattice):
+class SideLattice(Lattice):
     """Lines on two opposite sides of the box along each axis that `rows` or `columns` of 2 stand
     for.
 
@@ -63,23 +72,23 @@ class Sides(Lattice):
     def u(self) -> Array:
         """Positions (rows, 1, 1): the sides of the box if there are two rows, else middles of
         cells."""
-        return ENDS[:, None, None] if self.rows == 2 else super().u
+        return LINE_ENDS[:, None, None] if self.rows == 2 else super().u
 
     @property
     def v(self) -> Array:
         """Positions (1, columns, 1): the sides of the box if there are two columns, else middles of
         cells."""
-        return ENDS[None, :, None] if self.columns == 2 else super().v
+        return LINE_ENDS[None, :, None] if self.columns == 2 else super().v
 
 
-def restrict(form: Array, lattice: Lattice) -> list[Array]:
+def restrict_to_lines(form: Array, lattice: Lattice) -> list[Array]:
     """Restrict polynomials to lines.
 
     Returns the coefficients of s^0, s^1, s^2; each broadcasts to (rows, columns, m).
     """
     u, v, axis = lattice.u, lattice.v, lattice.axis
     if axis == TIME:
-        return [_at_place(part, u, v) for part in form]
+        return [_evaluate_at(part, u, v) for part in form]
     part: list[Array] = [_horner(form[:, k], v) for k in range(form.shape[1])]
     if len(part) == 1:
         return part
@@ -102,7 +111,7 @@ def _horner(coefficients: Array, v: Array) -> Array:
     return value
 
 
-def _at_place(part: Array, u: Array, v: Array) -> Array:
+def _evaluate_at(part: Array, u: Array, v: Array) -> Array:
     """Value at x = u, y = v of the coefficients (k, m) of one power of t."""
     value: Array = part[0]
     if part.shape[0] == 3:
@@ -113,7 +122,7 @@ def _at_place(part: Array, u: Array, v: Array) -> Array:
     return value
 
 
-def intervals(forms: Forms, full: Mask, lattice: Lattice) -> tuple[Array, Array]:
+def hit_intervals(forms: CandidatePolynomials, full: Mask, lattice: Lattice) -> tuple[Array, Array]:
     """Intervals in which lines hit candidates: low <= high within [-1/2, 1/2], (rows, columns, m).
 
     Parameters
@@ -127,20 +136,20 @@ def intervals(forms: Forms, full: Mask, lattice: Lattice) -> tuple[Array, Array]
     index = (~full[forms.balls.row]).nonzero()[0]
     if index.size:
         balls = forms.balls.take(index, forms.balls.row[index])
-        low[:, :, balls.row], high[:, :, balls.row] = _meet_ball(balls, lattice)
+        low[:, :, balls.row], high[:, :, balls.row] = _sphere_intervals(balls, lattice)
     index = (~full[forms.flats.row]).nonzero()[0]
     if index.size:
         flats = forms.flats.take(index, forms.flats.row[index])
-        low[:, :, flats.row], high[:, :, flats.row] = _meet_flat(flats, lattice)
+        low[:, :, flats.row], high[:, :, flats.row] = _quad_intervals(flats, lattice)
     np.clip(low, -0.5, 0.5, out=low)
     np.minimum(high, 0.5, out=high)
     np.maximum(high, low, out=high)
     return low, high
 
 
-def _meet_ball(balls: Balls, lattice: Lattice) -> tuple[Array, Array]:
+def _sphere_intervals(balls: SpherePolynomials, lattice: Lattice) -> tuple[Array, Array]:
     """Ends of the intervals in which lines hit spheres, not yet clipped to the box."""
-    first, last = _meet_cone(balls, lattice)
+    first, last = _cone_intervals(balls, lattice)
     # a moving sphere may contain the camera for a part of the time
     low = balls.gap[0, 0].copy()
     if balls.gap.shape[0] > 1:
@@ -148,20 +157,20 @@ def _meet_ball(balls: Balls, lattice: Lattice) -> tuple[Array, Array]:
     around = (low < 0.0).nonzero()[0]
     if around.size:
         part = balls.take(around, around)
-        _add_inside(part, lattice, first, last)
+        _extend_inside(part, lattice, first, last)
     return first, last
 
 
-def _meet_cone(balls: Balls, lattice: Lattice) -> tuple[Array, Array]:
+def _cone_intervals(balls: SpherePolynomials, lattice: Lattice) -> tuple[Array, Array]:
     """Interval where the discriminant is >= 0 and the sphere is ahead, for a camera outside it."""
     shape = (lattice.rows, lattice.columns, balls.row.size)
-    d = restrict(balls.discriminant, lattice)
-    p = restrict(balls.along, lattice)
+    d = restrict_to_lines(balls.discriminant, lattice)
+    p = restrict_to_lines(balls.along, lattice)
     c = d[0]
     if len(d) == 1:
         ahead = np.broadcast_to((c >= 0.0) & (p[0] > 0.0), shape)
         return np.where(ahead, -np.inf, 0.0), np.where(ahead, np.inf, 0.0)
-    b, a = 0.5 * d[1], np.where(d[2] == 0.0, -FLAT_TERM, d[2])
+    b, a = 0.5 * d[1], np.where(d[2] == 0.0, -TINY_COEFFICIENT, d[2])
     square = b * b - a * c
     root = np.sqrt(np.maximum(square, 0.0))
     q = np.where(b < 0.0, root - b, -b - root)
@@ -184,10 +193,10 @@ def _meet_cone(balls: Balls, lattice: Lattice) -> tuple[Array, Array]:
     return first, last
 
 
-def _add_inside(balls: Balls, lattice: Lattice, first: Array, last: Array) -> None:
+def _extend_inside(balls: SpherePolynomials, lattice: Lattice, first: Array, last: Array) -> None:
     """Extend intervals by those in which the camera is inside the sphere, in place."""
     rows = balls.row
-    g = restrict(balls.gap, lattice)
+    g = restrict_to_lines(balls.gap, lattice)
     shape = (lattice.rows, lattice.columns, rows.size)
     if len(g) == 1:
         inside = np.broadcast_to(g[0] < 0.0, shape)
@@ -202,10 +211,10 @@ def _add_inside(balls: Balls, lattice: Lattice, first: Array, last: Array) -> No
     leave = np.where(still, np.where(c < 0.0, np.inf, -np.inf), (-b + root) / safe)
     held = np.broadcast_to(leave > enter, shape)
     # on a line that enters the sphere, the part ahead ends where the center passes the camera
-    p0, p1 = restrict(balls.along, lattice)
-    d0, d1, d2 = restrict(balls.discriminant, lattice)
+    p0, p1 = restrict_to_lines(balls.along, lattice)
+    d0, d1, d2 = restrict_to_lines(balls.discriminant, lattice)
     half = -0.5 * d1
-    turn = np.where(d2 < 0.0, d2, -FLAT_TERM)
+    turn = np.where(d2 < 0.0, d2, -TINY_COEFFICIENT)
     spread = np.sqrt(np.maximum(half * half - turn * d0, 0.0))
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):  # zero p1 or d2: no end
         cut = -p0 / p1
@@ -218,7 +227,7 @@ def _add_inside(balls: Balls, lattice: Lattice, first: Array, last: Array) -> No
     last[:, :, rows] = np.where(held, np.maximum(high, leave), last[:, :, rows])
 
 
-def _meet_flat(flats: Flats, lattice: Lattice) -> tuple[Array, Array]:
+def _quad_intervals(flats: QuadPolynomials, lattice: Lattice) -> tuple[Array, Array]:
     """Interval where all edge functions have the sign of the side of the quad that the camera is
     on.
 
@@ -227,10 +236,10 @@ def _meet_flat(flats: Flats, lattice: Lattice) -> tuple[Array, Array]:
     """
     shape = (lattice.rows, lattice.columns, flats.row.size)
     first, last = np.full(shape, -np.inf), np.full(shape, np.inf)
-    height = restrict(flats.height, lattice)
-    facing = restrict(flats.facing, lattice)
+    height = restrict_to_lines(flats.height, lattice)
+    facing = restrict_to_lines(flats.facing, lattice)
     side = np.where((facing[0] if lattice.axis == TIME else height[0]) < 0.0, -1.0, 1.0)
-    bounds = [restrict(edge, lattice) for edge in flats.edges]
+    bounds = [restrict_to_lines(edge, lattice) for edge in flats.edges]
     if lattice.axis == TIME:
         bounds.append(height)
     for bound in bounds:
@@ -249,7 +258,7 @@ def _meet_flat(flats: Flats, lattice: Lattice) -> tuple[Array, Array]:
     return first, last
 
 
-def depth_along(forms: Forms, lattice: Lattice) -> Array:
+def depth_coefficients(forms: CandidatePolynomials, lattice: Lattice) -> Array:
     """Coefficients (11, rows, columns, m) from which `evaluate_depth` computes ray parameters.
 
     depth = (p0 + p1 s -+ sqrt(d0 + d1 s + d2 s^2)) / (q0 + q1 s + q2 s^2), where the sign of the
@@ -269,12 +278,12 @@ def depth_along(forms: Forms, lattice: Lattice) -> Array:
         (flats.row, 5, flats.facing),
     ):
         if row.size:
-            for power, part in enumerate(restrict(form, lattice)):
+            for power, part in enumerate(restrict_to_lines(form, lattice)):
                 table[start + power][:, :, row] = part
     return table
 
 
-def depth(table: Array, s: Array) -> Array:
+def evaluate_depth(table: Array, s: Array) -> Array:
     """Ray parameters of hits at s; valid for candidates that are hit there.
 
     The table (11, ...) of `depth_coefficients` broadcasts with s.

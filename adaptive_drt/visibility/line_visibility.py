@@ -12,24 +12,24 @@ import numpy as np
 
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.gather import columns
-from .depth_events import by_candidate, find_crossings
-from .line_intervals import Lattice, depth, depth_along, intervals
-from .polynomials import Forms
-from .unordered_pairs import Met
+from .depth_events import find_depth_events, split_by_candidate
+from .line_intervals import Lattice, depth_coefficients, evaluate_depth, hit_intervals
+from .polynomials import CandidatePolynomials
+from .unordered_pairs import GroupPairs
 
-__all__ = ["fold", "paint"]
+__all__ = ["pairwise_sum", "visible_moments"]
 
 
-TWELFTH = 1.0 / 12.0
+UNIT_SECOND_MOMENT = 1.0 / 12.0
 """Second moment of an interval of length 1 about its middle."""
-WHOLE = np.array([1.0, 0.0, TWELFTH])[:, None, None, None]
+WHOLE_LINE_MOMENTS = np.array([1.0, 0.0, UNIT_SECOND_MOMENT])[:, None, None, None]
 """Length, first and second moment of a whole line about the middle of the box."""
-SLIVER = 2.0**-40
+MIN_SPAN = 2.0**-40
 """Length, as a fraction of the box, up to which the depths of rivals in a span are not compared: it
 is too short to matter which of them is nearest."""
 
 
-def fold(values: Array, axis: int = 0) -> Array:
+def pairwise_sum(values: Array, axis: int = 0) -> Array:
     """Sum over an axis by repeated halving.
 
     The order of summation depends only on the length of that axis, unlike in `numpy.sum`, where the
@@ -47,7 +47,9 @@ def fold(values: Array, axis: int = 0) -> Array:
     return total
 
 
-def paint(forms: Forms, full: Mask, lattice: Lattice, k: int, met: Met | None) -> Array:
+def visible_moments(
+    forms: CandidatePolynomials, full: Mask, lattice: Lattice, k: int, met: GroupPairs | None
+) -> Array:
     """Lengths of visible parts along lines, and their first two moments about the middle of the
     box.
 
@@ -63,16 +65,18 @@ def paint(forms: Forms, full: Mask, lattice: Lattice, k: int, met: Met | None) -
     (3, k + 1, rows, columns, n): length and moments of the candidates, then of the background.
     """
     low, high = (
-        np.ascontiguousarray(by_candidate(end, full.size // k))
-        for end in intervals(forms, full, lattice)
+        np.ascontiguousarray(split_by_candidate(end, full.size // k))
+        for end in hit_intervals(forms, full, lattice)
     )
     sums = np.zeros((3, k + 1, *low.shape[1:]))
     if k == 1 or (k == 2 and met is None):
-        sums[:, 0] = _moments(low[0], high[0])
-        rest = WHOLE - sums[:, 0]
+        sums[:, 0] = _interval_moments(low[0], high[0])
+        rest = WHOLE_LINE_MOMENTS - sums[:, 0]
         if k == 2:
-            sums[:, 1] = _moments(low[1], np.maximum(np.minimum(high[1], low[0]), low[1]))
-            sums[:, 1] += _moments(np.minimum(np.maximum(low[1], high[0]), high[1]), high[1])
+            sums[:, 1] = _interval_moments(low[1], np.maximum(np.minimum(high[1], low[0]), low[1]))
+            sums[:, 1] += _interval_moments(
+                np.minimum(np.maximum(low[1], high[0]), high[1]), high[1]
+            )
             rest -= sums[:, 1]
         sums[:, k] = rest
         return sums
@@ -81,24 +85,24 @@ def paint(forms: Forms, full: Mask, lattice: Lattice, k: int, met: Met | None) -
     low[missed] = high[missed] = 0.5
     table = events = None
     if met is not None:
-        table = depth_along(forms, lattice)
-        events = find_crossings(table, forms.is_ball, met, lattice)
+        table = depth_coefficients(forms, lattice)
+        events = find_depth_events(table, forms.is_ball, met, lattice)
     start, end = _spans(low, high, events)
     nearest = _nearest(low, high, start, end, table)
     # bincount adds the spans of a line in order, whatever other lines there are: the same bits
     lines = low[0].size
     place = (nearest.reshape(-1, lines) * lines + np.arange(lines)).ravel()
-    for total, part in zip(sums, _moments(start, end), strict=True):
+    for total, part in zip(sums, _interval_moments(start, end), strict=True):
         total[:] = np.bincount(place, part.ravel(), (k + 1) * lines).reshape(total.shape)
     return sums
 
 
-def _moments(low: Array, high: Array) -> Array:
+def _interval_moments(low: Array, high: Array) -> Array:
     """Lengths of intervals (...) and their first two moments: (3, ...)."""
     moments = np.empty((3, *low.shape))
     size, middle = np.subtract(high, low, out=moments[0]), 0.5 * (low + high)
     np.multiply(size, middle, out=moments[1])
-    np.multiply(size, middle * middle + TWELFTH * size * size, out=moments[2])
+    np.multiply(size, middle * middle + UNIT_SECOND_MOMENT * size * size, out=moments[2])
     return moments
 
 
@@ -133,7 +137,7 @@ def _nearest(low: Array, high: Array, start: Array, end: Array, table: Array | N
         rivals += here
     if table is None:
         return nearest
-    index = np.flatnonzero((rivals > 1) & (end - start > SLIVER))
+    index = np.flatnonzero((rivals > 1) & (end - start > MIN_SPAN))
     n, size = low.shape[-1], low[0].size
     line, at = index % size, middle.take(index)
     # index into the table, which has the first candidates of all boxes first
@@ -142,7 +146,10 @@ def _nearest(low: Array, high: Array, start: Array, end: Array, table: Array | N
     for j in range(k):
         some = ((low[j].take(line) <= at) & (at <= high[j].take(line))).nonzero()[0]
         if some.size:
-            distance, before = depth(columns(table, own[some] + j * n), at[some]), best[some]
+            distance, before = (
+                evaluate_depth(columns(table, own[some] + j * n), at[some]),
+                best[some],
+            )
             closer = distance < before
             best[some] = np.where(closer, distance, before)
             winner[some[closer]] = j

@@ -22,15 +22,23 @@ from ..numerics.vector import cross, dot
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs
 
-__all__ = ["Balls", "Boxes", "Cover", "Flats", "Forms", "form_range", "make_forms"]
+__all__ = [
+    "Boxes",
+    "CandidatePolynomials",
+    "Coverage",
+    "QuadPolynomials",
+    "SpherePolynomials",
+    "make_polynomials",
+    "polynomial_range",
+]
 
 
-DEGREES = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
+MONOMIAL_DEGREES = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
 """Degrees in (x, y) of the k monomials of a polynomial, in the order of storage."""
-TURNED = ((1, 2), (3, 5))
+SWAPPED_COEFFICIENTS = ((1, 2), (3, 5))
 """Pairs of coefficients that are exchanged when x and y are exchanged: x with y and xx with yy. A
 polynomial of three coefficients has only the first pair."""
-IN_TIME = np.array([[0.0], [0.0], [1.0]])
+TIME_NORMAL = np.array([[0.0], [0.0], [1.0]])
 """Unit normal, in (x, y, t), of an event that happens for all rays at the same time: the camera
 enters a sphere or crosses the plane of a quad."""
 
@@ -61,7 +69,7 @@ class Boxes:
 
 
 @dataclass(frozen=True)
-class Balls:
+class SpherePolynomials:
     """Sphere candidates as polynomials; v is the center relative to the camera, w the direction.
 
     Attributes
@@ -79,14 +87,14 @@ class Balls:
     square: Array
     gap: Array
 
-    def take(self, index: Ints, row: Ints) -> Balls:
+    def take(self, index: Ints, row: Ints) -> SpherePolynomials:
         """Select candidates by index and give them new rows."""
         parts = (self.discriminant, self.along, self.square, self.gap)
-        return Balls(row, *(columns(part, index, -1) for part in parts))
+        return SpherePolynomials(row, *(columns(part, index, -1) for part in parts))
 
 
 @dataclass(frozen=True)
-class Flats:
+class QuadPolynomials:
     """Quad candidates as polynomials; q is a corner relative to the camera, w the direction.
 
     A ray hits the quad where all four edge functions and `facing` have the sign of `height`.
@@ -104,16 +112,16 @@ class Flats:
     facing: Array
     height: Array
 
-    def take(self, index: Ints, row: Ints) -> Flats:
+    def take(self, index: Ints, row: Ints) -> QuadPolynomials:
         """Select candidates by index and give them new rows."""
         a, b, c, d = (columns(edge, index, -1) for edge in self.edges)
-        return Flats(
+        return QuadPolynomials(
             row, (a, b, c, d), columns(self.facing, index, -1), columns(self.height, index, -1)
         )
 
 
 @dataclass(frozen=True)
-class Cover:
+class Coverage:
     """How m candidates cover their boxes, by bounds, and the orientation of their outlines there.
 
     Attributes
@@ -135,9 +143,9 @@ class Cover:
     reach: Array
     turn: Array
 
-    def take(self, rows: Ints) -> Cover:
+    def take(self, rows: Ints) -> Coverage:
         """Select candidates by index."""
-        return Cover(
+        return Coverage(
             self.some[rows],
             self.full[rows],
             self.near[rows],
@@ -149,7 +157,7 @@ class Cover:
 
 
 @dataclass(frozen=True)
-class Forms:
+class CandidatePolynomials:
     """Candidates as polynomials, spheres and quads apart.
 
     Attributes
@@ -161,16 +169,16 @@ class Forms:
 
     is_ball: Mask
     place: Ints
-    balls: Balls
-    flats: Flats
+    balls: SpherePolynomials
+    flats: QuadPolynomials
 
-    def take(self, rows: Ints) -> Forms:
+    def take(self, rows: Ints) -> CandidatePolynomials:
         """Select candidates by index and renumber their rows."""
         is_ball, place = self.is_ball[rows], self.place[rows]
         ball, flat = is_ball.nonzero()[0], (~is_ball).nonzero()[0]
         index = np.empty(rows.size, dtype=np.int64)
         index[ball], index[flat] = np.arange(ball.size), np.arange(flat.size)
-        return Forms(
+        return CandidatePolynomials(
             is_ball,
             index,
             self.balls.take(place[ball], ball),
@@ -188,15 +196,17 @@ class Forms:
             if not index.size:
                 continue
             for form in forms:
-                for x, y in TURNED[: form.shape[1] // 3]:
+                for x, y in SWAPPED_COEFFICIENTS[: form.shape[1] // 3]:
                     form[:, x, index], form[:, y, index] = form[:, y, index], form[:, x, index]
 
 
-def make_forms(plan: Plan, boxes: Boxes, pairs: Pairs) -> tuple[Forms, Cover]:
+def make_polynomials(
+    plan: Plan, boxes: Boxes, pairs: Pairs
+) -> tuple[CandidatePolynomials, Coverage]:
     """Write the candidates `pairs` (box, object) as polynomials, and bound how they cover the
     boxes."""
     m = pairs.item.size
-    cover = Cover(
+    cover = Coverage(
         np.zeros(m, dtype=np.bool_),
         np.zeros(m, dtype=np.bool_),
         np.zeros(m),
@@ -210,30 +220,30 @@ def make_forms(plan: Plan, boxes: Boxes, pairs: Pairs) -> tuple[Forms, Cover]:
     place = np.empty(m, dtype=np.int64)
     place[ball], place[flat] = np.arange(ball.size), np.arange(flat.size)
     middle, size = boxes.middle, boxes.size
-    w, x, y = _directions(
+    w, x, y = _ray_directions(
         plan, columns(middle, pairs.pixel[ball]), columns(size, pairs.pixel[ball])
     )
-    balls = _balls(plan, boxes, pairs.take(ball), ball, (w, x, y))
-    _cover_balls(balls, cover)
-    w, x, y = _directions(
+    balls = _sphere_polynomials(plan, boxes, pairs.take(ball), ball, (w, x, y))
+    _set_sphere_coverage(balls, cover)
+    w, x, y = _ray_directions(
         plan, columns(middle, pairs.pixel[flat]), columns(size, pairs.pixel[flat])
     )
-    flats = _flats(plan, boxes, pairs.take(flat), flat, (w, x, y))
-    _cover_flats(flats, cover)
-    _set_reach(plan, pairs, middle, size, cover)
+    flats = _quad_polynomials(plan, boxes, pairs.take(flat), flat, (w, x, y))
+    _set_quad_coverage(flats, cover)
+    _set_apparent_size(plan, pairs, middle, size, cover)
     wide = np.maximum(columns(cover.reach, ball).min(axis=0), 0.5)
     cover.turn[ball] = np.where(cover.full[ball], 0.0, 0.5 / wide)
-    return Forms(is_ball, place, balls, flats), cover
+    return CandidatePolynomials(is_ball, place, balls, flats), cover
 
 
-def _directions(plan: Plan, middle: Array, size: Array) -> tuple[Array, Array, Array]:
+def _ray_directions(plan: Plan, middle: Array, size: Array) -> tuple[Array, Array, Array]:
     """Ray directions through the middles of boxes and their changes over x and y, (3, m) each."""
     lens = plan.lens
     w = lens.directions(middle[0], middle[1])
     return w, size[0] * lens.right[:, None], size[1] * lens.up[:, None]
 
 
-def _placed(
+def _positions(
     place: Array, displacement: Array | None, boxes: Boxes, box: Ints, ids: Ints
 ) -> tuple[Array, Array | None]:
     """Positions (3, m) in the middle of the boxes' times, and their changes (3, m) over those
@@ -249,7 +259,7 @@ def _placed(
     return columns(place, ids) + middle[box] * move, change if change.any() else None
 
 
-def _square_form(a: tuple[Array, Array, Array], b: tuple[Array, Array, Array]) -> Array:
+def _product_coefficients(a: tuple[Array, Array, Array], b: tuple[Array, Array, Array]) -> Array:
     """Coefficients (6, m) of (a0 + a1 x + a2 y).(b0 + b1 x + b2 y)."""
     if a is b:
         pairs = ((0, 1), (0, 2), (1, 2))
@@ -259,39 +269,39 @@ def _square_form(a: tuple[Array, Array, Array], b: tuple[Array, Array, Array]) -
     return np.array([dot(a[0], b[0]), x, y, dot(a[1], b[1]), xy, dot(a[2], b[2])])
 
 
-def _balls(
+def _sphere_polynomials(
     plan: Plan, boxes: Boxes, pairs: Pairs, row: Ints, ray: tuple[Array, Array, Array]
-) -> Balls:
+) -> SpherePolynomials:
     """Polynomials of spheres.
 
     With w x v = c + t e, the discriminant is r^2 |w|^2 - |c|^2 - 2 t c.e - t^2 |e|^2.
     """
     spheres = plan.spheres
-    v, change = _placed(spheres.center, spheres.displacement, boxes, pairs.pixel, pairs.item)
+    v, change = _positions(spheres.center, spheres.displacement, boxes, pairs.pixel, pairs.item)
     rr = spheres.radius[pairs.item] ** 2
-    square = _square_form(ray, ray)
+    square = _product_coefficients(ray, ray)
     c = (cross(ray[0], v), cross(ray[1], v), cross(ray[2], v))
-    d = [rr * square - _square_form(c, c)]
+    d = [rr * square - _product_coefficients(c, c)]
     along = [np.array([dot(part, v) for part in ray])]
     gap = [(dot(v, v) - rr)[None]]
     if change is not None:
         e = (cross(ray[0], change), cross(ray[1], change), cross(ray[2], change))
-        d += [-2.0 * _square_form(c, e), -_square_form(e, e)]
+        d += [-2.0 * _product_coefficients(c, e), -_product_coefficients(e, e)]
         along.append(np.array([dot(part, change) for part in ray]))
         gap += [2.0 * dot(v, change)[None], dot(change, change)[None]]
-    return Balls(row, np.array(d), np.array(along), square[None], np.array(gap))
+    return SpherePolynomials(row, np.array(d), np.array(along), square[None], np.array(gap))
 
 
-def _flats(
+def _quad_polynomials(
     plan: Plan, boxes: Boxes, pairs: Pairs, row: Ints, ray: tuple[Array, Array, Array]
-) -> Flats:
+) -> QuadPolynomials:
     """Polynomials of quads with edges a and b from the corner q.
 
     The first two edge functions are w.(b x q) and w.(q x a); each of the others is w.(a x b) less
     one of these.
     """
     quads, ids = plan.quads, pairs.item - plan.sphere_count
-    q, change = _placed(quads.corner, quads.displacement, boxes, pairs.pixel, ids)
+    q, change = _positions(quads.corner, quads.displacement, boxes, pairs.pixel, ids)
     a, b = columns(quads.edge_u, ids), columns(quads.edge_v, ids)
     normal = cross(a, b)
     facing = np.array([dot(part, normal) for part in ray])[None]
@@ -307,15 +317,15 @@ def _flats(
     third, fourth = -first, -second
     third[:1] += facing
     fourth[:1] += facing
-    return Flats(row, (first, second, third, fourth), facing, np.array(height))
+    return QuadPolynomials(row, (first, second, third, fourth), facing, np.array(height))
 
 
-def form_range(form: Array) -> tuple[Array, Array]:
+def polynomial_range(form: Array) -> tuple[Array, Array]:
     """Lower and upper bounds (m,) on polynomials over the box, term by term."""
     low, high = form[0, 0].copy(), form[0, 0].copy()
     for power in range(form.shape[0]):
         for k in range(form.shape[1]):
-            i, j = DEGREES[k]
+            i, j = MONOMIAL_DEGREES[k]
             if power + i + j == 0:
                 continue
             change = form[power, k] * 0.5 ** (power + i + j)
@@ -329,26 +339,26 @@ def form_range(form: Array) -> tuple[Array, Array]:
     return low, high
 
 
-def _slopes(form: Array) -> Array:
+def _absolute_slopes(form: Array) -> Array:
     """Absolute changes (3, m) of polynomials across the box along x, y, t, at its middle."""
     time = form[1, 0] if form.shape[0] > 1 else np.zeros(form.shape[2])
     return np.array([np.abs(form[0, 1]), np.abs(form[0, 2]), np.abs(time)])
 
 
-def _unit(slopes: Array) -> Array:
+def _unit_vectors(slopes: Array) -> Array:
     """Unit vectors along `slopes` (3, m); all components are 1 where a slope is zero."""
     length = np.sqrt(dot(slopes, slopes))
     unit: Array = np.where(length > 0.0, slopes, 1.0) / np.where(length > 0.0, length, 1.0)
     return unit
 
 
-def _cover_balls(balls: Balls, cover: Cover) -> None:
+def _set_sphere_coverage(balls: SpherePolynomials, cover: Coverage) -> None:
     """Fill in the coverage by spheres, all but `reach` and `turn`, in place."""
     row = balls.row
-    low, high = form_range(balls.discriminant)
-    along_low, along_high = form_range(balls.along)
-    square_low, square_high = form_range(balls.square)
-    gap_low, gap_high = form_range(balls.gap)
+    low, high = polynomial_range(balls.discriminant)
+    along_low, along_high = polynomial_range(balls.along)
+    square_low, square_high = polynomial_range(balls.square)
+    gap_low, gap_high = polynomial_range(balls.gap)
     some = ((high >= 0.0) & (along_high > 0.0)) | (gap_low < 0.0)
     full = ((low > 0.0) & (along_low > 0.0)) | (gap_high < 0.0)
     outside = gap_low > 0.0
@@ -359,27 +369,29 @@ def _cover_balls(balls: Balls, cover: Cover) -> None:
     cover.near[row] = near / square_high
     ahead = square_low > 0.0
     cover.far[row] = np.where(ahead, last, np.inf) / np.where(ahead, square_low, 1.0)
-    across = np.where(full, 1.0, _unit(_slopes(balls.discriminant)))
-    cover.across[:, row] = np.where((gap_low < 0.0) & (gap_high >= 0.0), IN_TIME, across)
+    across = np.where(full, 1.0, _unit_vectors(_absolute_slopes(balls.discriminant)))
+    cover.across[:, row] = np.where((gap_low < 0.0) & (gap_high >= 0.0), TIME_NORMAL, across)
 
 
-def _cover_flats(flats: Flats, cover: Cover) -> None:
+def _set_quad_coverage(flats: QuadPolynomials, cover: Coverage) -> None:
     """Fill in the coverage by quads, all but `reach`, in place."""
     row = flats.row
-    height_low, height_high = form_range(flats.height)
+    height_low, height_high = polynomial_range(flats.height)
     sure = (height_low > 0.0) | (height_high < 0.0)
     side = np.where(height_low > 0.0, 1.0, -1.0)
     some, full = np.ones(row.size, dtype=np.bool_), sure.copy()
     across, crossing = np.ones((3, row.size)), np.zeros(row.size, dtype=np.int64)
     for edge in flats.edges:
-        low, high = form_range(side * edge)
+        low, high = polynomial_range(side * edge)
         some &= ~sure | (high >= 0.0)
         full &= low >= 0.0
         crosses = (low < 0.0) & (high >= 0.0)
         crossing += crosses
-        across = np.where(crosses, np.minimum(across, _unit(_slopes(edge))), across)
+        across = np.where(
+            crosses, np.minimum(across, _unit_vectors(_absolute_slopes(edge))), across
+        )
     some &= (height_low != 0.0) | (height_high != 0.0)
-    facing_low, facing_high = form_range(side * flats.facing)
+    facing_low, facing_high = polynomial_range(side * flats.facing)
     first = np.where(sure, np.minimum(np.abs(height_low), np.abs(height_high)), 0.0)
     last = np.maximum(np.abs(height_low), np.abs(height_high))
     cover.some[row], cover.full[row] = some, full
@@ -388,12 +400,14 @@ def _cover_flats(flats: Flats, cover: Cover) -> None:
     ahead = sure & (facing_low > 0.0)
     with np.errstate(over="ignore"):  # overflow where the quad is seen edge-on: no upper bound
         cover.far[row] = np.where(ahead, last, np.inf) / np.where(ahead, facing_low, 1.0)
-    cover.across[:, row] = np.where(sure, across, IN_TIME)
+    cover.across[:, row] = np.where(sure, across, TIME_NORMAL)
     # a single straight edge does not turn; at a corner the outline does
     cover.turn[row] = np.where(sure & (crossing < 2), 0.0, 1.0)
 
 
-def _set_reach(plan: Plan, pairs: Pairs, middle: Array, size: Array, cover: Cover) -> None:
+def _set_apparent_size(
+    plan: Plan, pairs: Pairs, middle: Array, size: Array, cover: Coverage
+) -> None:
     """Set `cover.reach` from the angular size of a ball around each object as seen from the
     camera."""
     center, radius = plan.quads.bounds

@@ -12,18 +12,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..numerics.arrays import Ints
-from ..tracing.intersect import places, runs
+from ..tracing.intersect import positions_in_runs, run_indices
 
-__all__ = ["Meets", "Met"]
+__all__ = ["GroupPairs", "UnorderedPairs"]
 
 
-FEW = 3
+MAX_CANDIDATES_ALL_PAIRS = 3
 """Number of candidates up to which a box gets room for all its pairs. More boxes are then alike and
 can be measured in one batch."""
 
 
 @dataclass(frozen=True)
-class Met:
+class GroupPairs:
     """Unordered pairs of n boxes that have the same layout; the boxes are numbered from 0.
 
     Attributes
@@ -42,7 +42,7 @@ class Met:
 
 
 @dataclass(frozen=True)
-class Meets:
+class UnorderedPairs:
     """Unordered pairs of n boxes, sorted by box.
 
     Attributes
@@ -59,7 +59,7 @@ class Meets:
     other: Ints
 
     @classmethod
-    def of(cls, pair: tuple[Ints, Ints], box: Ints, candidates: Ints) -> Meets:
+    def of(cls, pair: tuple[Ints, Ints], box: Ints, candidates: Ints) -> UnorderedPairs:
         """Sort pairs (p,) of candidates, given in any order.
 
         Parameters
@@ -73,17 +73,19 @@ class Meets:
         # round up to powers of 2, at most the number of all pairs: few different layouts
         every = candidates * (candidates - 1) // 2
         power = 1 << np.ceil(np.log2(np.maximum(number, 1))).astype(np.int64)
-        some = np.where(candidates <= FEW, every, np.minimum(power, every))
+        some = np.where(candidates <= MAX_CANDIDATES_ALL_PAIRS, every, np.minimum(power, every))
         room = np.where(number > 0, some, 0)
         return cls(number, np.cumsum(number) - number, room, one, other)
 
-    def among(self, some: Ints, first: Ints) -> Met:
+    def among(self, some: Ints, first: Ints) -> GroupPairs:
         """Pairs of the boxes `some` (n,), which have the same layout.
 
         first : (n,) index of the first candidate of each of these boxes.
         """
         number = self.number[some]
         box = np.repeat(np.arange(some.size), number)
-        rows = runs(self.start[some], number)
+        rows = run_indices(self.start[some], number)
         one, other = self.one[rows] - first[box], self.other[rows] - first[box]
-        return Met(some.size, int(self.room[some[0]]), box, places(number), one, other)
+        return GroupPairs(
+            some.size, int(self.room[some[0]]), box, positions_in_runs(number), one, other
+        )

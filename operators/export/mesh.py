@@ -12,7 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...adaptive_drt.scene.description import Issue, Material, Quad, Shape, Sphere, vector_of
-from ...adaptive_drt.scene.primitive_recognition import Ball, Parallelogram, recognise
+from ...adaptive_drt.scene.primitive_recognition import (
+    MeshSphere,
+    Parallelogram,
+    recognise_primitive,
+)
 from .shutter import Matrix, Track, path_of
 
 Indices = NDArray[np.int32]
@@ -30,7 +34,7 @@ SHEARED = "its parents shear it, which makes no sphere: scale all axes alike"
 COLLAPSES = "its scale is zero along one axis, which makes no sphere: scale all axes alike"
 
 Flats = tuple[Parallelogram, ...]
-Form = Ball | Flats | str
+Form = MeshSphere | Flats | str
 """What a mesh stands for, in its own space, or why it is left out."""
 
 
@@ -87,7 +91,7 @@ def mesh_form(mesh: Any, layout: Layout, known: dict[bytes, Form]) -> Form:
     key = _digest(layout.points, slots) + layout.faces
     if key not in known:
         corners, starts = faces_of(mesh)
-        known[key] = recognise(
+        known[key] = recognise_primitive(
             np.ascontiguousarray(layout.points.T, dtype=np.float64),
             corners.astype(np.int64),
             starts.astype(np.int64),
@@ -118,7 +122,7 @@ def _material_indices(mesh: Any) -> Indices:
 
 
 def shapes_of(
-    form: Ball | Flats,
+    form: MeshSphere | Flats,
     track: Track,
     materials: Mapping[int, Material],
     name: str,
@@ -134,7 +138,7 @@ def shapes_of(
     if not np.isfinite(track.middle).all():
         issues.append(Issue(name, NOT_FINITE, missing=True))
         return []
-    if not isinstance(form, Ball):
+    if not isinstance(form, MeshSphere):
         quads = _quads(form, track, materials, name, issues)
         if not quads:
             issues.append(Issue(name, NO_SCALE, missing=True))
@@ -167,7 +171,7 @@ def _no_sphere(linear: Matrix) -> str:
 
 
 def _sphere(
-    form: Ball, scale: float, track: Track, material: Material, name: str, issues: list[Issue]
+    form: MeshSphere, scale: float, track: Track, material: Material, name: str, issues: list[Issue]
 ) -> Sphere:
     # a sphere may turn freely, so only its size could show: one direction's length stands for it
     path = path_of(track, form.center)

@@ -20,7 +20,7 @@ from ...adaptive_drt.scene.description import (
     Vector,
     validate,
 )
-from ...adaptive_drt.scene.primitive_recognition import Ball
+from ...adaptive_drt.scene.primitive_recognition import MeshSphere
 from .animated import Animated, Key
 from .camera import camera_of
 from .checklist import ObjectIssues, instancer_of, scene_issues
@@ -277,7 +277,7 @@ def _gather_faces(instance: Any, name: str, gathered: _Export) -> None:
         if gathered.deforming is not None and known.layout is not None:
             gathered.tell(name, *gathered.deforming.reasons(instance, mesh, known.layout))
     form = known.form
-    slots = {form.slot} if isinstance(form, Ball) else {flat.slot for flat in form}
+    slots = {form.slot} if isinstance(form, MeshSphere) else {flat.slot for flat in form}
     worn = {slot: gathered.material(slot_material(thing, slot)) for slot in slots}
     track = gathered.track(
         key_of(instance), matrix_of(instance), name, thing, instancer_of(instance)
@@ -291,7 +291,7 @@ def _read(mesh: Any, gathered: _Export) -> _Known:
     form = mesh_form(mesh, layout, gathered.known)
     if isinstance(form, str):
         return _Known(form)
-    several = isinstance(form, Ball) and gathered.override is None and wears_several(mesh)
+    several = isinstance(form, MeshSphere) and gathered.override is None and wears_several(mesh)
     left_out = (SEVERAL if several else "", shading_left_out(mesh, form))
     kept = layout if gathered.deforming is not None else None
     return _Known(form, tuple(reason for reason in left_out if reason), kept)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...adaptive_drt.scene.primitive_recognition import Ball
+from ...adaptive_drt.scene.primitive_recognition import MeshSphere
 from .mesh import Flats, Indices, faces_of, points_of
 
 BENT = 1e-3
@@ -37,7 +37,7 @@ FACETS = "its facets are left out: it is rendered as a smooth sphere"
 Vectors = NDArray[np.floating[Any]]
 
 
-def shading_left_out(mesh: Any, form: Ball | Flats) -> str:
+def shading_left_out(mesh: Any, form: MeshSphere | Flats) -> str:
     """Return what of a Blender mesh's shading its form lacks, or ""."""
     points, (corners, starts) = points_of(mesh), faces_of(mesh)
     sizes = np.diff(starts, append=len(corners))
@@ -47,7 +47,7 @@ def shading_left_out(mesh: Any, form: Ball | Flats) -> str:
     corner = np.empty((len(corners), 3), dtype=np.float32)
     mesh.corner_normals.foreach_get("vector", corner.ravel())
     bent = (np.abs(corner - face).max(axis=1) > BENT) & np.repeat(wide, sizes)
-    if isinstance(form, Ball):
+    if isinstance(form, MeshSphere):
         own = (places - np.array(form.center)) / form.radius
         is_flat = not np.logical_or.reduceat(bent, starts).all()
         custom = corner if mesh.has_custom_normals and bent.any() else None

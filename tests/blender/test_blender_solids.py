@@ -29,8 +29,9 @@ def test_six_planes_around_a_cube_are_one_box_to_the_tracer(export, core):
     things.light("POINT", energy=100.0).location = (0.0, 0.0, 9.0)
     things.plane("Floor", size=20.0)
     scene = export()
+    root = core.__package__.rpartition(".")[0]
     plan, settings = (
-        importlib.import_module(f"{core.__package__}.{name}") for name in ("plan", "settings")
+        importlib.import_module(f"{root}.{name}") for name in ("tracing.compile", "scene.settings")
     )
     solid = plan.make_plan(scene, settings.Settings(threads=1)).solid
     assert sorted(np.unique(solid, return_counts=True)[1]) == [1, 6]

@@ -13,7 +13,7 @@ from adaptive_drt.scene.description import (
     Sphere,
     SphereLight,
 )
-from adaptive_drt.scene.primitive_recognition import Ball, recognise
+from adaptive_drt.scene.primitive_recognition import MeshSphere, recognise_primitive
 from adaptive_drt.scene.units import area_radiance, light_power, point_intensity, sphere_radiance
 
 from .case import case
@@ -30,8 +30,8 @@ def _shapes(points, faces):
     sizes = [len(face) for face in faces]
     starts = np.cumsum([0, *sizes[:-1]])
     corners = np.concatenate([np.array(face) for face in faces])
-    found = recognise(places, corners, starts, np.zeros(len(faces), dtype=np.int64))
-    if isinstance(found, Ball):
+    found = recognise_primitive(places, corners, starts, np.zeros(len(faces), dtype=np.int64))
+    if isinstance(found, MeshSphere):
         return [Sphere(found.center, found.radius, CLAY)]
     if isinstance(found, str):
         return []
