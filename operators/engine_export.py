@@ -18,6 +18,7 @@ import bpy
 from ..adaptive_drt.scene.description import Issue, Scene, SceneError
 from ..adaptive_drt.scene.settings import Settings
 from .export import export_scene, kept_frame
+from .export.compositing import compositing_issues
 from .export.nodes import called
 from .settings import settings_of
 from .temporary import changed, kept_edits, kept_render_result
@@ -97,9 +98,11 @@ def export_for_render(scene: Any, view_layer: Any) -> tuple[Scene, Settings]:
     if request.found is None:
         raise SceneError("Blender did not render the scene: is another render running?")
     exported, settings = request.found
+    # no compositor ran now, but the scene's may ask for passes of the next render
+    more = [*compositing_issues(scene, view_layer)]
     if has_lines:
-        exported = replace(exported, issues=(*exported.issues, _lines_issue(view_layer)))
-    return exported, settings
+        more.append(_lines_issue(view_layer))
+    return replace(exported, issues=(*exported.issues, *more)), settings
 
 
 def _lines_issue(view_layer: Any) -> Issue:

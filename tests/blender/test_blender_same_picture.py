@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import importlib
+import json
 
 import bpy
 import numpy as np
@@ -272,3 +273,19 @@ def test_what_blender_draws_over_f12_s_picture_alone_is_told(stage):
     bpy.context.view_layer.use_freestyle = False
     bpy.ops.adaptive_drt.check()
     assert list(state.issues.values()) == [()]
+
+
+def test_a_pass_that_the_compositor_asks_for_is_told_by_the_button_too(stage, addon):
+    """The button runs no compositor, but what the scene's own lacks is told as F12 tells it."""
+    compositor = importlib.import_module("drt_under_test.operators.compositor")
+    stage.world = bpy.data.worlds.new("World")
+    bpy.context.view_layer.use_pass_mist = True
+    stage.render.engine = "CYCLES"
+    tree = compositor.compositor_tree(stage)
+    layers = next(n for n in tree.nodes if n.type == "R_LAYERS")
+    viewer = tree.nodes.new("CompositorNodeViewer")
+    tree.links.new(layers.outputs["Mist"], viewer.inputs[0])
+    by_button()
+    figures = json.loads(bpy.data.images["Adaptive Mask"]["adaptive_drt"])
+    assert any("Mist" in issue["reason"] for issue in figures["issues"])
+    assert layers.outputs["Mist"].is_linked and stage.render.engine == "CYCLES"
