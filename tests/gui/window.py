@@ -123,6 +123,8 @@ def cancel_by_escape(view, editor):
     yield from watched("filling", lambda: idle() or state.job.factor > 0.1)
     FACTS["running"] = state.job is not None
     FACTS["text"] = state.job.text if state.job else ""
+    # progress begins before there are pixels
+    yield from watched("first pixels", lambda: idle() or editor.spaces.active.image is not None)
     FACTS["shown_while_running"] = getattr(editor.spaces.active.image, "name", None)
     with bpy.context.temp_override(area=editor, region=editor.regions[-1]):
         bpy.ops.image.view_all(fit_view=True)
