@@ -19,6 +19,7 @@ from bpy.app.handlers import persistent
 from numpy.typing import NDArray
 
 from ..adaptive_drt.scene.film import Film
+from .datablocks import own_datablock
 from .figures import KEY
 from .job import Job
 from .state import state
@@ -61,7 +62,7 @@ def frame_of(camera: Any, crop: bool) -> Frame:
 
 def find_image(name: str) -> Any | None:
     """Return this file's own image of that name, or None."""
-    return next((i for i in bpy.data.images if i.name == name and i.library is None), None)
+    return own_datablock(bpy.data.images, name)
 
 
 def write_images(job: Job, frame: Frame, figures: dict[str, Any]) -> None:

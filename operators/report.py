@@ -16,6 +16,7 @@ import bpy
 from bpy.app.handlers import persistent
 
 from ..adaptive_drt.scene.description import Issue, Scene, SceneError, validate
+from .datablocks import own_datablock
 from .figures import issues_of, summary
 from .issues import count_text, grouped, report_text
 from .regions import redraw_panels
@@ -114,7 +115,7 @@ def log_lines(issues: Iterable[Issue]) -> Iterator[str]:
 
 def find_text() -> Any | None:
     """Return this file's own text datablock of the report, or None."""
-    return next((t for t in bpy.data.texts if t.name == TEXT and t.library is None), None)
+    return own_datablock(bpy.data.texts, TEXT)
 
 
 def write_text() -> None:

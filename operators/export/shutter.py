@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Hashable, Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
@@ -163,6 +163,3 @@ def _change(track: Track, shape: Matrix | None) -> str | None:
 
 def _moved(matrix: Matrix, point: Vector) -> Matrix:
     return matrix[:3, :3] @ np.array(point) + matrix[:3, 3]
-
-
-Tracks = dict[Hashable, Matrix]
