@@ -107,7 +107,7 @@ class Resolver:
         """Irradiance factors (n,) of one light at hits of camera rays through pixel centres."""
         plan = self.plan
         shape = plan.shadow_light(light)
-        factor = unoccluded_factor(light, shape, light.center, hits)
+        factor = unoccluded_factor(light, shape, light.to_center(hits.point), hits)
         if not light.casts_shadow:
             return factor
         if self.flags.shadows:
@@ -224,7 +224,7 @@ class Resolver:
             busy &= ~blocked
             calm = (~busy & ~blocked).nonzero()[0]
             rest = hits.take(calm)
-            known = unoccluded_factor(light, shape, light.center, rest)
+            known = unoccluded_factor(light, shape, light.to_center(rest.point), rest)
             factor[calm] = known * kept[rows[calm]].sum(axis=1)
             some = busy.nonzero()[0]
             spots = None

@@ -8,7 +8,7 @@ domain a test bounds what may change within it; a pixel is flagged unless nothin
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
@@ -27,7 +27,6 @@ from .occlusion import (
     LightVisibility,
     classify_horizon,
     classify_light_visibility,
-    fully_above_horizon,
 )
 from .shadow_discontinuities import detect_shadow_edges, detect_steep_irradiance, patch_reach
 from .swept_occlusion import classify_patches
@@ -254,16 +253,13 @@ def detect_smooth_blocks(
         hidden[-1][center.rows[rows]] = blocked
         lit = np.ones(rows.size, dtype=np.bool_)
         lit[candidates.pixel[~none]] = False
-        places = [
-            light.moved(time)
-            for time in (SHUTTER_ENDS if light.displacement is not None else (0.0,))
-        ]
         whole, dark = np.ones((2, rows.size), dtype=np.bool_)
-        for place in places:
+        for time in SHUTTER_ENDS if light.displacement is not None else (0.0,):
             # both tests are linear in the light's position, so its ends decide for its whole path
-            lit &= ~detect_steep_irradiance(replace(light, center=place), hits, reach)
-            whole &= fully_above_horizon(light, place, hits, reach, bend)
-            dark &= classify_horizon(light, place, hits, reach, bend)[0]
+            to = light.to_center(hits.point, time)
+            lit &= ~detect_steep_irradiance(light, hits, reach, time=time)
+            whole &= light.is_above_horizon(to, hits.point, hits.normal, reach, bend)
+            dark &= classify_horizon(light, to, hits, reach, bend)[0]
         dull &= blocked | (lit & (whole | dark))
         if light.displacement is not None:
             moving[center.rows[rows]] |= ~(dark | blocked)
@@ -309,7 +305,8 @@ def _detect_light(
         mask[0, rows] |= shadow.partial & plan.penumbra
         clock("detect penumbrae")
         if plan.edges:
-            dark = classify_horizon(shape, shape.center, hits, reach, curvature(plan, hits))[0]
+            to = shape.to_center(hits.point)
+            dark = classify_horizon(shape, to, hits, reach, curvature(plan, hits))[0]
             open_ = ~dark & ~mask[2, rows]
             live = candidates.take(open_[candidates.pixel])
             with progress_range(OCCLUSION_CLASSIFIED, 1.0):

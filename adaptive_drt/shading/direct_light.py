@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..detection.occlusion import LightVisibility, classify_light_visibility
-from ..lights.emitter import POINT, QUAD, Emitter
+from ..lights.emitter import Emitter
 from ..numerics.arrays import Array, Mask
 from ..numerics.gather import columns
 from ..numerics.vector import rms
@@ -149,7 +149,8 @@ def _diffuse_brdf(plan: Plan, surface: Surface) -> Array:
 
 def _unoccluded_factors(plan: Plan, surface: Surface, light: Emitter, time: Array | float) -> Array:
     """Irradiance factors (n,) of a light without shadows."""
-    return unoccluded_factor(light, plan.shadow_light(light), light.moved(time), surface)
+    to = light.to_center(surface.point, time)
+    return unoccluded_factor(light, plan.shadow_light(light), to, surface)
 
 
 def _shadowed_factors(
@@ -164,7 +165,7 @@ def _shadowed_factors(
     if not light.casts_shadow:
         return whole
     factor = np.where(shadow.blocked, 0.0, whole)
-    if plan.shadow_light(light).kind != POINT:
+    if plan.shadow_light(light).extended:
         live = shadow.pairs.take(factor[shadow.pairs.pixel] > 0.0)
         apply_occluders(plan, surface, light, live, time, factor)
     return factor
@@ -186,9 +187,10 @@ def _variation(
     """
     # estimates may overflow: see `shade`
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        varies = unoccluded_deviations(light, light.moved(time), surface, patch, whole)
-        if light.kind == QUAD and light.touching is not None:
-            varies[..., light.touches(surface.item)] = 0.0
+        to = light.to_center(surface.point, time)
+        varies = unoccluded_deviations(light, to, surface, patch, whole)
+        if light.coplanar is not None:
+            varies[..., light.edge_on(surface.item)] = 0.0
         if not light.casts_shadow:
             return varies
         shape = plan.shadow_light(light)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..lights.emitter import DISK, POINT, QUAD, Emitter
+from ..lights.emitter import Emitter
 from ..numerics.arrays import Array, Mask
 from ..numerics.floats import TINY
 from ..numerics.gather import columns
@@ -24,9 +24,7 @@ __all__ = [
     "ROUNDING_ANGLE",
     "TANGENCY_COEFFICIENT",
     "ShadowEdges",
-    "ball_half_angle",
     "largest_shift",
-    "light_half_angle",
     "outline_rates",
     "outline_shifts",
 ]
@@ -92,17 +90,6 @@ def largest_shift(angle: Array) -> Array:
     return most
 
 
-def ball_half_angle(light: Emitter, distance: Array) -> Array:
-    """Half the angle (n,) of the bounding ball of a light, in radians; of a disk that faces the
-    point."""
-    if light.kind == POINT:
-        return np.zeros_like(distance)
-    if light.kind == DISK:
-        return np.arctan2(light.radius, distance)
-    half: Array = np.arcsin(np.minimum(light.radius / distance, 1.0))
-    return half
-
-
 def outline_shifts(
     steps: dict[int, Array], toward: Array, axis: Array, rate: Array, angle: Array | float
 ) -> Array:
@@ -150,12 +137,3 @@ def outline_rates(
     turn = (moved * half - own) / np.maximum(near, TINY) - (carried * half - own) / far
     steps[TIME] = turn / np.maximum(rate, TINY)
     return rate, steps
-
-
-def light_half_angle(light: Emitter, toward: Array, far: Array) -> Array:
-    """Half the angle (m,) of a light along a direction normal to the line of sight, in radians."""
-    if light.kind == QUAD:
-        wide = np.abs(dot(light.half_u, toward)) + np.abs(dot(light.half_v, toward))
-        flat: Array = np.arctan2(wide, far)
-        return flat
-    return ball_half_angle(light, far)

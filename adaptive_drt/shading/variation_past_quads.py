@@ -17,7 +17,7 @@ from ..geometry.parallelogram import (
     edge_planes,
     quad_edges,
 )
-from ..lights.emitter import QUAD, Emitter
+from ..lights.emitter import Emitter
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.floats import TINY
 from ..numerics.gather import columns
@@ -32,9 +32,7 @@ from .silhouette_rates import (
     ROUNDING_ANGLE,
     TANGENCY_COEFFICIENT,
     ShadowEdges,
-    ball_half_angle,
     largest_shift,
-    light_half_angle,
     outline_rates,
     outline_shifts,
 )
@@ -85,7 +83,7 @@ def quad_shadow_edges(
     point, ids = columns(surface.point, pairs.pixel), pairs.item - plan.sphere_count
     q = plan.quads.moved(ids, time) - point
     u, v = columns(plan.quads.edge_u, ids), columns(plan.quads.edge_v, ids)
-    view = _QuadView(light.moved(time) - point, *edge_planes(q, u, v), quad_edges(q, u, v))
+    view = _QuadView(light.to_center(point, time), *edge_planes(q, u, v), quad_edges(q, u, v))
     shadows = _shadow_edges(plan, patch, light, pairs, view)
     own = pairs.item == surface.item[pairs.pixel]
     height, normal = view.height, view.normal
@@ -182,7 +180,7 @@ def _shadow_edges(
         rate, steps = outline_rates(plan, light, patch, pairs, near, far)
         toward = plane / np.maximum(np.sqrt(dot(plane, plane)), TINY)
         height_of = np.arcsin(np.clip(dot(axis, toward), -1.0, 1.0))
-        half = light_half_angle(light, toward, far)
+        half = light.half_angle_along(toward, far)
         each = outline_shifts(steps, toward, axis, rate, 1.0)
         within = each.sum(axis=0)
         whole = largest_shift(within) * patch.margin
@@ -205,7 +203,7 @@ def _shadow_edges(
         ends |= crosses & (bound < whole)
         away = np.minimum(away, np.where(crosses, np.maximum(bound, whole), np.inf))
     depth[misses] = 0.0
-    power = np.full(count, np.inf if light.kind == QUAD else TANGENCY_COEFFICIENT)
+    power = np.full(count, np.inf if light.span is not None else TANGENCY_COEFFICIENT)
     return ShadowEdges(depth, shifts, width, ends, power, away, covers & ~misses)
 
 
@@ -235,7 +233,7 @@ def _edge_on_shifts(
     angle = np.arctan2(np.sqrt(np.maximum(away * away - along * along, 0.0)), along)
     opening = np.arcsin(np.minimum(wide / np.maximum(away, TINY), 1.0))
     whole = largest_shift(moved.sum(axis=0)) * patch.margin
-    half = ball_half_angle(light, far)
+    half = light.half_angle(far)
     reached = (angle - opening - half < whole) & (whole > ROUNDING_ANGLE)
     return np.where(reached, moved, 0.0), half
 

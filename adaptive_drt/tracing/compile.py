@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import threading
 from collections.abc import Sequence
@@ -17,8 +18,8 @@ from ..geometry.camera import PinholeCamera, make_pinhole_camera
 from ..geometry.closed_boxes import find_boxes
 from ..geometry.parallelogram import QuadSet
 from ..geometry.sphere import SphereSet
-from ..lights.contact import coplanar_quads
-from ..lights.emitter import Emitter, make_emitter
+from ..lights.emitter import Emitter, LightMotion
+from ..lights.registry import make_emitter
 from ..numerics.arrays import Array
 from ..parallel.cancellation import RenderCancelled
 from ..scene.description import Motion, Quad, Scene, Sphere
@@ -108,11 +109,10 @@ class Plan:
         """Whether embree, rather than NumPy arrays, finds the candidate occluders of a light."""
         if not self.embree or not self.sphere_count or not light.casts_shadow:
             return False
+        inflation = self.shadow_light(light).occluder_inflation
         if self.settings.accelerator == "EMBREE":
-            return True
-        return self.shadow_light(light).ball <= EMBREE_MAX_LIGHT_SIZE * float(
-            self.spheres.radius.mean()
-        )
+            return math.isfinite(inflation)
+        return inflation <= EMBREE_MAX_LIGHT_SIZE * float(self.spheres.radius.mean())
 
     @property
     def soft(self) -> bool:
@@ -122,7 +122,7 @@ class Plan:
 
     def shadow_light(self, light: Emitter) -> Emitter:
         """The light as it casts shadows: reduced to its centre where penumbrae are not computed."""
-        return light if self.penumbra else light.pinpoint()
+        return light if self.penumbra else light.as_point()
 
     def summary(self) -> dict[str, Any]:
         """The compiled scene in figures, for the statistics."""
@@ -220,8 +220,9 @@ def _make_emitters(
 ) -> tuple[Emitter, ...]:
     """The lights with non-zero power, as emitters. The others are added to `skipped`."""
     kept = []
+    motion = LightMotion(origin, drift, moving)
     for light in scene.lights:
-        emitter = make_emitter(light, origin, drift, moving)
+        emitter = make_emitter(light, motion)
         if emitter.power.any():
             kept.append(emitter)
         else:
@@ -231,10 +232,10 @@ def _make_emitters(
 
 def _with_coplanar_quads(light: Emitter, flats: QuadSet, origin: Array, spheres: int) -> Emitter:
     """The light with its list of the quads that lie in its plane, which occlude nothing of it."""
-    touching = np.concatenate(
-        [np.zeros(spheres, dtype=np.bool_), coplanar_quads(light, flats, origin)]
+    coplanar = np.concatenate(
+        [np.zeros(spheres, dtype=np.bool_), light.coplanar_quads(flats, origin)]
     )
-    return replace(light, touching=touching) if touching.any() else light
+    return replace(light, coplanar=coplanar) if coplanar.any() else light
 
 
 def _has_penumbra(

@@ -73,8 +73,8 @@ class ProxyScene:
         """Circumradii (n,) of the proxies, metres. A ray that starts within may miss the proxy."""
         return self._outer
 
-    def along(self, start: Array, end: Array) -> tuple[Ints, Ints]:
-        """The proxies that the segments from `start` (3, n) to `end` (3, 1) enter, metres.
+    def along(self, start: Array, to: Array) -> tuple[Ints, Ints]:
+        """The proxies that the segments from `start` (3, n) to `start + to` enter, metres.
 
         Proxies around a segment's start (within `outer` of their centre) may be missing: the ray
         hits only their far side, which may lie within the gap behind another hit.
@@ -84,8 +84,7 @@ class ProxyScene:
         segment, item : (m,) numbers of segments and objects, each pair once.
         """
         begin = ((start - self._middle[:, None]) / self._size).T
-        stop = ((end - self._middle[:, None]) / self._size).T
-        way = stop - begin
+        way = (to / self._size).T
         length = np.sqrt(way[:, 0] ** 2 + way[:, 1] ** 2 + way[:, 2] ** 2)
         alive = (length > 0.0).nonzero()[0]
         way[alive] /= length[alive, None]

@@ -10,9 +10,8 @@ import numpy as np
 from ..numerics.arrays import Array
 from ..numerics.floats import TINY
 from ..numerics.vector import cross, dot
-from .emitter import DISK, QUAD, Emitter
 
-__all__ = ["LightPlane", "clip_quads", "clipped_sphere_polygons", "light_plane"]
+__all__ = ["LightPlane", "clip_quads", "clipped_sphere_polygons"]
 
 
 SPHERE_POLYGON_CORNERS = 48
@@ -35,28 +34,18 @@ class LightPlane:
     Attributes
     ----------
     normal : (3, n) unit vectors towards the front.
-    at : (3, n) metres, a point of the plane relative to the points.
-    reach : (n,) metres, radius around `at` that contains the light.
+    point : (3, n) metres, a point of the plane relative to the points that see it.
+    radius : (n,) metres, radius around `point` that contains the light.
     """
 
     normal: Array
-    at: Array
-    reach: Array
+    point: Array
+    radius: Array
 
-    def height(self, place: Array) -> Array:
+    def height_of(self, place: Array) -> Array:
         """Signed distance (metres) of positions (3, n) in front of the plane."""
-        height: Array = dot(self.normal, place - self.at)
+        height: Array = dot(self.normal, place - self.point)
         return height
-
-
-def light_plane(light: Emitter, to: Array) -> LightPlane:
-    """Return the plane of a light whose centre is at `to` (3, n) metres from the points."""
-    if light.kind == QUAD:
-        return LightPlane(light.normal + np.zeros_like(to), to, np.full(to.shape[1], light.radius))
-    square = np.maximum(dot(to, to), TINY)
-    axis = to / np.sqrt(square)
-    near = 1.0 if light.kind == DISK else np.maximum(1.0 - light.radius**2 / square, 0.0)
-    return LightPlane(-axis, to * near, np.full(to.shape[1], light.radius))
 
 
 def clip_quads(plane: LightPlane, quads: Array) -> Array:
@@ -69,7 +58,7 @@ def clip_quads(plane: LightPlane, quads: Array) -> Array:
     """
     if not quads.shape[0]:
         return quads
-    shift = dot(plane.normal, plane.at)
+    shift = dot(plane.normal, plane.point)
     heights = [dot(plane.normal[:, None], quads[:, k].swapaxes(0, 1)) - shift for k in range(4)]
     if min(float(h.min(initial=0.0)) for h in heights) >= 0.0:
         return quads
@@ -93,13 +82,13 @@ def clipped_sphere_polygons(plane: LightPlane, v: Array, radius: Array) -> Array
     out = np.empty((m, SPHERE_POLYGON_CORNERS, 3, n))
     normal = plane.normal
     for i in range(m):
-        height = plane.height(v[i])
+        height = plane.height_of(v[i])
         foot = v[i] - height * normal
         disk = np.sqrt(np.maximum(radius[i] ** 2 - height * height, 0.0))
         first = _symmetry_axis(plane, foot)
         second = cross(normal, first)
-        away = foot - plane.at
-        limit = UNBOUNDED_CUTOFF * (np.sqrt(dot(away, away)) + plane.reach) + disk
+        away = foot - plane.point
+        limit = UNBOUNDED_CUTOFF * (np.sqrt(dot(away, away)) + plane.radius) + disk
         for k in range(SPHERE_POLYGON_CORNERS):
             turn = 2.0 * np.pi * (k + 0.5) / SPHERE_POLYGON_CORNERS
             u = np.cos(turn) * first + np.sin(turn) * second
@@ -123,7 +112,7 @@ def _symmetry_axis(plane: LightPlane, foot: Array) -> Array:
     will do.
     """
     normal = plane.normal
-    own = normal * dot(normal, plane.at)
+    own = normal * dot(normal, plane.point)
     aside = foot - own
     size = np.sqrt(dot(aside, aside))
     low = np.abs(normal[0]) < 0.5
