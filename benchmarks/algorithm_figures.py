@@ -25,7 +25,7 @@ from matplotlib.patches import Ellipse
 
 from adaptive_drt.cubature.nodes import make_nodes, rotation_index
 from adaptive_drt.detection.occlusion import classify_light_visibility
-from adaptive_drt.geometry.sphere import discriminant
+from adaptive_drt.geometry.sphere.kernels import discriminant
 from adaptive_drt.numerics.arrays import Array
 from adaptive_drt.numerics.jet import Jet
 from adaptive_drt.numerics.low_discrepancy import low_discrepancy_points

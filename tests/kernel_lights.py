@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from adaptive_drt.geometry.sphere import surface_tolerance
+from adaptive_drt.geometry.sphere.kernels import surface_tolerance
 from adaptive_drt.lights import form_factor as light
 from adaptive_drt.lights.emitter import DISK, POINT, QUAD, SPHERE, Emitter
 from kernel_families import Family, U, across, length, near_one, spread, unit

@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..geometry.sphere import origin_inside, sphere_blocks_segment, surface_tolerance
+from ..geometry.sphere.kernels import origin_inside, sphere_blocks_segment, surface_tolerance
 from ..lights.emitter import POINT, QUAD, Emitter
 from ..numerics.arrays import Array, Mask
 from ..numerics.gather import columns

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..geometry.parallelogram import QuadSet
+from ..geometry.polygon.shape import ParallelogramSet
 from ..numerics.arrays import Array, Mask
 from ..numerics.vector import cross, dot
 from .emitter import QUAD, Emitter
@@ -29,7 +29,7 @@ lights, of the quad). In scenes so far from the world's origin that rounding is 
 are taken as exact."""
 
 
-def coplanar_quads(light: Emitter, quads: QuadSet, origin: Array) -> Mask:
+def coplanar_quads(light: Emitter, quads: ParallelogramSet, origin: Array) -> Mask:
     """Return which quads lie in the plane of a light, during the whole shutter: (n,).
 
     For a quad light, all corners of a quad must lie near the light's plane. For another light, all
@@ -58,7 +58,7 @@ def coplanar_quads(light: Emitter, quads: QuadSet, origin: Array) -> Mask:
     return near
 
 
-def _relative_displacement(light: Emitter, quads: QuadSet, normal: Array) -> Array:
+def _relative_displacement(light: Emitter, quads: ParallelogramSet, normal: Array) -> Array:
     """Largest displacement (n,) along normals of quads relative to the light, from mid-shutter."""
     zero = np.zeros_like(quads.corner)
     moved = zero if quads.displacement is None else quads.displacement

@@ -136,7 +136,7 @@ def _closed_form_factors(
         return place.swapaxes(0, 1), plan.spheres.radius[items]
 
     ids = pairs.item[kind == ANY_QUAD].reshape(n, -1).T - plan.sphere_count
-    q = plan.quads.moved(ids, when) - surface.point[:, None]
+    q = plan.quads.corners_at(ids, when) - surface.point[:, None]
     a, b = columns(plan.quads.edge_u, ids), columns(plan.quads.edge_v, ids)
     plane = light_plane(light, to)
     quads = clip_quads(plane, np.array([q, q + a, q + a + b, q + b]).transpose(2, 0, 1, 3))
@@ -176,7 +176,7 @@ def _classify_occluders(
     rows = (kind == ANY_QUAD).nonzero()[0]
     if rows.size and light.kind == SPHERE:
         ids = pairs.item[rows] - plan.sphere_count
-        gap = plan.quads.moved(ids, _times_at(time, rows)) - columns(
+        gap = plan.quads.corners_at(ids, _times_at(time, rows)) - columns(
             center + np.zeros_like(point), rows
         )
         away = _distance(gap, columns(plan.quads.edge_u, ids), columns(plan.quads.edge_v, ids))
