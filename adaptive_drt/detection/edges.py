@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..geometry.parallelogram import edge_planes
-from ..geometry.sphere import discriminant, discriminant_rounding
+from ..geometry.polygon.kernels import edge_planes
+from ..geometry.sphere.kernels import discriminant, discriminant_rounding
 from ..numerics.arrays import Array, Mask
 from ..numerics.floats import UNIT_ROUNDOFF
 from ..numerics.gather import columns
@@ -22,7 +22,7 @@ from ..numerics.jet import Jet
 from ..numerics.taylor_range import rectangle_range
 from ..numerics.vector import cross, dot
 from ..tracing.compile import Plan
-from ..tracing.intersect import Pairs, nearest_hits, split_by_shape_kind
+from ..tracing.intersect import Pairs, nearest_hits
 from .surface_intersections import detect_intersections
 
 __all__ = ["EdgeTest", "PixelCoverage", "detect_edges", "half_pixel"]
@@ -140,7 +140,8 @@ def _classify_coverage(plan: Plan, pairs: Pairs, w: Array) -> PixelCoverage:
     cover = PixelCoverage(
         np.zeros(m, dtype=np.bool_), np.zeros(m, dtype=np.bool_), np.zeros(m), np.full(m, np.inf)
     )
-    for rows, ids in split_by_shape_kind(plan, pairs.item):
+    for _, rows, index in plan.shapes.runs(pairs.item):
+        ids = pairs.item[rows][: index.size]
         part = _sphere_coverage if ids[0] < plan.sphere_count else _quad_coverage
         some, full, near, far = part(plan, ids, columns(w, rows))
         cover.some[rows], cover.full[rows] = some, full

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..geometry.parallelogram import edge_planes
-from ..geometry.sphere import cone_overlap
+from ..geometry.polygon.kernels import edge_planes
+from ..geometry.sphere.kernels import cone_overlap
 from ..lights.emitter import Emitter
 from ..numerics.arrays import Array, Mask
 from ..numerics.floats import TINY
@@ -121,7 +121,7 @@ def _quads_hide_from_patch(
     ids = pairs.item - plan.sphere_count
     u, v = columns(plan.quads.edge_u, ids), columns(plan.quads.edge_v, ids)
     point = columns(surface.point, pairs.pixel)
-    q = plan.quads.moved(ids, time) - point
+    q = plan.quads.corners_at(ids, time) - point
     planes, normal, height = edge_planes(q, u, v)
     to = light.to_center(point, time)
     hides: Mask = height > reach * _length(normal)

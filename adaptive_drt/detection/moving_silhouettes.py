@@ -11,8 +11,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..geometry.parallelogram import edge_planes
-from ..geometry.sphere import discriminant, discriminant_rounding
+from ..geometry.polygon.kernels import edge_planes
+from ..geometry.sphere.kernels import discriminant, discriminant_rounding
 from ..numerics.arrays import Array, Mask
 from ..numerics.floats import TINY
 from ..numerics.gather import columns

@@ -13,8 +13,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..geometry.parallelogram import PlaneNormals, edge_planes, quad_blocks_segment, snapped_height
-from ..geometry.sphere import (
+from ..geometry.polygon.kernels import (
+    PlaneNormals,
+    edge_planes,
+    quad_blocks_segment,
+    snapped_height,
+)
+from ..geometry.sphere.kernels import (
     cone_overlap,
     discriminant,
     discriminant_rounding,
@@ -247,7 +252,7 @@ def _classify_quads(
     point = columns(surface.point, pairs.pixel)
     ids = pairs.item - plan.sphere_count
     u, v = columns(plan.quads.edge_u, ids), columns(plan.quads.edge_v, ids)
-    q = plan.quads.moved(ids, time) - point
+    q = plan.quads.corners_at(ids, time) - point
     planes, normal, height = edge_planes(q, u, v)
     height = snapped_height(height, normal, surface_tolerance(point, np.sqrt(dot(q, q))))
     to = light.to_center(point, time)

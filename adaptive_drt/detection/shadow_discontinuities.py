@@ -14,8 +14,8 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from ..geometry.parallelogram import edge_planes
-from ..geometry.sphere import cone_overlap, discriminant, discriminant_rounding
+from ..geometry.polygon.kernels import edge_planes
+from ..geometry.sphere.kernels import cone_overlap, discriminant, discriminant_rounding
 from ..lights.bounds import LinearSpan
 from ..lights.emitter import Emitter
 from ..numerics.arrays import Array, Mask
@@ -222,7 +222,7 @@ def _facing_half_extents(
     """Half extents (3, m) of a round light across the view: to the occluder, and normal to that."""
     far = np.maximum(np.sqrt(dot(to, to)), TINY)
     axis = to / far
-    middle = np.concatenate([plan.spheres.center, plan.quads.bounds[0]], axis=1)
+    middle = np.concatenate([plan.spheres.center, plan.quads.bounding_spheres[0]], axis=1)
     aside = columns(middle, pairs.item) - point
     aside = aside - dot(aside, axis) * axis
     size = np.sqrt(dot(aside, aside))

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..geometry.sphere import origin_inside, sphere_blocks_segment, surface_tolerance
+from ..geometry.sphere.kernels import origin_inside, sphere_blocks_segment, surface_tolerance
 from ..lights.bounds import LightBounds
 from ..lights.emitter import Emitter
 from ..numerics.arrays import Array, Mask

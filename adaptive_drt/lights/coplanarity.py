@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..geometry.parallelogram import QuadSet
+from ..geometry.polygon.shape import ParallelogramSet
 from ..numerics.arrays import Array, Mask
 from ..numerics.vector import cross, dot
 
@@ -33,7 +33,7 @@ def quads_in_plane(
     normal: Array,
     radius: float,
     displacement: Array | None,
-    quads: QuadSet,
+    quads: ParallelogramSet,
     origin: Array,
 ) -> Mask:
     """Return which quads lie in the plane of a flat light, during the whole shutter: (n,).
@@ -55,7 +55,7 @@ def quads_in_plane(
 
 
 def planes_through_ball(
-    center: Array, radius: float, displacement: Array | None, quads: QuadSet, origin: Array
+    center: Array, radius: float, displacement: Array | None, quads: ParallelogramSet, origin: Array
 ) -> Mask:
     """Return which quads have all of a ball near their plane, during the whole shutter: (n,).
 
@@ -71,7 +71,7 @@ def planes_through_ball(
     return _within_rounding(away, displacement, quads, normal, largest, size)
 
 
-def _corners(quads: QuadSet) -> tuple[Array, ...]:
+def _corners(quads: ParallelogramSet) -> tuple[Array, ...]:
     """Return the four corners (3, n) of quads."""
     q, u, v = quads.corner, quads.edge_u, quads.edge_v
     return (q, q + u, q + v, q + u + v)
@@ -89,7 +89,7 @@ def _largest_coordinates(
 def _within_rounding(
     away: list[Array],
     displacement: Array | None,
-    quads: QuadSet,
+    quads: ParallelogramSet,
     normal: Array,
     largest: Array,
     size: Array,
@@ -100,7 +100,9 @@ def _within_rounding(
     return near
 
 
-def _relative_displacement(displacement: Array | None, quads: QuadSet, normal: Array) -> Array:
+def _relative_displacement(
+    displacement: Array | None, quads: ParallelogramSet, normal: Array
+) -> Array:
     """Largest displacement (n,) along normals of quads relative to the light, from mid-shutter."""
     zero = np.zeros_like(quads.corner)
     moved = zero if quads.displacement is None else quads.displacement

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..geometry.parallelogram import QuadSet
+from ..geometry.polygon.shape import ParallelogramSet
 from ..geometry.silhouettes import CircularSilhouette
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.vector import dot
@@ -130,7 +130,7 @@ class Emitter(LightBounds, ABC):
         away = -self.to_center(point, time)
         return away, np.maximum(np.sqrt(dot(away, away)) - self.radius, 0.0)
 
-    def coplanar_quads(self, quads: QuadSet, origin: Array) -> Mask:
+    def coplanar_quads(self, quads: ParallelogramSet, origin: Array) -> Mask:
         """Which quads lie in the plane of the light, during the whole shutter: (n,).
 
         See `coplanarity`. `origin` (3, 1) metres is the tracer's origin in world space.

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..geometry.sphere import surface_tolerance
+from ..geometry.sphere.kernels import surface_tolerance
 from ..numerics.arrays import Array, Mask
 from ..numerics.floats import TINY
 from ..numerics.vector import dot

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..geometry.parallelogram import QuadSet
-from ..geometry.sphere import surface_tolerance
+from ..geometry.polygon.shape import ParallelogramSet
+from ..geometry.sphere.kernels import surface_tolerance
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.floats import TINY
 from ..numerics.vector import cross, dot
@@ -87,7 +87,7 @@ class QuadEmitter(Emitter):
             away = away - part * half
         return away, np.sqrt(dot(away, away))
 
-    def coplanar_quads(self, quads: QuadSet, origin: Array) -> Mask:
+    def coplanar_quads(self, quads: ParallelogramSet, origin: Array) -> Mask:
         """Which quads have all their corners near the light's plane: (n,)."""
         return quads_in_plane(
             self.center, self.span.normal, self.radius, self.displacement, quads, origin

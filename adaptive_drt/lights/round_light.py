@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..geometry.silhouettes import CircularSilhouette
-from ..geometry.sphere import surface_tolerance
+from ..geometry.sphere.kernels import surface_tolerance
 from ..numerics.arrays import Array, Mask
 from ..numerics.floats import TINY
 from ..numerics.vector import cross, dot

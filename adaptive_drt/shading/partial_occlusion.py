@@ -131,7 +131,7 @@ def _closed_form_factors(
         return place.swapaxes(0, 1), plan.spheres.radius[items]
 
     ids = pairs.item[kind == ANY_QUAD].reshape(n, -1).T - plan.sphere_count
-    q = plan.quads.moved(ids, when) - surface.point[:, None]
+    q = plan.quads.corners_at(ids, when) - surface.point[:, None]
     a, b = columns(plan.quads.edge_u, ids), columns(plan.quads.edge_v, ids)
     plane = light.plane(to)
     quads = clip_quads(plane, np.array([q, q + a, q + a + b, q + b]).transpose(2, 0, 1, 3))
@@ -165,7 +165,7 @@ def _classify_occluders(
     if rows.size and light.solid:
         ids = pairs.item[rows] - plan.sphere_count
         when = _times_at(time, rows)
-        gap = -light.to_center(plan.quads.moved(ids, when), when)
+        gap = -light.to_center(plan.quads.corners_at(ids, when), when)
         away = _distance(gap, columns(plan.quads.edge_u, ids), columns(plan.quads.edge_v, ids))
         kind[rows[away < light.radius]] = BY_RAYS
     return kind

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..geometry.parallelogram import PlaneNormals, distance_to_edge
+from ..geometry.polygon.kernels import PlaneNormals, distance_to_edge
 from ..numerics.arrays import Array, Mask
 from ..numerics.floats import TINY
 from ..numerics.gather import columns

@@ -10,7 +10,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from ..geometry.parallelogram import (
+from ..geometry.polygon.kernels import (
     PlaneNormals,
     distance_at_closest_approach,
     distance_to_quad,
@@ -81,7 +81,7 @@ def quad_shadow_edges(
 ) -> ShadowEdges:
     """Shadow edges of quads: for each quad its sharpest edge across the light or beside it."""
     point, ids = columns(surface.point, pairs.pixel), pairs.item - plan.sphere_count
-    q = plan.quads.moved(ids, time) - point
+    q = plan.quads.corners_at(ids, time) - point
     u, v = columns(plan.quads.edge_u, ids), columns(plan.quads.edge_v, ids)
     view = _QuadView(light.to_center(point, time), *edge_planes(q, u, v), quad_edges(q, u, v))
     shadows = _shadow_edges(plan, patch, light, pairs, view)

@@ -15,14 +15,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..geometry.camera import PinholeCamera, make_pinhole_camera
-from ..geometry.closed_boxes import find_boxes
-from ..geometry.parallelogram import QuadSet
-from ..geometry.sphere import SphereSet
+from ..geometry.polygon.closed_boxes import find_boxes
+from ..geometry.polygon.shape import ParallelogramSet
+from ..geometry.registry import SHAPES
+from ..geometry.shape_table import ShapeTable
+from ..geometry.sphere.shape import SphereSet
 from ..lights.emitter import Emitter, LightMotion
 from ..lights.registry import make_emitter
 from ..numerics.arrays import Array
 from ..parallel.cancellation import RenderCancelled
-from ..scene.description import Motion, Quad, Scene, Sphere
+from ..scene.description import Material, Motion, Scene, Shape
 from ..scene.settings import Settings
 
 __all__ = ["Plan", "make_plan"]
@@ -43,12 +45,12 @@ of them, and each hit costs one call."""
 class Plan:
     """A compiled scene. Positions are relative to the camera, which is at rest at the origin.
 
-    Objects are numbered: spheres first, then quads.
+    Objects are numbered by kind: see `ShapeTable`.
 
     Attributes
     ----------
     settings : the settings of the render.  lens : the camera's rays.
-    spheres, quads : the objects' shapes, relative to the camera, metres.
+    shapes : the objects, relative to the camera, metres.
     solid : (quads,) the closed box that each quad is a face of: see `find_boxes`.
     color : (3, objects) albedo.
     moves : (objects,) bool, whether the object moves relative to the camera during the shutter.
@@ -66,8 +68,7 @@ class Plan:
     lens: PinholeCamera
     region: tuple[int, int, int, int]
     picture: tuple[int, int]
-    spheres: SphereSet
-    quads: QuadSet
+    shapes: ShapeTable
     solid: NDArray[np.int64]
     color: Array
     moves: NDArray[np.bool_]
@@ -94,6 +95,20 @@ class Plan:
         """Raise `RenderCancelled` if the render was cancelled."""
         if self.stop.is_set():
             raise RenderCancelled
+
+    @property
+    def spheres(self) -> SphereSet:
+        """The spheres."""
+        found = self.shapes.sets[0]
+        assert isinstance(found, SphereSet)
+        return found
+
+    @property
+    def quads(self) -> ParallelogramSet:
+        """The parallelograms."""
+        found = self.shapes.sets[1]
+        assert isinstance(found, ParallelogramSet)
+        return found
 
     @property
     def sphere_count(self) -> int:
@@ -149,9 +164,8 @@ def make_plan(scene: Scene, settings: Settings) -> Plan:
     drift = _displacement(camera.motion if moving else None)
     skipped: list[dict[str, str]] = []
     distinct = _without_duplicates(scene.shapes, skipped)
-    spheres = [s for s in distinct if isinstance(s, Sphere)]
-    quads = [q for q in distinct if isinstance(q, Quad)]
-    shapes: list[Sphere | Quad] = [*spheres, *quads]
+    records = [[s for s in distinct if isinstance(s, record)] for record, _ in SHAPES]
+    shapes = [shape for kind in records for shape in kind]
     shift = [_displacement(s.motion if moving else None) - drift for s in shapes]
     displacement = _columns(shift)
     moves = displacement.any(axis=0)
@@ -160,21 +174,17 @@ def make_plan(scene: Scene, settings: Settings) -> Plan:
     light_moves = any(light.displacement is not None for light in lights)
     motion = moving and bool(moves.any() or light_moves)
     skipped += _skipped_effects(settings, motion, len(shift))
-    count = len(spheres)
     origin = lens.origin[:, None]
-    flats = _make_quad_set(quads, origin, displacement[:, count:])
+    table = _make_shape_table(records, origin, displacement)
+    count, flats = len(records[0]), table.sets[1]
+    assert isinstance(flats, ParallelogramSet)
     return Plan(
         settings=settings,
         lens=lens,
         region=camera.region,
         picture=camera.resolution,
-        spheres=SphereSet(
-            _columns([s.center for s in spheres]) - origin,
-            np.array([s.radius for s in spheres], dtype=np.float64),
-            displacement[:, :count].copy() if moves[:count].any() else None,
-        ),
-        quads=flats,
-        solid=find_boxes(flats, [q.name for q in quads]),
+        shapes=table,
+        solid=find_boxes(flats, [q.name for q in records[1]]),
         color=_columns([s.material.color for s in shapes]),
         moves=moves,
         lights=tuple(_with_coplanar_quads(light, flats, origin, count) for light in lights),
@@ -189,28 +199,27 @@ def make_plan(scene: Scene, settings: Settings) -> Plan:
     )
 
 
-def _make_quad_set(quads: Sequence[Quad], origin: Array, displacement: Array) -> QuadSet:
-    """The quads as arrays, given their displacements (3, n) over the shutter, metres."""
-    return QuadSet(
-        _columns([q.corner for q in quads]) - origin,
-        _columns([q.edge_u for q in quads]),
-        _columns([q.edge_v for q in quads]),
-        displacement.copy() if displacement.any() else None,
-    )
+def _make_shape_table(
+    records: Sequence[Sequence[Shape]], origin: Array, displacement: Array
+) -> ShapeTable:
+    """The shapes as arrays, from their records by kind.
+
+    displacement : (3, n) of all of them over the shutter, metres.
+    """
+    sets, first = [], 0
+    for own, (_, kind) in zip(records, SHAPES, strict=True):
+        d = displacement[:, first : first + len(own)]
+        sets.append(kind.from_records(own, origin, d.copy() if d.any() else None))
+        first += len(own)
+    return ShapeTable(tuple(sets))
 
 
-def _without_duplicates(
-    shapes: Sequence[Sphere | Quad], skipped: list[dict[str, str]]
-) -> list[Sphere | Quad]:
+def _without_duplicates(shapes: Sequence[Shape], skipped: list[dict[str, str]]) -> list[Shape]:
     """The shapes without those equal to an earlier one. These are added to `skipped`."""
-    first: dict[tuple[object, ...], Sphere | Quad] = {}
+    first: dict[Shape, Shape] = {}
     for shape in shapes:
-        place = (
-            (shape.center, shape.radius)
-            if isinstance(shape, Sphere)
-            else (shape.corner, shape.edge_u, shape.edge_v)
-        )
-        if first.setdefault((*place, shape.motion), shape) is not shape:
+        place = replace(shape, material=Material(), name="")
+        if first.setdefault(place, shape) is not shape:
             skipped.append({"what": shape.name, "why": "another object is in the very same place"})
     return list(first.values())
 
@@ -230,7 +239,9 @@ def _make_emitters(
     return tuple(kept)
 
 
-def _with_coplanar_quads(light: Emitter, flats: QuadSet, origin: Array, spheres: int) -> Emitter:
+def _with_coplanar_quads(
+    light: Emitter, flats: ParallelogramSet, origin: Array, spheres: int
+) -> Emitter:
     """The light with its list of the quads that lie in its plane, which occlude nothing of it."""
     coplanar = np.concatenate(
         [np.zeros(spheres, dtype=np.bool_), light.coplanar_quads(flats, origin)]

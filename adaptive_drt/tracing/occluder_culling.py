@@ -15,8 +15,8 @@ from typing import TypeAlias
 
 import numpy as np
 
-from ..geometry.closed_boxes import NO_BOX, outward_sign
-from ..geometry.sphere import cone_overlap, surface_tolerance
+from ..geometry.polygon.closed_boxes import NO_BOX, outward_sign
+from ..geometry.sphere.kernels import cone_overlap, surface_tolerance
 from ..lights.bounds import LightBounds, ViewCone
 from ..lights.emitter import Emitter
 from ..numerics.arrays import Array, Ints, Mask
@@ -61,7 +61,7 @@ class Occluders:
     def __init__(self, plan: Plan) -> None:
         """Compute the bounding spheres, and build embree's proxies for the lights that use them."""
         self._plan = plan
-        center, radius = plan.quads.bounds
+        center, radius = plan.quads.bounding_spheres
         self.center = np.concatenate([plan.spheres.center, center], axis=1)
         radius = np.concatenate([plan.spheres.radius, radius])
         for part, first in ((plan.spheres, 0), (plan.quads, plan.sphere_count)):

@@ -6,10 +6,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from adaptive_drt.lights.emitter import make_emitter
-from adaptive_drt.lights.emitter_clip import clip_quads, clipped_sphere_polygons, light_plane
-from adaptive_drt.lights.form_factor import QUAD_CORNERS
+from adaptive_drt.lights.emitter import LightMotion
+from adaptive_drt.lights.light_plane import clip_quads, clipped_sphere_polygons
 from adaptive_drt.lights.occluded_form_factor import visible_factor
+from adaptive_drt.lights.registry import make_emitter
 from adaptive_drt.scene.description import QuadLight
 
 SIDE = 400
@@ -18,8 +18,7 @@ CLOSE = 4e-4
 """Of the unhidden light: brute force cuts the ball's outline at so many points, SIDE^-1.5."""
 LIGHT = make_emitter(
     QuadLight((0.0, 0.0, 3.0), (0.0, 1.0, 0.0), (1.0, 0.0, 0.0), (1.0,) * 3),
-    np.zeros(3),
-    np.zeros(3),
+    LightMotion(np.zeros(3), np.zeros(3)),
 )
 
 
@@ -27,17 +26,17 @@ def brute(point, blocks):
     """The factor of the light at a point with its normal up, past what `blocks` says of rays."""
     g = (np.arange(SIDE) + 0.5) / SIDE * 2.0 - 1.0
     u, v = (a.ravel() for a in np.meshgrid(g, g))
-    w = LIGHT.center - point[:, None] + LIGHT.half_u * u + LIGHT.half_v * v
+    w = LIGHT.center - point[:, None] + LIGHT.span.half_u * u + LIGHT.span.half_v * v
     square = (w * w).sum(axis=0)
     return (np.where(blocks(w), 0.0, w[2] * w[2] / square**2)).sum() * 4.0 / SIDE**2
 
 
 def factor(point, balls, quads):
     to = LIGHT.center - point[:, None]
-    outline = np.stack([to + su * LIGHT.half_u + sv * LIGHT.half_v for su, sv in QUAD_CORNERS])
+    outline = LIGHT.silhouette(to)
     none = np.zeros((0, 3, 1)), np.zeros((0, 1))
     up = np.array([[0.0], [0.0], [1.0]])
-    plane = light_plane(LIGHT, to)
+    plane = LIGHT.plane(to)
     if balls is not None:
         center, radius = balls
         v = (center - point)[None, :, None]

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from adaptive_drt.geometry.closed_boxes import NO_BOX
+from adaptive_drt.geometry.polygon.closed_boxes import NO_BOX
 from adaptive_drt.scene.description import (
     DiskLight,
     Motion,
@@ -131,7 +131,7 @@ def test_the_light_is_the_same_without_the_faces_behind(seed, monkeypatch):
     hits, time = hits_of(plan), float(rng.uniform(-0.5, 0.5))
     if way is not None:
         # points of what moves move with it
-        moved = plan.quads.moved(hits.item, time) - plan.quads.corner[:, hits.item]
+        moved = plan.quads.corners_at(hits.item, time) - plan.quads.corner[:, hits.item]
         hits = replace(hits, point=hits.point + moved)
     reach = 10.0 ** rng.uniform(-3.0, -0.5, hits.item.size)
     shape = plan.shadow_light(plan.lights[0])

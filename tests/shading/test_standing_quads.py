@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from adaptive_drt.geometry.parallelogram import distance_to_quad, quad_edges
+from adaptive_drt.geometry.polygon.kernels import distance_to_quad, quad_edges
 from adaptive_drt.render import render_image
 from adaptive_drt.scene.description import Material, Quad, Scene, SphereLight
 from adaptive_drt.scene.settings import Settings

@@ -12,11 +12,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ..numerics.arrays import Array, Ints
-from ..numerics.floats import TINY
-from ..numerics.gather import columns
-from ..numerics.vector import cross, dot
-from .parallelogram import QuadSet
+from ...numerics.arrays import Array, Ints
+from ...numerics.floats import TINY
+from ...numerics.gather import columns
+from ...numerics.vector import cross, dot
+from .shape import ParallelogramSet
 
 __all__ = ["NO_BOX", "find_boxes", "outward_sign"]
 
@@ -37,7 +37,7 @@ MIN_THICKNESS = 2.0**-10
 which the outward direction is certain."""
 
 
-def find_boxes(quads: QuadSet, names: Sequence[str]) -> Ints:
+def find_boxes(quads: ParallelogramSet, names: Sequence[str]) -> Ints:
     """Find closed boxes among n quads.
 
     Parameters
@@ -61,7 +61,7 @@ def find_boxes(quads: QuadSet, names: Sequence[str]) -> Ints:
     return solid
 
 
-def _boxes_in_group(quads: QuadSet, group: Ints) -> Ints:
+def _boxes_in_group(quads: ParallelogramSet, group: Ints) -> Ints:
     """Find boxes as `find_boxes`, of quads with equal group number (n,) and equal motion."""
     q, u, v = quads.corner, quads.edge_u, quads.edge_v
     count = group.size
@@ -90,26 +90,26 @@ def _boxes_in_group(quads: QuadSet, group: Ints) -> Ints:
     return solid
 
 
-def outward_sign(quads: QuadSet, solid: Ints) -> Array:
+def outward_sign(quads: ParallelogramSet, solid: Ints) -> Array:
     """Sign (n,) that turns edge_u x edge_v out of the quad's box; 1 for quads of no box."""
     return np.where(_centroid_distances(quads, solid) < 0.0, -1.0, 1.0)
 
 
-def _centroid_distances(quads: QuadSet, solid: Ints) -> Array:
+def _centroid_distances(quads: ParallelogramSet, solid: Ints) -> Array:
     """Signed distances (n,) of faces from the centroids of their boxes, along edge_u x edge_v."""
     height = np.zeros(solid.size)
     faces = (solid != NO_BOX).nonzero()[0]
     if not faces.size:
         return height
     own, some = solid[faces], quads.take(faces)
-    middle, across = some.bounds[0], cross(some.edge_u, some.edge_v)
+    middle, across = some.bounding_spheres[0], cross(some.edge_u, some.edge_v)
     inside = np.array([np.bincount(own, row, solid.size) / BOX_FACES for row in middle])
     away = middle - columns(inside, own)
     height[faces] = dot(across, away) / np.maximum(np.sqrt(dot(across, across)), TINY)
     return height
 
 
-def _group_and_motion_labels(quads: QuadSet, group: Ints) -> Ints:
+def _group_and_motion_labels(quads: ParallelogramSet, group: Ints) -> Ints:
     """Labels (n,), equal for quads of one group that move alike."""
     moved = np.zeros_like(quads.corner) if quads.displacement is None else quads.displacement
     kinds: Ints = np.unique(np.stack([group, *moved]), axis=1, return_inverse=True)[1].ravel()

@@ -9,66 +9,29 @@ visibility is decided without a division.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..numerics.arrays import Array, Mask
-from ..numerics.floats import TINY
-from ..numerics.gather import columns
-from ..numerics.vector import cross, dot
+from ...numerics.arrays import Array, Mask
+from ...numerics.floats import TINY
+from ...numerics.vector import cross, dot
 
 __all__ = [
-    "QuadSet",
+    "PlaneNormals",
     "distance_at_closest_approach",
     "distance_to_edge",
     "distance_to_quad",
     "edge_planes",
     "intersect_quad",
+    "plane_hits",
     "quad_blocks_segment",
     "quad_edges",
     "snapped_height",
 ]
 
-PlaneNormals: TypeAlias = tuple[Array, Array, Array, Array]
-
-
-@dataclass(frozen=True)
-class QuadSet:
-    """Parallelograms as arrays, relative to the tracer's origin, at the middle of the shutter.
-
-    Attributes
-    ----------
-    corner, edge_u, edge_v : (3, n) metres.
-    displacement : (3, n) metres over the shutter, or None if no quad moves.
-    """
-
-    corner: Array
-    edge_u: Array
-    edge_v: Array
-    displacement: Array | None
-
-    def moved(self, index: NDArray[np.int64], time: Array | float) -> Array:
-        """Corners (3, ...) of quads `index` at shutter times that broadcast against it."""
-        place: Array = columns(self.corner, index)
-        if self.displacement is None:
-            return place
-        return place + time * columns(self.displacement, index)
-
-    def take(self, index: NDArray[np.int64]) -> QuadSet:
-        """Return the quads selected by `index`."""
-        q, u, v = (columns(each, index) for each in (self.corner, self.edge_u, self.edge_v))
-        d = self.displacement
-        return QuadSet(q, u, v, None if d is None else columns(d, index))
-
-    @property
-    def bounds(self) -> tuple[Array, Array]:
-        """Centres (3, n) and radii (n,) of spheres that enclose the quads."""
-        center = self.corner + 0.5 * (self.edge_u + self.edge_v)
-        plus, minus = self.edge_u + self.edge_v, self.edge_u - self.edge_v
-        return center, 0.5 * np.sqrt(np.maximum(dot(plus, plus), dot(minus, minus)))
+PlaneNormals: TypeAlias = tuple[Array, ...]
+"""Normals (3, ...) of the planes through the origin and each edge of a polygon, inwards."""
 
 
 def edge_planes(q: Array, a: Array, b: Array) -> tuple[PlaneNormals, Array, Array]:
@@ -182,3 +145,24 @@ def distance_to_edge(start: Array, edge: Array) -> Array:
     nearest = start + part * edge
     distance: Array = np.sqrt(dot(nearest, nearest))
     return distance
+
+
+def plane_hits(w: Array, normal: Array, corner: Array, vertices: PlaneNormals) -> Array:
+    """Ray parameters (m,) of the intersections of rays (3, m) with the planes of polygons.
+
+    Quadrature nodes may lie outside the pixels that see a polygon, so its plane is used beyond its
+    edges. Where the plane is hit behind the camera, or beyond twice the distance of the farthest
+    vertex, the largest ray parameter of the vertices' projections onto the ray is returned.
+
+    Parameters
+    ----------
+    normal : (3, m) of any length.  corner, vertices : (3, m) metres.
+    """
+    facing, height = dot(w, normal), dot(corner, normal)
+    ww = dot(w, w)
+    along = [dot(w, c) / ww for c in vertices]
+    limit = 2.0 * np.sqrt(np.maximum.reduce([dot(c, c) for c in vertices]) / ww)
+    ahead = np.abs(facing) * limit > np.abs(height)
+    ahead &= facing * height > 0.0
+    t = np.where(ahead, height, 0.0) / np.where(ahead, facing, 1.0)
+    return np.where(ahead, t, np.maximum.reduce(along))

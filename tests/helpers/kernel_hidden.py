@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Families of light that occluders hide in part: what must add up, does.
 
-`tests/test_visible_light.py` holds these against quadrature; here it is the same light, whole and
-in two halves, and the same occluders, nearer and farther, over sizes that quadrature cannot reach.
+`tests/lights/test_occluded_form_factor.py` holds these against quadrature; here it is the same
+light, whole and in two halves, and the same occluders, nearer and farther, over sizes that
+quadrature cannot reach.
 """
 
 import numpy as np

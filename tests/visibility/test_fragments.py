@@ -6,31 +6,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from adaptive_drt.scene.description import Camera, Motion, Quad, Scene, Sphere, SphereLight
-from adaptive_drt.scene.settings import Settings
-from adaptive_drt.tracing.compile import make_plan
+from adaptive_drt.scene.description import Camera, Motion, Quad, Sphere
 from adaptive_drt.tracing.intersect import Pairs
 from adaptive_drt.visibility import fragments as regions
 from adaptive_drt.visibility.depth_order import find_depth_order
 from adaptive_drt.visibility.fragments import Boxes, find_fragments
 from adaptive_drt.visibility.polynomials import Coverage
 from plain_hits import oracle_hits
+from visibility_boxes import FLOOR, PLAIN, SIZE, all_pairs, dense, every_pair, planned, random_boxes
 
 POINTS_A_BOX = 1 << 14
-SIZE = 24
-LAMP = SphereLight((3.0, -2.0, 9.0), 0.5, (10.0, 10.0, 10.0))
-PLAIN = Camera(resolution=(SIZE, SIZE))  # at the origin, looks along -z
-
-
-def planned(*shapes, camera=PLAIN):
-    return make_plan(Scene(camera, tuple(shapes), (LAMP,)), Settings(threads=1))
-
-
-def every_pair(plan, count):
-    """All objects as candidates of all boxes, in no order."""
-    box, item = np.divmod(np.arange(count * plan.object_count), max(plan.object_count, 1))
-    order = np.random.default_rng(1).permutation(box.size)
-    return Pairs(box[order], item[order])
 
 
 def pixels(still, rows=SIZE, times=1):
@@ -127,15 +112,6 @@ def random_shapes(rng, moving):
     return sorted(shapes, key=lambda shape: isinstance(shape, Quad))
 
 
-def random_boxes(rng, count, moving):
-    """Boxes of 0.1 to 2 pixels, anywhere in the picture, over any part of the shutter."""
-    size = 10 ** rng.uniform(-1.0, 0.3, (3, count))
-    size[2] = np.minimum(size[2], 1.0) if moving else 0.0
-    middle = rng.uniform(0, SIZE, (3, count))
-    middle[2] = rng.uniform(-0.5, 0.5, count) * (1 - size[2]) if moving else 0.0
-    return Boxes(middle - size / 2, middle + size / 2)
-
-
 @pytest.mark.parametrize("moving", [False, True])
 def test_random_scenes_against_brute_force(moving):
     off, claimed, apart = [], [], []
@@ -160,7 +136,6 @@ def test_random_scenes_against_brute_force(moving):
     assert np.quantile(apart, 0.99) <= 3.0 * accuracy + BRUTE
 
 
-FLOOR = Quad((-50.0, -1.0, -50.0), (100.0, 0.0, 0.0), (0.0, 0.0, 100.0))
 WALL = Quad((-9.0, -9.0, -6.0), (18.0, 0.0, 0.0), (0.0, 18.0, 0.0))
 SCENES = {
     "sphere sunk in the floor": (Sphere((0.2, -1.0, -5.0), 1.1), FLOOR),
@@ -311,13 +286,6 @@ def test_more_accuracy_costs_more_lines_and_brings_less_error():
     assert off[0] > 10 * off[2]
 
 
-def dense(found, boxes, items=16):
-    """Weights as a table (boxes, 1 + items): the background first."""
-    table = np.zeros((boxes.low.shape[1], 1 + items))
-    table[found.box, found.item + 1] = found.weight
-    return table
-
-
 def test_a_picture_without_objects_is_background():
     plan, boxes = planned(), pixels(still=True)
     found = find_fragments(plan, boxes, every_pair(plan, 0), 1e-3)
@@ -347,13 +315,6 @@ def test_settled_orders_are_those_of_depths(moving):
             np.maximum.at(allowed, one.box, 2e-2 + 6.0 * one.error)
         within.append(np.abs(dense(found, boxes) - dense(compared, boxes)).max(axis=1) <= allowed)
     assert np.mean(within) >= 0.99
-
-
-def all_pairs(pairs, boxes):
-    """Of candidates sorted by box, any two of a box, of some boxes."""
-    one, other = (pairs.pixel[:, None] == pairs.pixel).nonzero()
-    kept = (one < other) & boxes[pairs.pixel[one]]
-    return one[kept], other[kept]
 
 
 def test_a_sphere_that_rolls_on_the_floor_is_in_front_of_it():

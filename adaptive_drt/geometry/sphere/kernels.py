@@ -13,20 +13,16 @@ components first, of any shape that broadcasts: w, v (3, ...), r (...).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import overload
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..numerics.arrays import Array, Mask
-from ..numerics.floats import TINY, UNIT_ROUNDOFF
-from ..numerics.gather import columns
-from ..numerics.jet import Jet
-from ..numerics.vector import cross, dot, squared_norm
+from ...numerics.arrays import Array, Mask
+from ...numerics.floats import TINY, UNIT_ROUNDOFF
+from ...numerics.jet import Jet
+from ...numerics.vector import cross, dot, squared_norm
 
 __all__ = [
-    "SphereSet",
     "cone_overlap",
     "discriminant",
     "discriminant_rounding",
@@ -46,28 +42,6 @@ from the tracer's origin plus the radius. The error of hits is about 2^-50 of th
 2^-40 is invisible."""
 CONE_OPERATIONS = 16
 """Number of rounded operations in one comparison of cones, counted generously."""
-
-
-@dataclass(frozen=True)
-class SphereSet:
-    """Spheres as arrays, relative to the tracer's origin, at the middle of the shutter.
-
-    Attributes
-    ----------
-    center : (3, n) metres.  radius : (n,) metres.
-    displacement : (3, n) metres over the shutter, or None if no sphere moves.
-    """
-
-    center: Array
-    radius: Array
-    displacement: Array | None
-
-    def moved(self, index: NDArray[np.int64], time: Array | float) -> Array:
-        """Centres (3, ...) of spheres `index` at shutter times that broadcast against it."""
-        place: Array = columns(self.center, index)
-        if self.displacement is None:
-            return place
-        return place + time * columns(self.displacement, index)
 
 
 @overload

@@ -11,7 +11,7 @@ from adaptive_drt.visibility import fragments as regions
 from adaptive_drt.visibility.depth_order import find_depth_order
 from adaptive_drt.visibility.fragments import Boxes, find_fragments
 from adaptive_drt.visibility.unordered_pairs import MAX_CANDIDATES_ALL_PAIRS, UnorderedPairs
-from test_regions import FLOOR, all_pairs, dense, every_pair, planned, random_boxes
+from visibility_boxes import FLOOR, all_pairs, dense, every_pair, planned, random_boxes
 
 WIDER = np.array([[2.0], [2.0], [0.0]])
 """Pixels to either side: so that many objects meet in a box."""

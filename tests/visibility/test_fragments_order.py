@@ -6,7 +6,7 @@ import pytest
 
 from adaptive_drt.scene.description import Sphere
 from adaptive_drt.visibility.fragments import Boxes, find_fragments
-from test_regions import every_pair, planned
+from visibility_boxes import every_pair, planned
 
 
 @pytest.mark.parametrize("away", (5.0, 0.0))
