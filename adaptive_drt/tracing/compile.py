@@ -31,11 +31,12 @@ __all__ = ["Plan", "make_plan"]
 
 
 EMBREE_CROSSOVER = 2_000
-"""Number of spheres from which embree finds candidate occluders faster than NumPy arrays do.
+"""Number of proxies from which embree finds candidate occluders faster than NumPy arrays do.
 
-Measured by `benchmarks/crossover.py`."""
+Measured by `benchmarks/crossover.py` with spheres."""
 EMBREE_MAX_LIGHT_SIZE = 4.0
-"""Largest radius of a light, with its path, for which embree is used, in mean radii of the spheres.
+"""Largest radius of a light, with its path, for which embree is used, in mean radii of the
+objects that have proxies.
 
 Embree's proxies are inflated by the light's radius, so a ray towards a large light intersects many
 of them, and each hit costs one call."""
@@ -122,12 +123,13 @@ class Plan:
 
     def embree_finds(self, light: Emitter) -> bool:
         """Whether embree, rather than NumPy arrays, finds the candidate occluders of a light."""
-        if not self.embree or not self.sphere_count or not light.casts_shadow:
+        if not self.embree or not self.shapes.proxied or not light.casts_shadow:
             return False
         inflation = self.shadow_light(light).occluder_inflation
         if self.settings.accelerator == "EMBREE":
             return math.isfinite(inflation)
-        return inflation <= EMBREE_MAX_LIGHT_SIZE * float(self.spheres.radius.mean())
+        radius = self.shapes.bounding_spheres[1][: self.shapes.proxied]
+        return inflation <= EMBREE_MAX_LIGHT_SIZE * float(radius.mean())
 
     @property
     def soft(self) -> bool:
@@ -141,9 +143,10 @@ class Plan:
 
     def summary(self) -> dict[str, Any]:
         """The compiled scene in figures, for the statistics."""
+        kinds = [f"{record.__name__.lower()}s" for record, _ in SHAPES]
+        counts = [shapes.count for shapes in self.shapes.sets]
         return {
-            "spheres": self.sphere_count,
-            "quads": self.object_count - self.sphere_count,
+            **dict(zip(kinds, counts, strict=True)),
             "lights": len(self.lights),
             "penumbra": self.penumbra,
             "motion": self.motion,
@@ -193,7 +196,7 @@ def make_plan(scene: Scene, settings: Settings) -> Plan:
         penumbra=penumbra,
         motion=motion,
         edges=settings.use_edges and bool(shift),
-        embree=_wants_embree(settings, count),
+        embree=_wants_embree(settings, table.proxied),
         threads=settings.threads or os.cpu_count() or 1,
         skipped=tuple(skipped),
     )
@@ -277,12 +280,12 @@ def _skipped_effects(settings: Settings, motion: bool, objects: int) -> list[dic
     return skipped
 
 
-def _wants_embree(settings: Settings, spheres: int) -> bool:
-    """Whether embree may be used, by the setting and the number of spheres."""
+def _wants_embree(settings: Settings, proxied: int) -> bool:
+    """Whether embree may be used, by the setting and the number of objects that have proxies."""
     if settings.accelerator == "AUTO":
         # without embreex the image is the same, but takes longer
-        return spheres >= EMBREE_CROSSOVER and find_spec("embreex") is not None
-    return settings.accelerator == "EMBREE" and spheres > 0
+        return proxied >= EMBREE_CROSSOVER and find_spec("embreex") is not None
+    return settings.accelerator == "EMBREE" and proxied > 0
 
 
 def _displacement(motion: Motion | None) -> Array:

@@ -61,22 +61,17 @@ class Occluders:
     def __init__(self, plan: Plan) -> None:
         """Compute the bounding spheres, and build embree's proxies for the lights that use them."""
         self._plan = plan
-        center, radius = plan.quads.bounding_spheres
-        self.center = np.concatenate([plan.spheres.center, center], axis=1)
-        radius = np.concatenate([plan.spheres.radius, radius])
-        for part, first in ((plan.spheres, 0), (plan.quads, plan.sphere_count)):
-            d = part.displacement
-            if d is not None:
-                radius[first : first + d.shape[1]] += 0.5 * np.sqrt(dot(d, d))
-        self.radius = radius
+        self.center, radius = plan.shapes.bounding_spheres
+        d = plan.shapes.displacement
+        self.radius = radius if d is None else radius + 0.5 * np.sqrt(dot(d, d))
         self._flats = _QuadPlanes.make(plan)
         self._proxies: dict[str, ProxyScene] = {}
-        balls = plan.sphere_count
+        proxied = plan.shapes.proxied
         for light in plan.lights:
             if plan.embree_finds(light):
                 reach = plan.shadow_light(light).occluder_inflation
                 self._proxies[_light_key(light)] = ProxyScene(
-                    self.center[:, :balls], self.radius[:balls] + reach
+                    self.center[:, :proxied], self.radius[:proxied] + reach
                 )
 
     def __reduce__(self) -> tuple[type[Occluders], tuple[Plan]]:
@@ -111,8 +106,8 @@ class Occluders:
         first = 0
         parts: list[Pairs] = []
         if proxies is not None:
-            # the bounding spheres of quads are too large: embree would return them for most rays
-            first = self._plan.sphere_count
+            # where bounding spheres are too large, embree would return objects for most rays
+            first = self._plan.shapes.proxied
             parts.append(self._kept(sight, self._around(sight, proxies)))
             to = light.to_center(surface.point)
             met = Pairs(*proxies.along(surface.point, to))
