@@ -9,11 +9,11 @@ from functools import cached_property
 import numpy as np
 
 from ..numerics.arrays import Array, Ints
+from ..numerics.axes import TIME
 from ..numerics.floats import TINY
 from ..numerics.vector import dot
 from ..tracing.compile import Plan
 from ..tracing.intersect import Surface
-from ..visibility.line_intervals import TIME
 
 __all__ = ["MIN_PLANE_COSINE", "Patch", "make_patch"]
 

@@ -9,12 +9,12 @@ import numpy as np
 
 from ..lights.emitter import DISK, POINT, QUAD, Emitter
 from ..numerics.arrays import Array, Mask
+from ..numerics.axes import TIME
 from ..numerics.floats import TINY
 from ..numerics.gather import columns
 from ..numerics.vector import dot
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs
-from ..visibility.line_intervals import TIME
 from .footprint import Patch
 
 __all__ = [

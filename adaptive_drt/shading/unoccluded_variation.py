@@ -12,11 +12,11 @@ import numpy as np
 
 from ..lights.emitter import POINT, QUAD, Emitter
 from ..numerics.arrays import Array, Ints
+from ..numerics.axes import TIME
 from ..numerics.floats import TINY
 from ..numerics.gather import columns
 from ..numerics.vector import dot
 from ..tracing.intersect import Surface
-from ..visibility.line_intervals import TIME
 from .footprint import Patch
 from .silhouette_rates import ball_half_angle
 from .variation import KINK_KIND, ROOT_KIND, SMOOTH_KIND, zero_variation
