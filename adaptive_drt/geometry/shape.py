@@ -24,6 +24,7 @@ from ..numerics.gather import columns
 from ..numerics.vector import cross, dot
 from .camera import PinholeCamera
 from .implicit_surface import ImplicitSurface
+from .line_forms import BoxRays, LineForms
 from .pixel_coverage import PixelCoverage
 from .sphere.pixel_coverage import moving_sphere_coverage, sphere_coverage
 
@@ -109,6 +110,16 @@ class ShapeSet(ABC):
         time : shutter times, a number or (m, k).
         """
 
+    @abstractmethod
+    def line_forms(self, index: Ints, rows: Ints, rays: BoxRays) -> LineForms:
+        """Shapes seen through boxes in pixel and shutter time, as polynomials.
+
+        Parameters
+        ----------
+        index : (m,).  rows : (m,) positions among all candidates, for `LineForms.rows`.
+        rays : the camera's rays through the box of each.
+        """
+
     @property
     def count(self) -> int:
         """Number of shapes."""
@@ -136,6 +147,26 @@ class ShapeSet(ABC):
         """Planes or spheres on which shapes lie at mid-shutter; None for other surfaces."""
         del index
         return None
+
+    def plane(self, index: Ints, time: Array | float) -> tuple[Array, Array]:
+        """Normals n (3, m), of any length, and heights h (m,) of the planes n.P = h of shapes.
+
+        Only kinds that are `planar` have them.
+        """
+        raise NotImplementedError(f"{type(self).__name__} does not lie in planes")
+
+    def extent(self, index: Ints, direction: Array, time: Array | float) -> tuple[Array, Array]:
+        """Least and greatest dot product (m,) of the points of shapes with vectors (3, m).
+
+        The default is the extent of the bounding spheres.
+        """
+        center, radius = self.bounding_spheres
+        place = columns(center, index)
+        if self.displacement is not None:
+            place = place + time * columns(self.displacement, index)
+        middle = dot(place, direction)
+        reach = radius[index] * np.sqrt(dot(direction, direction))
+        return middle - reach, middle + reach
 
     def screen_span(self, camera: PinholeCamera) -> Span:
         """Bounds of the shapes on the screen over the shutter, in pixels.

@@ -10,6 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from ..numerics.arrays import Array, Ints, Mask
+from ..numerics.gather import columns
 from .shape import ShapeSet
 
 __all__ = ["ShapeTable"]
@@ -74,6 +75,27 @@ class ShapeTable:
         """The set of an object given by number, and its index within the set."""
         number = int(np.searchsorted(self.firsts, item, side="right")) - 1
         return self.sets[number], item - self.firsts[number]
+
+    def plane(self, item: Ints, time: Array) -> tuple[Array, Array]:
+        """Normals (3, m) and heights (m,) of the planes of planar objects at shutter times (m,)."""
+        normal, height = np.empty((3, item.size)), np.empty(item.size)
+        for shapes, rows, index in self.groups(item):
+            if rows.size == item.size:
+                return shapes.plane(index, time)
+            normal[:, rows], height[rows] = shapes.plane(index, time[rows])
+        return normal, height
+
+    def extent(self, item: Ints, direction: Array, time: Array) -> tuple[Array, Array]:
+        """Least and greatest dot product (m,) of the points of objects with vectors (3, m).
+
+        time : (m,) shutter times.
+        """
+        low, high = np.empty(item.size), np.empty(item.size)
+        for shapes, rows, index in self.groups(item):
+            if rows.size == item.size:
+                return shapes.extent(index, direction, time)
+            low[rows], high[rows] = shapes.extent(index, columns(direction, rows), time[rows])
+        return low, high
 
     @cached_property
     def curvature(self) -> Array:

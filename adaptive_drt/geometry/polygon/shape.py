@@ -17,11 +17,13 @@ import numpy as np
 
 from ...numerics.arrays import Array, Ints, Mask
 from ...numerics.axes import SHUTTER_ENDS
+from ...numerics.box_polynomials import linear_coefficients
 from ...numerics.gather import columns
 from ...numerics.vector import cross, dot
 from ...scene.description import Quad
 from ..camera import PinholeCamera
 from ..implicit_surface import ImplicitPlane
+from ..line_forms import BoxRays
 from ..pixel_coverage import PixelCoverage
 from ..shape import ShapeSet, Span, shutter_ends
 from ..sphere.kernels import surface_tolerance
@@ -35,6 +37,12 @@ from .kernels import (
     quad_blocks_segment,
     quad_edges,
     snapped_height,
+)
+from .line_polynomials import (
+    PolygonForms,
+    edge_functions,
+    parallelogram_edge_functions,
+    polygon_forms,
 )
 from .pixel_coverage import moving_polygon_coverage, polygon_coverage
 
@@ -250,6 +258,46 @@ class PolygonSet(ShapeSet):
         )
         return plane_hits(w, cross(u, v), q, self.vertices(q, u, v))
 
+    def plane(self, index: Ints, time: Array | float) -> tuple[Array, Array]:
+        """See `ShapeSet.plane`; the normal is edge_u x edge_v."""
+        normal = cross(columns(self.edge_u, index), columns(self.edge_v, index))
+        return normal, dot(normal, self.corners_at(index, time))
+
+    def extent(self, index: Ints, direction: Array, time: Array | float) -> tuple[Array, Array]:
+        """See `ShapeSet.extent`; from the vertices."""
+        u, v = columns(self.edge_u, index), columns(self.edge_v, index)
+        vertices = self.vertices(self.corners_at(index, time), u, v)
+        along = np.array([dot(vertex, direction) for vertex in vertices])
+        return along.min(axis=0), along.max(axis=0)
+
+    def line_forms(self, index: Ints, rows: Ints, rays: BoxRays) -> PolygonForms:
+        """See `ShapeSet.line_forms`."""
+        d = None if self.displacement is None else columns(self.displacement, index)
+        corner = rays.positions(columns(self.corner, index), d)
+        u, v = columns(self.edge_u, index), columns(self.edge_v, index)
+        normal = cross(u, v)
+        normal_dot = linear_coefficients(rays.directions, normal)[None]
+        edges = self.edge_functions(rays, corner, u, v, normal_dot)
+        return polygon_forms(rows, edges, normal_dot, corner, normal)
+
+    def edge_functions(
+        self,
+        rays: BoxRays,
+        corner: tuple[Array, Array | None],
+        u: Array,
+        v: Array,
+        normal_dot: Array,
+    ) -> tuple[Array, ...]:
+        """Edge functions of polygons in boxes: see `line_polynomials.edge_functions`.
+
+        Parameters
+        ----------
+        corner : (3, m) in the middle of the boxes, and its change over their times.
+        u, v : (3, m) the edges that leave the corner.  normal_dot : (1, 3, m) w.normal.
+        """
+        del normal_dot
+        return edge_functions(rays, self.vertices(corner[0], u, v), corner[1])
+
 
 @dataclass(frozen=True)
 class ParallelogramSet(PolygonSet):
@@ -289,3 +337,22 @@ class ParallelogramSet(PolygonSet):
     def distance(q: Array, u: Array, v: Array) -> Array:
         """See `PolygonSet.distance`."""
         return distance_to_quad(q, u, v)
+
+    def extent(self, index: Ints, direction: Array, time: Array | float) -> tuple[Array, Array]:
+        """See `ShapeSet.extent`."""
+        corner = dot(self.corners_at(index, time), direction)
+        u = dot(columns(self.edge_u, index), direction)
+        v = dot(columns(self.edge_v, index), direction)
+        low = corner + np.minimum(u, 0.0) + np.minimum(v, 0.0)
+        return low, corner + np.maximum(u, 0.0) + np.maximum(v, 0.0)
+
+    def edge_functions(
+        self,
+        rays: BoxRays,
+        corner: tuple[Array, Array | None],
+        u: Array,
+        v: Array,
+        normal_dot: Array,
+    ) -> tuple[Array, ...]:
+        """See `PolygonSet.edge_functions`; opposite edges share their products."""
+        return parallelogram_edge_functions(rays, corner, u, v, normal_dot)

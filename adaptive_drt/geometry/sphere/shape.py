@@ -15,9 +15,11 @@ from ...numerics.vector import dot
 from ...scene.description import Sphere
 from ..camera import PinholeCamera
 from ..implicit_surface import ImplicitSphere
+from ..line_forms import BoxRays
 from ..pixel_coverage import PixelCoverage
 from ..shape import ShapeSet
 from .kernels import intersect_sphere, sphere_blocks_segment, surface_tolerance
+from .line_polynomials import SphereForms, sphere_forms
 from .pixel_coverage import moving_sphere_coverage, sphere_coverage
 
 __all__ = ["SphereSet"]
@@ -123,3 +125,8 @@ class SphereSet(ShapeSet):
         center, radius = self.moved(index, time), self.radius[index]
         graze = surface_tolerance(start, radius)
         return sphere_blocks_segment(to, center - start, radius, graze)
+
+    def line_forms(self, index: Ints, rows: Ints, rays: BoxRays) -> SphereForms:
+        """See `ShapeSet.line_forms`."""
+        d = None if self.displacement is None else columns(self.displacement, index)
+        return sphere_forms(rows, rays, columns(self.center, index), d, self.radius[index])
