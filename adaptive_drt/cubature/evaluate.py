@@ -218,7 +218,7 @@ def _multi_node_means(
     place(shown, rows, light)
     color = np.array([grouped_sums(region, part * row, size) for row in shown])
     color += arms.middle * (center - color)
-    round_ = (star & (parts.item < plan.sphere_count)).nonzero()[0]
+    round_ = (star & ~plan.shapes.planar[parts.item]).nonzero()[0]
     if round_.size:
         gain = _limb_gains((slant, centers.slant), round_, arms, left, axes[round_])
         off = columns(color - center, round_)

@@ -22,7 +22,8 @@ class LightBounds:
 
     Attributes
     ----------
-    center : (3, 1) metres.
+    center : (3, 1) metres; of a light at infinity, a vector to it that is longer than all distances
+        in a scene, and that `to_center` returns for every point.
     radius : metres, of a ball around the centre that encloses the light.
     displacement : (3, 1) metres over the shutter, or None for a static light.
     span : the light's surface if two coordinates span it linearly, so that it emits to one side,

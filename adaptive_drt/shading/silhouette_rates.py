@@ -31,8 +31,8 @@ __all__ = [
 
 
 MIN_RELATIVE_DISTANCE = 2.0**-20
-"""Least distance from the point to an outline, as a fraction of the distance to the light; nearer
-outlines count as that near."""
+"""Least distance from the point to an outline, as a fraction of the distance to the light, or of
+that to the occluder where the light is at infinity; nearer outlines count as that near."""
 ROUNDING_ANGLE = 2.0**-48
 """Rounding error of directions to outlines and lights, in radians, an upper estimate. An outline
 that moves over the light by less than this across a patch lies where rounding puts it, and no

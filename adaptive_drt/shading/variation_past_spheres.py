@@ -51,9 +51,8 @@ def sphere_shadow_edges(
     tangent = np.sqrt(np.maximum(vv - r * r, 0.0))
     opening = np.arctan2(r, tangent)
     half = light.half_angle_along(toward, far)
-    rate, steps = outline_rates(
-        plan, light, patch, pairs, np.maximum(tangent, far * MIN_RELATIVE_DISTANCE), far
-    )
+    nearest = light.distance_or(far, np.sqrt(vv)) * MIN_RELATIVE_DISTANCE
+    rate, steps = outline_rates(plan, light, patch, pairs, np.maximum(tangent, nearest), far)
     shifts = outline_shifts(steps, toward, axis, rate, angle)
     within = shifts.sum(axis=0)
     whole = largest_shift(within) * patch.margin

@@ -30,13 +30,12 @@ __all__ = ["Plan", "make_plan"]
 
 
 EMBREE_CROSSOVER = 2_000
-"""Number of objects that fill their bounding spheres from which embree is used to find candidate
-occluders: it is then faster than NumPy arrays.
+"""Number of proxies from which embree finds candidate occluders faster than NumPy arrays do.
 
-Measured by `benchmarks/crossover.py`."""
+Measured by `benchmarks/crossover.py` with spheres."""
 EMBREE_MAX_LIGHT_SIZE = 4.0
 """Largest radius of a light, with its path, for which embree is used, in mean radii of the
-bounding spheres of the objects that fill them.
+objects that have proxies.
 
 Embree's proxies are inflated by the light's radius, so a ray towards a large light intersects many
 of them, and each hit costs one call."""
@@ -121,13 +120,12 @@ class Plan:
 
     def embree_finds(self, light: Emitter) -> bool:
         """Whether embree, rather than NumPy arrays, finds the candidate occluders of a light."""
-        proxied = self.shapes.proxied
-        if not self.embree or not proxied or not light.casts_shadow:
+        if not self.embree or not self.shapes.proxied or not light.casts_shadow:
             return False
         inflation = self.shadow_light(light).occluder_inflation
         if self.settings.accelerator == "EMBREE":
             return math.isfinite(inflation)
-        radius = self.shapes.bounding_spheres[1][:proxied]
+        radius = self.shapes.bounding_spheres[1][: self.shapes.proxied]
         return inflation <= EMBREE_MAX_LIGHT_SIZE * float(radius.mean())
 
     @property
@@ -142,11 +140,10 @@ class Plan:
 
     def summary(self) -> dict[str, Any]:
         """The compiled scene in figures, for the statistics."""
+        kinds = [f"{record.__name__.lower()}s" for record, _ in SHAPES]
+        counts = [shapes.count for shapes in self.shapes.sets]
         return {
-            **{
-                f"{record.__name__.lower()}s": kind.count
-                for (record, _), kind in zip(SHAPES, self.shapes.sets, strict=True)
-            },
+            **dict(zip(kinds, counts, strict=True)),
             "lights": len(self.lights),
             "penumbra": self.penumbra,
             "motion": self.motion,
@@ -279,7 +276,7 @@ def _skipped_effects(settings: Settings, motion: bool, objects: int) -> list[dic
 
 
 def _wants_embree(settings: Settings, proxied: int) -> bool:
-    """Whether embree may be used, by the setting and the number of objects with proxies."""
+    """Whether embree may be used, by the setting and the number of objects that have proxies."""
     if settings.accelerator == "AUTO":
         # without embreex the image is the same, but takes longer
         return proxied >= EMBREE_CROSSOVER and find_spec("embreex") is not None

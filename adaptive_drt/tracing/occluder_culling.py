@@ -62,10 +62,9 @@ class Occluders:
     def __init__(self, plan: Plan) -> None:
         """Compute the bounding spheres, and build embree's proxies for the lights that use them."""
         self._plan = plan
-        self.center, self.radius = plan.shapes.bounding_spheres
+        self.center, radius = plan.shapes.bounding_spheres
         d = plan.shapes.displacement
-        if d is not None:
-            self.radius = self.radius + 0.5 * np.sqrt(dot(d, d))
+        self.radius = radius if d is None else radius + 0.5 * np.sqrt(dot(d, d))
         self._planes = _FacePlanes.make(plan.shapes)
         self._proxies: dict[str, ProxyScene] = {}
         proxied = plan.shapes.proxied
@@ -108,7 +107,7 @@ class Occluders:
         first = 0
         parts: list[Pairs] = []
         if proxies is not None:
-            # embree would return objects that do not fill their bounding spheres for most rays
+            # where bounding spheres are too large, embree would return objects for most rays
             first = self._plan.shapes.proxied
             parts.append(self._kept(sight, self._around(sight, proxies)))
             to = light.to_center(surface.point)
