@@ -24,8 +24,12 @@ from ..numerics.gather import columns
 from ..numerics.vector import cross, dot
 from .camera import PinholeCamera
 from .implicit_surface import ImplicitSurface
+from .light_protocol import LightShape
 from .line_forms import BoxRays, LineForms
 from .pixel_coverage import PixelCoverage
+from .planar_faces import PlanarFaces
+from .receivers import Receivers
+from .sphere.light_occlusion import moving_sphere_may_shadow
 from .sphere.pixel_coverage import moving_sphere_coverage, sphere_coverage
 
 __all__ = ["MIN_PLANE_COSINE", "UNKNOWN_CURVATURE", "ShapeSet", "Span", "shutter_ends"]
@@ -168,6 +172,19 @@ class ShapeSet(ABC):
         reach = radius[index] * np.sqrt(dot(direction, direction))
         return middle - reach, middle + reach
 
+    @property
+    def faces(self) -> PlanarFaces | None:
+        """The planes of planar shapes; None for sets of other shapes."""
+        return None
+
+    @property
+    def inner_radii(self) -> Array:
+        """Radii (n,), metres, of balls inside the shapes, around the bounding spheres' centres.
+
+        All that such a ball hides from outside of it is hidden by the shape; 0 for no ball.
+        """
+        return np.zeros(self.count)
+
     def screen_span(self, camera: PinholeCamera) -> Span:
         """Bounds of the shapes on the screen over the shutter, in pixels.
 
@@ -213,6 +230,88 @@ class ShapeSet(ABC):
         """
         del index, turn
         return np.zeros_like(cosine)
+
+    def occlusion(
+        self,
+        index: Ints,
+        light: LightShape,
+        receivers: Receivers,
+        time: Array | float,
+        order: int,
+    ) -> tuple[Mask, Mask]:
+        """Whether shapes certainly hide nothing, or certainly all of a light from points.
+
+        Where a shape may hide a part, both are false; the default is false everywhere.
+
+        Parameters
+        ----------
+        light : the light as it casts shadows.  receivers : m points; their reach does not count.
+        time : shutter times of the light and the shapes, a number or (m,).  order : of jets.
+
+        Returns
+        -------
+        none, full : (m,) bool.
+        """
+        del light, receivers, time, order
+        none, full = np.zeros((2, index.size), dtype=np.bool_)
+        return none, full
+
+    def hides_from_patch(
+        self, index: Ints, light: LightShape, receivers: Receivers, time: float
+    ) -> Mask:
+        """Whether shapes that hide a light from the receivers' points do so from whole patches.
+
+        The default is nowhere.
+
+        Parameters
+        ----------
+        light : the light as it casts shadows.  receivers : m patches with a reach.
+        time : the shutter time of the light and the shapes.
+        """
+        del light, receivers, time
+        return np.zeros(index.size, dtype=np.bool_)
+
+    def may_shadow(self, index: Ints, light: LightShape, receivers: Receivers) -> Mask:
+        """Whether shapes may hide some of a light at rest from patches at some time: (m,).
+
+        The default follows from the bounding spheres and the paths of their centres.
+        """
+        center, r = (part.take(index, axis=-1) for part in self.bounding_spheres)
+        d = self.displacement
+        moved = np.zeros_like(center) if d is None else columns(d, index)
+        return moving_sphere_may_shadow(light, receivers, center, moved, r)
+
+    def casts_sharp_edge(
+        self, index: Ints, light: LightShape, receivers: Receivers, order: int
+    ) -> Mask:
+        """Whether shapes at mid-shutter may hide all of a light from one point of a patch and
+        nothing from another: (m,). The default is everywhere.
+
+        Parameters
+        ----------
+        light : the light as it casts shadows, or points of it.  order : of jets.
+        receivers : m patches of single pixels.
+        """
+        del light, receivers, order
+        return np.ones(index.size, dtype=np.bool_)
+
+    def hides_from_footprint(self, index: Ints, light: LightShape, receivers: Receivers) -> Mask:
+        """Whether shapes at mid-shutter certainly hide a point light from whole footprints: (m,).
+
+        The default is nowhere.
+        """
+        del light, receivers
+        return np.zeros(index.size, dtype=np.bool_)
+
+    def may_reach_light(self, index: Ints, light: LightShape) -> Mask:
+        """Whether shapes at mid-shutter may come within the light's radius of its centre: (m,).
+
+        The default follows from the bounding spheres.
+        """
+        center, r = (part.take(index, axis=-1) for part in self.bounding_spheres)
+        gap = light.to_center(center)
+        near: Mask = np.sqrt(dot(gap, gap)) <= r + light.radius
+        return near
 
     def closest_points(self, index: Ints, w: Array, time: Array | float) -> Array:
         """Ray parameters (m,) of the points of rays (3, m) that are nearest to shapes they miss.

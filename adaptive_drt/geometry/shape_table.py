@@ -11,6 +11,7 @@ import numpy as np
 
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.gather import columns
+from .planar_faces import NO_SOLID
 from .shape import ShapeSet
 
 __all__ = ["ShapeTable"]
@@ -129,6 +130,24 @@ class ShapeTable:
         parts = [each.bounding_spheres for each in self.sets]
         center = np.concatenate([each[0] for each in parts], axis=1)
         return center, np.concatenate([each[1] for each in parts])
+
+    @cached_property
+    def inner_radii(self) -> Array:
+        """Radii (n,), metres, of balls inside the objects: see `ShapeSet.inner_radii`."""
+        return np.concatenate([each.inner_radii for each in self.sets])
+
+    @cached_property
+    def solid(self) -> Ints:
+        """Number (n,) of the closed solid that each object is a face of, or `NO_SOLID`.
+
+        It is the number of the solid's first face.
+        """
+        parts = []
+        for shapes, first in zip(self.sets, self.firsts[:-1], strict=True):
+            faces = shapes.faces
+            own = np.full(shapes.count, NO_SOLID) if faces is None else faces.solid
+            parts.append(np.where(own == NO_SOLID, NO_SOLID, own + first))
+        return np.concatenate(parts)
 
     @cached_property
     def proxied(self) -> int:

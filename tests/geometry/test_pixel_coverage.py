@@ -85,6 +85,9 @@ class EnclosedSet(ShapeSet):
     def blocks(self, index, start, to, time):
         return self.spheres.blocks(index, start, to, time)
 
+    def line_forms(self, index, rows, rays):
+        return self.spheres.line_forms(index, rows, rays)
+
 
 def small_camera(pixel):
     """A camera whose pixels are squares of that size, one metre away."""

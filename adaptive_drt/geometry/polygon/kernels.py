@@ -18,6 +18,7 @@ from ...numerics.floats import TINY
 from ...numerics.vector import cross, dot
 
 __all__ = [
+    "EDGE_FUNCTION_OPERATIONS",
     "PlaneNormals",
     "distance_at_closest_approach",
     "distance_to_edge",
@@ -31,6 +32,10 @@ __all__ = [
     "snapped_height",
 ]
 
+EDGE_FUNCTION_OPERATIONS = 32
+"""Number of rounded operations behind one edge function w.plane.
+
+Its rounding error is at most so many unit roundoffs of |w| |plane|."""
 PlaneNormals: TypeAlias = tuple[Array, ...]
 """Normals (3, ...) of the planes through the origin and each edge of a polygon, inwards."""
 

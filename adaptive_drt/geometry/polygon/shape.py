@@ -23,10 +23,14 @@ from ...numerics.vector import cross, dot
 from ...scene.description import Quad
 from ..camera import PinholeCamera
 from ..implicit_surface import ImplicitPlane
+from ..light_protocol import LightShape
 from ..line_forms import BoxRays
 from ..pixel_coverage import PixelCoverage
+from ..planar_faces import NO_SOLID, PlanarFaces
+from ..receivers import Receivers
 from ..shape import ShapeSet, Span, shutter_ends
 from ..sphere.kernels import surface_tolerance
+from .closed_boxes import find_boxes, outward_sign
 from .kernels import (
     PlaneNormals,
     distance_to_quad,
@@ -37,6 +41,12 @@ from .kernels import (
     quad_blocks_segment,
     quad_edges,
     snapped_height,
+)
+from .light_occlusion import (
+    moving_polygon_may_shadow,
+    polygon_casts_sharp_edge,
+    polygon_hides_from_patch,
+    polygon_occlusion,
 )
 from .line_polynomials import (
     PolygonForms,
@@ -95,12 +105,15 @@ class PolygonSet(ShapeSet):
     ----------
     corner : (3, n) metres, the first vertex.
     edge_u, edge_v : (3, n) metres, the edges that leave it.
+    boxes : (n,) index of the first face of the closed box that each polygon is a face of, or
+        `NO_SOLID`; None if there are no boxes.
     """
 
     corner: Array
     edge_u: Array
     edge_v: Array
     displacement: Array | None
+    boxes: Ints | None = None
     planar: ClassVar[bool] = True
 
     @staticmethod
@@ -140,7 +153,7 @@ class PolygonSet(ShapeSet):
         )
 
     def take(self: Polygons, index: Ints) -> Polygons:
-        """The polygons selected by an index."""
+        """The polygons selected by an index, without their boxes."""
         q, u, v = (columns(each, index) for each in (self.corner, self.edge_u, self.edge_v))
         d = self.displacement
         return type(self)(q, u, v, None if d is None else columns(d, index))
@@ -151,6 +164,16 @@ class PolygonSet(ShapeSet):
         unit = cross(self.edge_u, self.edge_v)
         unit /= np.sqrt(dot(unit, unit))
         return unit
+
+    @cached_property
+    def faces(self) -> PlanarFaces:
+        """See `ShapeSet.faces`."""
+        q, u, v, normal = self.corner, self.edge_u, self.edge_v, self.unit_normal
+        solid = np.full(self.count, NO_SOLID) if self.boxes is None else self.boxes
+        if self.boxes is not None:
+            normal = normal * outward_sign(q, u, v, solid)
+        size = np.sqrt(np.minimum.reduce([dot(edge, edge) for edge in self.edges(q, u, v)[1]]))
+        return PlanarFaces(self.vertices(q, u, v), normal, size, self.displacement, solid)
 
     @property
     def bounding_spheres(self) -> tuple[Array, Array]:
@@ -249,6 +272,70 @@ class PolygonSet(ShapeSet):
         graze = surface_tolerance(start, np.sqrt(dot(q, q)))
         return quad_blocks_segment(to, planes, normal, snapped_height(height, normal, graze))
 
+    def occlusion(
+        self,
+        index: Ints,
+        light: LightShape,
+        receivers: Receivers,
+        time: Array | float,
+        order: int,
+    ) -> tuple[Mask, Mask]:
+        """See `ShapeSet.occlusion`. Edge functions are linear, so jets are not needed."""
+        del order
+        point = receivers.point
+        q = self.corners_at(index, time) - point
+        u, v = columns(self.edge_u, index), columns(self.edge_v, index)
+        planes, normal, height = self.planes(q, u, v)
+        height = snapped_height(height, normal, surface_tolerance(point, np.sqrt(dot(q, q))))
+        to = light.to_center(point, time)
+        if not light.extended:
+            block = quad_blocks_segment(to, planes, normal, height)
+            return ~block, block
+        vertices, edges = self.vertices(q, u, v), self.edges(q, u, v)
+        return polygon_occlusion(light, to, vertices, edges, planes, normal, height)
+
+    def hides_from_patch(
+        self, index: Ints, light: LightShape, receivers: Receivers, time: float
+    ) -> Mask:
+        """See `ShapeSet.hides_from_patch`."""
+        point = receivers.point
+        q = self.corners_at(index, time) - point
+        u, v = columns(self.edge_u, index), columns(self.edge_v, index)
+        planes, normal, height = self.planes(q, u, v)
+        to, edges = light.to_center(point, time), self.edges(q, u, v)
+        return polygon_hides_from_patch(light, to, receivers.reach, edges, planes, normal, height)
+
+    def may_shadow(self, index: Ints, light: LightShape, receivers: Receivers) -> Mask:
+        """See `ShapeSet.may_shadow`."""
+        u, v = columns(self.edge_u, index), columns(self.edge_v, index)
+        q = columns(self.corner, index) - receivers.point
+        d = self.displacement
+        corners = [q if d is None else q + time * columns(d, index) for time in SHUTTER_ENDS]
+        planes = [self.planes(corner, u, v)[0] for corner in corners]
+        to, edges = light.to_center(receivers.point), self.edges(np.zeros_like(q), u, v)
+        return moving_polygon_may_shadow(
+            light, to, receivers.reach, corners, edges, planes, cross(u, v)
+        )
+
+    def casts_sharp_edge(
+        self, index: Ints, light: LightShape, receivers: Receivers, order: int
+    ) -> Mask:
+        """See `ShapeSet.casts_sharp_edge`."""
+        del order
+        q = columns(self.corner, index) - receivers.point
+        u, v = columns(self.edge_u, index), columns(self.edge_v, index)
+        planes, normal, height = self.planes(q, u, v)
+        return polygon_casts_sharp_edge(
+            light, receivers, self.edges(q, u, v), planes, normal, height
+        )
+
+    def may_reach_light(self, index: Ints, light: LightShape) -> Mask:
+        """See `ShapeSet.may_reach_light`; from the distance to the polygon's plane."""
+        normal = cross(columns(self.edge_u, index), columns(self.edge_v, index))
+        height = dot(light.to_center(columns(self.corner, index)), normal)
+        near: Mask = np.abs(height) <= light.radius * np.sqrt(dot(normal, normal))
+        return near
+
     def closest_points(self, index: Ints, w: Array, time: Array | float) -> Array:
         """See `ShapeSet.closest_points`: here the hits on the polygons' planes."""
         q, u, v = (
@@ -316,7 +403,8 @@ class ParallelogramSet(PolygonSet):
                 [r.edge_v for r in records],
             )
         )
-        return cls(q - origin, u, v, displacement)
+        boxes = find_boxes(q - origin, u, v, displacement, [r.name for r in records])
+        return cls(q - origin, u, v, displacement, boxes)
 
     @staticmethod
     def vertices(q: Array, u: Array, v: Array) -> PlaneNormals:

@@ -15,10 +15,18 @@ from ...numerics.vector import dot
 from ...scene.description import Sphere
 from ..camera import PinholeCamera
 from ..implicit_surface import ImplicitSphere
+from ..light_protocol import LightShape
 from ..line_forms import BoxRays
 from ..pixel_coverage import PixelCoverage
+from ..receivers import Receivers
 from ..shape import ShapeSet
 from .kernels import intersect_sphere, sphere_blocks_segment, surface_tolerance
+from .light_occlusion import (
+    sphere_casts_sharp_edge,
+    sphere_hides_from_footprint,
+    sphere_hides_from_patch,
+    sphere_occlusion,
+)
 from .line_polynomials import SphereForms, sphere_forms
 from .pixel_coverage import moving_sphere_coverage, sphere_coverage
 
@@ -70,6 +78,11 @@ class SphereSet(ShapeSet):
     def bounding_spheres(self) -> tuple[Array, Array]:
         """The spheres themselves."""
         return self.center, self.radius
+
+    @property
+    def inner_radii(self) -> Array:
+        """The radii: spheres are balls themselves."""
+        return self.radius
 
     @property
     def curvature(self) -> Array:
@@ -130,3 +143,34 @@ class SphereSet(ShapeSet):
         """See `ShapeSet.line_forms`."""
         d = None if self.displacement is None else columns(self.displacement, index)
         return sphere_forms(rows, rays, columns(self.center, index), d, self.radius[index])
+
+    def occlusion(
+        self,
+        index: Ints,
+        light: LightShape,
+        receivers: Receivers,
+        time: Array | float,
+        order: int,
+    ) -> tuple[Mask, Mask]:
+        """See `ShapeSet.occlusion`."""
+        center = self.moved(index, time)
+        return sphere_occlusion(light, receivers, center, self.radius[index], time, order)
+
+    def hides_from_patch(
+        self, index: Ints, light: LightShape, receivers: Receivers, time: float
+    ) -> Mask:
+        """See `ShapeSet.hides_from_patch`."""
+        center = self.moved(index, time)
+        return sphere_hides_from_patch(light, receivers, center, self.radius[index], time)
+
+    def casts_sharp_edge(
+        self, index: Ints, light: LightShape, receivers: Receivers, order: int
+    ) -> Mask:
+        """See `ShapeSet.casts_sharp_edge`."""
+        center = columns(self.center, index)
+        return sphere_casts_sharp_edge(light, receivers, center, self.radius[index], order)
+
+    def hides_from_footprint(self, index: Ints, light: LightShape, receivers: Receivers) -> Mask:
+        """See `ShapeSet.hides_from_footprint`."""
+        center = columns(self.center, index)
+        return sphere_hides_from_footprint(light, receivers, center, self.radius[index])
