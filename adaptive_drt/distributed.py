@@ -34,7 +34,7 @@ from .tracing.intersect import Pairs, Surface, Tile, intersect_pairs, positions_
 from .tracing.occluder_culling import Occluders, all_pairs_unculled
 from .tracing.shadow_rays import batches_by_rank
 
-__all__ = ["ResolvedPixels", "resolve_tile"]
+__all__ = ["ResolvedPixels", "Resolver"]
 
 
 TEST_ALL_OBJECTS = 64
@@ -386,13 +386,3 @@ class _DistributedRays:
             item[row, sample],
             self.time[row, sample],
         )
-
-
-def resolve_tile(
-    plan: Plan, occluders: Occluders, tile: Tile, center: CenterRays, flags: DetectionFlags
-) -> ResolvedPixels:
-    """Resolve all pixels of a tile."""
-    resolver = Resolver(plan, occluders, tile, center, flags)
-    resolver.plain()
-    resolver.distributed()
-    return resolver.out

@@ -6,16 +6,15 @@ from __future__ import annotations
 import time
 from collections.abc import Generator
 from contextlib import closing
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field
 from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .cost_model import predicted_ratio
+from .cost_model import PixelCosts, affordable_pixels, measure_pixel_costs, predicted_ratio
 from .detection.detect import CenterRays, DetectionFlags, detect, flag_everywhere, trace_center_rays
-from .detection.occlusion import LightVisibility
-from .distributed import ResolvedPixels, Resolver, resolve_tile
+from .distributed import ResolvedPixels, Resolver
 from .exact import ExactRender
 from .image.schedule import StageTimer
 from .parallel.call_progress import progress_range, report_progress
@@ -25,7 +24,7 @@ from .scene.description import Issue, Scene, checked_camera, validate
 from .scene.film import Film
 from .scene.settings import Settings
 from .tracing.compile import Plan, make_plan
-from .tracing.intersect import Pairs, Tile, find_candidates, screen_bounds
+from .tracing.intersect import Tile, find_candidates, screen_bounds
 from .tracing.occluder_culling import Occluders
 
 __all__ = ["Progress", "render", "render_image"]
@@ -41,9 +40,6 @@ WORKERS_PIXELS = 32_768
 CAMERA_RAYS_DONE, DETECTION_DONE, PENUMBRAE_DONE = 0.05, 0.3, 0.6
 """Fractions of the work of a tile that are done after its camera rays, after detection and after
 penumbrae, roughly; for a progress bar."""
-TIMING_PIXELS = 8_192
-"""Number of pixels of the plain pass that measures t'n: enough that the overhead of NumPy calls
-does not dominate."""
 
 Result = TypeVar("Result")
 
@@ -109,9 +105,13 @@ def render(scene: Scene, settings: Settings | None = None) -> Generator[Progress
             yield Progress(most, size, stage, film)
     film.stats = totals.statistics(plan, film, scene.issues + _scene_warnings(plan))
     if settings.method == "RAYS":
-        with closing(run_in_thread(_measure_pixel_seconds, plan, occluders)) as measuring:
-            sample = yield from _await_call(measuring, "Measuring", film, most)
-        _add_cost_model(film, totals, sample)
+        pixels = _sample_size(plan, totals, time.perf_counter() - began)
+        costs = None
+        if pixels:
+            call = run_in_thread(measure_pixel_costs, plan, occluders, pixels)
+            with closing(call) as measuring:
+                costs = yield from _await_call(measuring, "Measuring", film, most)
+        film.stats |= _cost_model(plan, film, costs)
     totals.finish(film, began)
     return film
 
@@ -284,53 +284,33 @@ def _scene_warnings(plan: Plan) -> tuple[Issue, ...]:
     return tuple(advice)
 
 
-def _measure_pixel_seconds(plan: Plan, occluders: Occluders) -> tuple[float, float]:
-    """Measure the time of a pixel traced without derivatives, and of its shading alone.
-
-    It is measured on a sample of the picture's rows.
-
-    Returns
-    -------
-    plain : seconds a pixel without results of detection: one camera ray, one ray a light.
-    shading : seconds to shade a pixel whose lights are known to be visible.
-    """
-    settings = replace(plan.settings, distribution="EVERYWHERE", light_rays=1)
-    plain = replace(plan, settings=settings, penumbra=False, motion=False, edges=False)
+def _sample_size(plan: Plan, totals: _Statistics, seconds: float) -> int:
+    """Number of pixels whose costs are measured after a render of so many seconds; 0 for none."""
+    if plan.settings.distribution == "EVERYWHERE":
+        return 0
+    stages = totals.seconds.items()
+    traced = sum(s for stage, s in stages if stage == "camera rays" or stage.startswith("detect"))
     left, bottom, right, top = plan.region
-    rows = max(1, min(top - bottom, TIMING_PIXELS // (right - left)))
-    tile = Tile.make(plain, 0, max(1, (top - bottom) // rows))
-    bounds = screen_bounds(plan)
-    clock = StageTimer()
-    center = trace_center_rays(plain, tile.x, tile.y, find_candidates(plain, bounds, tile))
-    flags = flag_everywhere(plain, center)
-    resolve_tile(plain, occluders, tile, center, flags)
-    clock("plain")
-    none = np.zeros(center.rows.size, dtype=np.bool_)
-    nothing = np.zeros(0, dtype=np.int64)
-    known = LightVisibility(none, none, none, Pairs(nothing, nothing))
-    shadows = (known,) * len(plain.lights)
-    resolve_tile(plain, occluders, tile, center, replace(flags, shadows=shadows))
-    clock("shading")
-    count = tile.index.size
-    return clock.seconds["plain"] / count, clock.seconds["shading"] / count
+    return affordable_pixels(plan, seconds, traced / ((right - left) * (top - bottom)))
 
 
-def _add_cost_model(film: Film, totals: _Statistics, sample: tuple[float, float]) -> None:
-    """Write a, b, c and the prediction of equation 10 into the statistics.
+def _cost_model(plan: Plan, film: Film, costs: PixelCosts | None) -> dict[str, Any]:
+    """The figures a, b, c of the paper's cost model and the prediction of equation 10.
 
-    b is t_n over t'_n: the time of camera ray, detection and shading, nothing distributed, over
-    that of a pixel of the plain tracer. Where rays are distributed everywhere no derivatives are
-    computed: b = 1.
+    Figures that are not measured are None. Where rays are distributed everywhere no derivatives
+    are computed, so b is 1.
     """
-    plain, shading = sample
-    pixels = film.mask[0].size
     flagged = film.mask.any(axis=0)
-    a = float(flagged.sum()) / pixels
+    a = float(flagged.mean())
     c = float(film.samples[flagged].mean()) if flagged.any() else 1.0
-    detection = sum(s for stage, s in totals.seconds.items() if stage.startswith("detect"))
-    b = 1.0
-    if detection and plain > 0.0:
-        traced = totals.seconds.get("camera rays", 0.0) + detection
-        b = (traced / pixels + shading) / plain
-    film.stats.update(a=a, b=b, c=c, predicted_ratio=predicted_ratio(a, b, c))
-    film.stats["pixel_seconds"] = {"plain": plain, "shading": shading}
+    b, spread = (costs.b, costs.spread) if costs is not None else (None, None)
+    if plan.settings.distribution == "EVERYWHERE":
+        b, spread = 1.0, 0.0
+    return {
+        "a": a,
+        "b": b,
+        "b_spread": spread,
+        "c": c,
+        "predicted_ratio": None if b is None else predicted_ratio(a, b, c),
+        "pixel_seconds": None if costs is None else costs.summary(),
+    }
