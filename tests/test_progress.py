@@ -107,7 +107,7 @@ def test_the_bar_moves_in_a_heap_of_balls(method, monkeypatch):
             stages.append(progress.stage)
     times.append(time.monotonic())
     longest = float(np.diff(times).max()) / (times[-1] - times[0])
-    looks = stages.count("Looking at squares" if method == "EXACT" else "Tracing rays")
+    looks = stages.count("First pass" if method == "EXACT" else "Tracing rays")
     print(f"{len(places)} places, {looks} of them at first; longest at one: {longest:.2f}")
     assert longest < STANDS
     assert 0.0 <= min(parts) and max(parts) <= 1.0 + 1e-9
