@@ -28,6 +28,7 @@ from .parallel.call_progress import progress_range, report_progress
 from .parallel.executor import CallProgress, RenderExecutor
 from .parallel.pool import Call, SharedArguments
 from .scene.film import Film
+from .shading.direct_light import diffuse_brdf, irradiance
 from .shading.ratio_estimator import (
     CHUNK,
     gather_light,
@@ -227,10 +228,10 @@ class Resolver:
         keep = (~(mask[1, center.rows] | mask[2, center.rows])).nonzero()[0]
         rows = center.rows[keep]
         hits = center.hits.take(keep)
-        total = np.zeros((3, rows.size))
-        for index, light in enumerate(plan.lights):
-            factor = self._direct(index, light, hits, keep, rows)
-            total += light.power[:, None] * factor
+        factors = (
+            self._direct(index, light, hits, keep, rows) for index, light in enumerate(plan.lights)
+        )
+        total = irradiance(plan.lights, factors, rows.size)
         self.out.color[:, rows] = columns(plan.color, hits.item) * total / np.pi
         self.out.alpha[rows] = 1.0
         self.out.count("camera", self.tile.index.size)
@@ -241,7 +242,7 @@ class Resolver:
         """Irradiance factors (n,) of one light at hits of camera rays through pixel centres."""
         plan = self.plan
         shape = plan.shadow_light(light)
-        factor = unoccluded_factor(light, shape, light.center, hits)
+        factor = unoccluded_factor(light, shape, light.to_center(hits.point), hits)
         if not light.casts_shadow:
             return factor
         if self.flags.shadows:
@@ -348,30 +349,51 @@ class Resolver:
         at = rays.pixel[rows]
         item = self.center.item_still[at]
         hits = surface(plan, columns(self.center.w, at), self.center.depth_still[at], item)
-        for index, light in enumerate(plan.lights):
-            shape = plan.shadow_light(light)
-            pairs, blocked = self._busy_pairs(shape, hits)
-            factor = np.zeros(rows.size)
-            busy = np.zeros(rows.size, dtype=np.bool_)
-            busy[pairs.pixel] = True
-            busy |= light.displacement is not None
-            busy &= ~blocked
-            calm = (~busy & ~blocked).nonzero()[0]
-            rest = hits.take(calm)
-            known = unoccluded_factor(light, shape, light.center, rest)
-            factor[calm] = known * kept[rows[calm]].sum(axis=1)
-            some = busy.nonzero()[0]
-            spots = None
-            if shape.extended:
-                pixel = self.tile.index[at[some]]
-                spots = light_points(plan, pixel, index, rays.count, light_rays)
-            part, when, used = hits.take(some), rays.time[rows[some]], kept[rows[some]]
-            sums = gather_light(plan, part, light, pairs.of(some, rows.size), spots, when, used)
-            self.out.count("light", some.size * rays.count * light_rays)
-            factor[some] = sums.estimate()
-            total[:, rows] += light.power[:, None] * factor
-        total[:, rows] *= columns(plan.color, item) / np.pi
+        factors = (
+            self._kept_factors(index, rays, rows, hits, kept, light_rays)
+            for index in range(len(plan.lights))
+        )
+        total[:, rows] = irradiance(plan.lights, factors, rows.size) * diffuse_brdf(plan, item)
         return total
+
+    def _kept_factors(
+        self,
+        index: int,
+        rays: _DistributedRays,
+        rows: Ints,
+        hits: Surface,
+        kept: Mask,
+        light_rays: int,
+    ) -> Array:
+        """Irradiance factors (m,) of one light at hits of camera rays, summed over samples.
+
+        Parameters
+        ----------
+        index : number of the light.  rows : (m,) the pixels of the hits.
+        kept : (n, k) which samples of all pixels hit the same surface as the camera ray.
+        """
+        plan, light = self.plan, self.plan.lights[index]
+        shape = plan.shadow_light(light)
+        pairs, blocked = self._busy_pairs(shape, hits)
+        factor = np.zeros(rows.size)
+        busy = np.zeros(rows.size, dtype=np.bool_)
+        busy[pairs.pixel] = True
+        busy |= light.displacement is not None
+        busy &= ~blocked
+        calm = (~busy & ~blocked).nonzero()[0]
+        rest = hits.take(calm)
+        known = unoccluded_factor(light, shape, light.to_center(rest.point), rest)
+        factor[calm] = known * kept[rows[calm]].sum(axis=1)
+        some = busy.nonzero()[0]
+        spots = None
+        if shape.extended:
+            pixel = self.tile.index[rays.pixel[rows[some]]]
+            spots = light_points(plan, pixel, index, rays.count, light_rays)
+        part, when, used = hits.take(some), rays.time[rows[some]], kept[rows[some]]
+        sums = gather_light(plan, part, light, pairs.of(some, rows.size), spots, when, used)
+        self.out.count("light", some.size * rays.count * light_rays)
+        factor[some] = sums.estimate()
+        return factor
 
     def _busy_pairs(self, shape: Emitter, hits: Surface) -> tuple[Pairs, Mask]:
         """Occluders whose shadow on hits may be partial or change, and which hits are fully
@@ -400,28 +422,43 @@ class Resolver:
         total = np.zeros((3, n))
         if not row.size:
             return total
-        color = columns(plan.color, flat.item) / np.pi
+        factors = (
+            self._flat_factors(index, rays, flat, row, sample, light_rays)
+            for index in range(len(plan.lights))
+        )
+        return irradiance(plan.lights, factors, n)
+
+    def _flat_factors(
+        self,
+        index: int,
+        rays: _DistributedRays,
+        flat: Surface,
+        row: Ints,
+        sample: Ints,
+        light_rays: int,
+    ) -> Array:
+        """BRDF times irradiance factor (3, n) of one light, summed over samples of n pixels."""
+        plan, light, n = self.plan, self.plan.lights[index], rays.pixel.size
+        brdf = diffuse_brdf(plan, flat.item)
         time = rays.time[row, sample][:, None]
-        for index, light in enumerate(plan.lights):
-            shape = plan.shadow_light(light)
-            pairs = (
-                self._patch_pairs(shape, flat, row) if self.lean else self._plain_pairs(shape, flat)
+        shape = plan.shadow_light(light)
+        pairs = self._patch_pairs(shape, flat, row) if self.lean else self._plain_pairs(shape, flat)
+        spots = None
+        if shape.extended:
+            pixel = self.tile.index[rays.pixel]
+            a, b = light_points(plan, pixel, index, rays.count, light_rays)
+            cells = (n, rays.count, light_rays)
+            spots = a.reshape(cells)[row, sample], b.reshape(cells)[row, sample]
+        sums = gather_light(plan, flat, light, pairs, spots, time)
+        self.out.count("light", row.size * light_rays)
+        parts = np.empty((3, n))
+        for channel in range(3):
+            closed, every, visible = (
+                _grouped_sums(row, brdf[channel] * part[:, 0], n)
+                for part in (sums.closed, sums.every, sums.visible)
             )
-            spots = None
-            if shape.extended:
-                pixel = self.tile.index[rays.pixel]
-                a, b = light_points(plan, pixel, index, rays.count, light_rays)
-                cells = (n, rays.count, light_rays)
-                spots = a.reshape(cells)[row, sample], b.reshape(cells)[row, sample]
-            sums = gather_light(plan, flat, light, pairs, spots, time)
-            self.out.count("light", row.size * light_rays)
-            for channel in range(3):
-                closed, every, visible = (
-                    _grouped_sums(row, color[channel] * part[:, 0], n)
-                    for part in (sums.closed, sums.every, sums.visible)
-                )
-                total[channel] += light.power[channel] * ratio_estimate(closed, every, visible)
-        return total
+            parts[channel] = ratio_estimate(closed, every, visible)
+        return parts
 
     def _patch_pairs(self, shape: Emitter, flat: Surface, row: Ints) -> Pairs:
         """Candidate occluders of samples, found once for a ball around each pixel's samples.

@@ -25,8 +25,9 @@ from matplotlib.patches import Ellipse
 
 from adaptive_drt.cubature.nodes import make_nodes, rotation_index
 from adaptive_drt.detection.occlusion import classify_light_visibility
-from adaptive_drt.geometry.sphere import discriminant
+from adaptive_drt.geometry.sphere.kernels import discriminant
 from adaptive_drt.numerics.arrays import Array
+from adaptive_drt.numerics.axes import TIME
 from adaptive_drt.numerics.jet import Jet
 from adaptive_drt.numerics.low_discrepancy import low_discrepancy_points
 from adaptive_drt.numerics.taylor_range import interval_range, rectangle_range
@@ -38,7 +39,7 @@ from adaptive_drt.tracing.compile import Plan
 from adaptive_drt.tracing.intersect import Pairs, surface
 from adaptive_drt.tracing.occluder_culling import Occluders
 from adaptive_drt.visibility.fragments import Boxes, find_fragments
-from adaptive_drt.visibility.line_intervals import TIME, Lattice, hit_intervals
+from adaptive_drt.visibility.line_intervals import Lattice, hit_intervals
 from adaptive_drt.visibility.polynomials import make_polynomials
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -188,7 +189,7 @@ def light(plan: Plan, film: Film) -> plt.Figure:
     item, depth = seen_at(plan, np.array([x + 0.5]), np.array([y + 0.5]), np.zeros(1))
     point = surface(plan, w, depth, item)
     pairs = classify_light_visibility(plan, point, emitter, occluders.find(emitter, point)).pairs
-    open_ = unoccluded_factor(emitter, emitter, emitter.center, point)
+    open_ = unoccluded_factor(emitter, emitter, emitter.to_center(point.point), point)
     closed = open_.copy()
     apply_occluders(plan, point, emitter, pairs, 0.0, closed)
     figure, axes = plt.subplots(1, 2, figsize=(9, 3.5))
@@ -221,7 +222,7 @@ def _light_plane(plan: Plan, point: Array, pairs: Pairs, axis: Axes) -> None:
     emitter = plan.lights[0]
 
     def sign(u: Array, v: Array) -> Array:
-        to = emitter.center - point + u * emitter.half_u + v * emitter.half_v
+        to = emitter.to_center(point) + u * emitter.span.half_u + v * emitter.span.half_v
         way = plan.spheres.center[:, :, None] - point[:, :, None]
         balls = pairs.item[pairs.item < plan.sphere_count]
         return np.max([discriminant(to, way[:, k], plan.spheres.radius[k]) for k in balls], axis=0)

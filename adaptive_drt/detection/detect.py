@@ -8,26 +8,26 @@ domain a test bounds what may change within it; a pixel is flagged unless nothin
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
 
 from ..numerics.arrays import Array, Ints, Mask
+from ..numerics.axes import SHUTTER_ENDS
 from ..numerics.gather import columns
 from ..numerics.vector import dot
 from ..parallel.call_progress import iterate_with_progress, progress_range
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs, Surface, curvature, intersect_pairs, nearest_hits, surface
 from ..tracing.occluder_culling import Occluders
-from .edges import EdgeTest, detect_edges, half_pixel
+from .edges import EdgeTest, detect_edges
 from .moving_shadows import light_changes, patch_light_changes
-from .moving_silhouettes import SHUTTER_ENDS, detect_moving_silhouettes, moves_under_fixed_ray
+from .moving_silhouettes import detect_moving_silhouettes, moves_under_fixed_ray
 from .occlusion import (
     LightVisibility,
     classify_horizon,
     classify_light_visibility,
-    fully_above_horizon,
 )
 from .shadow_discontinuities import detect_shadow_edges, detect_steep_irradiance, patch_reach
 from .swept_occlusion import classify_patches
@@ -254,16 +254,13 @@ def detect_smooth_blocks(
         hidden[-1][center.rows[rows]] = blocked
         lit = np.ones(rows.size, dtype=np.bool_)
         lit[candidates.pixel[~none]] = False
-        places = [
-            light.moved(time)
-            for time in (SHUTTER_ENDS if light.displacement is not None else (0.0,))
-        ]
         whole, dark = np.ones((2, rows.size), dtype=np.bool_)
-        for place in places:
+        for time in SHUTTER_ENDS if light.displacement is not None else (0.0,):
             # both tests are linear in the light's position, so its ends decide for its whole path
-            lit &= ~detect_steep_irradiance(replace(light, center=place), hits, reach)
-            whole &= fully_above_horizon(light, place, hits, reach, bend)
-            dark &= classify_horizon(light, place, hits, reach, bend)[0]
+            to = light.to_center(hits.point, time)
+            lit &= ~detect_steep_irradiance(light, hits, reach, time=time)
+            whole &= light.is_above_horizon(to, hits.point, hits.normal, reach, bend)
+            dark &= classify_horizon(light, to, hits, reach, bend)[0]
         dull &= blocked | (lit & (whole | dark))
         if light.displacement is not None:
             moving[center.rows[rows]] |= ~(dark | blocked)
@@ -309,7 +306,8 @@ def _detect_light(
         mask[0, rows] |= shadow.partial & plan.penumbra
         clock("detect penumbrae")
         if plan.edges:
-            dark = classify_horizon(shape, shape.center, hits, reach, curvature(plan, hits))[0]
+            to = shape.to_center(hits.point)
+            dark = classify_horizon(shape, to, hits, reach, curvature(plan, hits))[0]
             open_ = ~dark & ~mask[2, rows]
             live = candidates.take(open_[candidates.pixel])
             with progress_range(OCCLUSION_CLASSIFIED, 1.0):
@@ -335,7 +333,7 @@ def _reach_bounds(plan: Plan, center: CenterRays, test: EdgeTest) -> tuple[Array
     deep = np.zeros(center.depth.size)
     t = center.depth[pairs.pixel[own]]
     deep[pairs.pixel[own]] = np.maximum(test.far[own] - t, t - test.near[own])
-    h = half_pixel(plan)
+    h = plan.lens.half_pixel
     across = (center.depth[rows] + deep[rows]) * h
     by_depth = np.maximum(deep[rows], 0.0) * (np.sqrt(dot(w, w)) + h) + across
     return patch_reach(plan, center.hits, w), by_depth
@@ -358,9 +356,9 @@ def _light_changes_at_silhouettes(
         return changes
     w = columns(center.w, pairs.pixel[rows])
     near, far = test.near[rows], test.far[rows]
-    length = np.sqrt(dot(w, w)) + half_pixel(plan)
+    length = np.sqrt(dot(w, w)) + plan.lens.half_pixel
     with np.errstate(over="ignore", invalid="ignore"):
-        reach = 0.5 * (far - near) * length + far * half_pixel(plan)
+        reach = 0.5 * (far - near) * length + far * plan.lens.half_pixel
     # no finite ball bounds a surface that is seen edge-on
     endless = ~(np.abs(reach) < UNBOUNDED_REACH)
     changes[pairs.pixel[rows[endless]]] = True

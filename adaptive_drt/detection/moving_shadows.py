@@ -9,16 +9,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..geometry.parallelogram import edge_planes
-from ..geometry.sphere import cone_overlap
-from ..lights.emitter import QUAD, Emitter, view_cone
+from ..geometry.polygon.kernels import edge_planes
+from ..geometry.sphere.kernels import cone_overlap
+from ..lights.emitter import Emitter
 from ..numerics.arrays import Array, Mask
+from ..numerics.axes import SHUTTER_ENDS
 from ..numerics.floats import TINY
 from ..numerics.gather import columns
+from ..numerics.taylor_range import clip_positive
 from ..numerics.vector import cross, dot
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs, Surface, curvature
-from .moving_silhouettes import SHUTTER_ENDS, clip_positive
 from .occlusion import classify_horizon, classify_occluders
 
 __all__ = ["light_changes", "patch_light_changes"]
@@ -37,7 +38,8 @@ def light_changes(plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, re
     bend = curvature(plan, surface)
     if light.displacement is not None:
         return _changes_of_moving_light(plan, surface, light, pairs.take(~moving), reach, bend)
-    live = ~classify_horizon(light, light.center, surface, reach, bend)[0][pairs.pixel]
+    dark = classify_horizon(light, light.to_center(surface.point), surface, reach, bend)[0]
+    live = ~dark[pairs.pixel]
     changes = np.zeros(surface.item.size, dtype=np.bool_)
     candidates = pairs.take(moving & live)
     if not candidates.item.size:
@@ -104,7 +106,7 @@ def _spheres_hide_from_patch(
     point = columns(surface.point, pairs.pixel)
     r = plan.spheres.radius[pairs.item] - reach
     v = plan.spheres.moved(pairs.item, time) - point
-    cone = view_cone(light, light.moved(time), point)
+    cone = light.view_cone(light.to_center(point, time))
     _, cover, tangent = cone_overlap(cone.axis, cone.cosine, cone.sine, v, r)
     hides: Mask = cover & (r > 0.0) & (tangent + reach <= cone.near)
     return hides
@@ -120,23 +122,15 @@ def _quads_hide_from_patch(
     ids = pairs.item - plan.sphere_count
     u, v = columns(plan.quads.edge_u, ids), columns(plan.quads.edge_v, ids)
     point = columns(surface.point, pairs.pixel)
-    q = plan.quads.moved(ids, time) - point
+    q = plan.quads.corners_at(ids, time) - point
     planes, normal, height = edge_planes(q, u, v)
-    to = light.moved(time) - point
+    to = light.to_center(point, time)
     hides: Mask = height > reach * _length(normal)
-    hides &= dot(to, normal) - height > _half_extent(light, normal)
+    hides &= dot(to, normal) - height > light.extent(normal)
     for plane, corner, edge in zip(planes, (q, q, q + u, q + v), (v, u, v, u), strict=True):
         shift = reach * (_length(cross(to - corner, edge)) + light.radius * _length(edge))
-        hides &= dot(to, plane) - _half_extent(light, plane) > shift
+        hides &= dot(to, plane) - light.extent(plane) > shift
     return hides
-
-
-def _half_extent(light: Emitter, plane: Array) -> Array:
-    """Largest |(L - centre).plane| over points L of a light, for vectors `plane` (3, n)."""
-    if light.kind == QUAD:
-        extent: Array = np.abs(dot(light.half_u, plane)) + np.abs(dot(light.half_v, plane))
-        return extent
-    return light.radius * _length(plane)
 
 
 def _changes_of_moving_light(
@@ -144,7 +138,8 @@ def _changes_of_moving_light(
 ) -> Mask:
     """Whether the light of a moving light may change: (n,). `pairs` are occluders at rest."""
     dark = [
-        classify_horizon(light, light.moved(time), surface, reach, bend)[0] for time in SHUTTER_ENDS
+        classify_horizon(light, light.to_center(surface.point, time), surface, reach, bend)[0]
+        for time in SHUTTER_ENDS
     ]
     changes = ~(dark[0] & dark[1])
     always = _always_hidden(plan, surface, light, pairs, reach)
@@ -177,15 +172,17 @@ def _moving_spheres_may_shadow(
     spheres = plan.spheres
     assert spheres.displacement is not None
     d = columns(spheres.displacement, pairs.item)
-    v = columns(spheres.center, pairs.item) - columns(surface.point, pairs.pixel)
+    point = columns(surface.point, pairs.pixel)
+    v = columns(spheres.center, pairs.item) - point
     r = spheres.radius[pairs.item]
-    w = light.center - columns(surface.point, pairs.pixel)
+    w = light.to_center(point)
     ww = np.maximum(dot(w, w), TINY)
     at = [dot(v + t * d, w) for t in SHUTTER_ENDS]
     latest = np.clip((np.maximum(at[0], at[1]) + r * np.sqrt(ww)) / ww, 0.0, 1.0)
     wide = r + reach + latest * light.radius
     gap = _segment_distance(v - 0.5 * d, d, w)
-    slack = SEGMENT_DISTANCE_ROUNDING * (wide + np.sqrt(ww))
+    scale = light.distance_or(np.sqrt(ww), _length(v) + _length(d))
+    slack = SEGMENT_DISTANCE_ROUNDING * (wide + scale)
     touched: Mask = gap <= wide + slack
     return touched
 
@@ -240,7 +237,7 @@ def _moving_quads_may_shadow(
     )
     point = columns(surface.point, pairs.pixel)
     q = columns(quads.corner, ids) - point
-    to = light.center - point
+    to = light.to_center(point)
     normal = cross(u, v)
     size = _length(normal)
     sides = [dot(q + t * d, normal) for t in SHUTTER_ENDS]
@@ -257,7 +254,7 @@ def _moving_quads_may_shadow(
             )
             if k > 1:
                 widen = widen + reach * size
-            values.append(dot(to, planes[k]) + _half_extent(light, planes[k]) + widen)
+            values.append(dot(to, planes[k]) + light.extent(planes[k]) + widen)
         first, last = clip_positive(first, last, values[0], values[1])
     side = np.where(sides[0] < 0.0, -1.0, 1.0)
     across = side * dot(to, normal) + light.radius * size + reach * size

@@ -13,8 +13,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..geometry.parallelogram import PlaneNormals, edge_planes, quad_blocks_segment, snapped_height
-from ..geometry.sphere import (
+from ..geometry.polygon.kernels import (
+    PlaneNormals,
+    edge_planes,
+    quad_blocks_segment,
+    snapped_height,
+)
+from ..geometry.sphere.kernels import (
     cone_overlap,
     discriminant,
     discriminant_rounding,
@@ -22,8 +27,8 @@ from ..geometry.sphere import (
     sphere_blocks_segment,
     surface_tolerance,
 )
-from ..lights.emitter import POINT, QUAD, Emitter, ViewCone, height_above_quad_light, view_cone
-from ..lights.form_factor import QUAD_CORNERS
+from ..lights.bounds import LightBounds, LinearSpan, ViewCone
+from ..lights.emitter import Emitter
 from ..numerics.arrays import Array, Mask
 from ..numerics.floats import TINY, UNIT_ROUNDOFF
 from ..numerics.gather import columns
@@ -40,7 +45,6 @@ __all__ = [
     "classify_horizon",
     "classify_light_visibility",
     "classify_occluders",
-    "fully_above_horizon",
 ]
 
 
@@ -78,7 +82,7 @@ def classify_light_visibility(
     light : as it casts shadows (`Plan.shadow_light`).  pairs : candidate occluders.
     time : shutter times of the points, a number or (n,).
     """
-    dark, horizon = classify_horizon(light, light.moved(time), surface)
+    dark, horizon = classify_horizon(light, light.to_center(surface.point, time), surface)
     live = pairs.take(~dark[pairs.pixel])
     when = time[live.pixel] if isinstance(time, np.ndarray) else time
     none, full = classify_occluders(plan, surface, light, live, when)
@@ -88,89 +92,27 @@ def classify_light_visibility(
     partial = np.zeros(dark.size, dtype=np.bool_)
     partial[kept.pixel] = True
     partial |= horizon & ~blocked
-    if light.kind == POINT or not light.casts_shadow:
+    if not light.extended or not light.casts_shadow:
         partial[:] = False
     return LightVisibility(dark, blocked, partial, kept)
 
 
 def classify_horizon(
     light: Emitter,
-    center: Array,
+    to: Array,
     surface: Surface,
     reach: Array | float = 0.0,
     bend: Array | float = 0.0,
 ) -> tuple[Mask, Mask]:
     """Where a light contributes nothing, and where the point's horizon cuts it: (n,) each.
 
-    Parameters
-    ----------
-    center : (3, 1) or (3, n) the light's centre, metres.
-    reach : (n,) metres; the first answer then holds for all surface points within it of each point.
-    bend : (n,) curvature of the surfaces, 1 / m; 0 for planes.
+    The parameters are those of `Emitter.horizon`.
     """
-    to = center - surface.point
-    # a light that lies in the horizon up to rounding contributes nothing
-    graze = surface_tolerance(surface.point, light.radius)
-    if light.kind == QUAD:
-        heights = [
-            dot(surface.normal, to + su * light.half_u + sv * light.half_v)
-            for su, sv in QUAD_CORNERS
-        ]
-        low, high = heights[0], heights[0]
-        for height in heights[1:]:
-            low, high = np.minimum(low, height), np.maximum(high, height)
-        behind = height_above_quad_light(light, to, surface.point) <= -reach
-        dark = behind | (high <= graze - _height_variation(light, to, reach, bend))
-        # a surface in the plane of the light receives nothing from it
-        dark |= light.touches(surface.item)
-        return dark, ~dark & (low <= graze)
-    if light.kind == POINT:
-        dark = ~(dot(surface.normal, to) > graze - _height_variation(light, to, reach, bend))
-        return dark, np.zeros_like(dark)
-    cone = view_cone(light, center, surface.point)
-    height = dot(surface.normal, cone.axis)
-    distance = np.maximum(cone.distance, TINY)
-    tilt, graze = _height_variation(light, to, reach, bend) / distance, graze / distance
-    dark = height <= -cone.sine - tilt + graze
-    return dark, ~dark & (height < cone.sine + graze)
-
-
-def fully_above_horizon(
-    light: Emitter, center: Array, surface: Surface, reach: Array, bend: Array
-) -> Mask:
-    """Where all of a light is above the horizon of all surface points within reach: (n,) bool.
-
-    A quad light must also face all of them. The parameters are those of `classify_horizon`.
-    """
-    to = center - surface.point
-    tilt = _height_variation(light, to, reach, bend) + surface_tolerance(
-        surface.point, light.radius
-    )
-    low = dot(surface.normal, to)
-    if light.kind == QUAD:
-        low -= np.abs(dot(surface.normal, light.half_u))
-        low -= np.abs(dot(surface.normal, light.half_v))
-        whole: Mask = (low > tilt) & (height_above_quad_light(light, to, surface.point) > reach)
-    else:
-        whole = low > tilt + (0.0 if light.kind == POINT else light.radius)
-    return whole
-
-
-def _height_variation(
-    light: Emitter, to: Array, reach: Array | float, bend: Array | float
-) -> Array:
-    """Bound on the change of a light's height above the tangent plane within reach: (n,) metres.
-
-    On a plane the height does not change. On a sphere of centre C and radius r the height of a
-    point L is n.(L - C) - r, and the normal n turns by reach / r.
-    """
-    if isinstance(reach, float) and reach == 0.0:
-        return np.zeros(to.shape[1:])
-    turn = np.minimum(reach * bend, 2.0)
-    safe = np.where(np.asarray(bend) > 0.0, bend, 1.0)
-    radius = np.where(np.asarray(bend) > 0.0, 1.0 / safe, 0.0)
-    tilt: Array = turn * (np.sqrt(dot(to, to)) + light.radius + radius)
-    return tilt
+    dark, cut = light.horizon(to, surface.point, surface.normal, reach, bend)
+    if light.coplanar is not None:
+        edge_on = light.edge_on(surface.item)
+        dark, cut = dark | edge_on, cut & ~edge_on
+    return dark, cut
 
 
 def classify_occluders(
@@ -201,26 +143,28 @@ def classify_occluders(
             done += rows.size
             chosen = pairs.take(rows)
             when = time[rows] if isinstance(time, np.ndarray) else time
-            none[rows], full[rows] = part(plan, surface, light, light.moved(when), chosen, when)
+            none[rows], full[rows] = part(plan, surface, light, chosen, when)
     return none, full
 
 
 def _classify_spheres(
-    plan: Plan, surface: Surface, light: Emitter, center: Array, pairs: Pairs, time: Array | float
+    plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, time: Array | float
 ) -> tuple[Mask, Mask]:
-    """`classify_occluders` for spheres; `center` is the light's at the time of each pair."""
+    """`classify_occluders` for spheres."""
     point = columns(surface.point, pairs.pixel)
     r = plan.spheres.radius[pairs.item]
     place = plan.spheres.moved(pairs.item, time)
     v = place - point
     graze = surface_tolerance(point, r)
-    if light.kind == POINT:
-        block = sphere_blocks_segment(center - point, v, r, graze)
+    to = light.to_center(point, time)
+    if not light.extended:
+        block = sphere_blocks_segment(to, v, r, graze)
         return ~block, block
     enclosed = pairs.item == surface.item[pairs.pixel]
     enclosed |= origin_inside(dot(v, v), r, graze)
-    none, full = classify_balls(plan, light, center, point, place, r, enclosed)
-    away = norm(center - place)
+    gap = light.to_center(place, time)
+    none, full = classify_balls(plan, light, to, gap, v, r, enclosed)
+    away = norm(gap)
     none = np.where(enclosed, away + light.radius <= r, none)
     full = np.where(enclosed, away - light.radius >= r, full)
     return none & ~full, full
@@ -228,10 +172,10 @@ def _classify_spheres(
 
 def classify_balls(
     plan: Plan,
-    light: Emitter,
-    center: Array,
-    point: Array,
-    place: Array,
+    light: LightBounds,
+    to: Array,
+    gap: Array,
+    v: Array,
     r: Array,
     enclosed: Mask,
 ) -> tuple[Mask, Mask]:
@@ -239,29 +183,29 @@ def classify_balls(
 
     Parameters
     ----------
-    center : (3, m) or (3, 1) centre of the light, metres.  point : (3, m) points, metres.
-    place, r : (3, m) centres and (m,) radii of the balls, metres.
+    to, gap : (3, m) metres, vectors to the light's centre from the points, and from the balls'.
+    v, r : (3, m) vectors from the points to the balls' centres, and (m,) radii, metres.
     enclosed : (m,) whether the point is inside its ball; both answers are then undefined.
 
     Returns
     -------
     none, full : (m,).
     """
-    v = place - point
-    cone = view_cone(light, center, point)
+    cone = light.view_cone(to)
     touch, cover, tangent = cone_overlap(cone.axis, cone.cosine, cone.sine, v, r)
     none: Mask = ~touch | (norm(v) - r >= cone.far)
     full: Mask = cover & (tangent <= cone.near)
     # a light inside the ball is hidden from outside
-    full |= norm(center - place) + light.radius <= r
-    if light.kind == QUAD:
-        none |= dot(light.normal, place - center) <= -r
+    full |= norm(gap) + light.radius <= r
+    none |= light.is_behind(gap, r)
+    if light.span is not None:
         unsure = (~none & ~full & ~enclosed).nonzero()[0]
         if unsure.size:
-            some = _classify_over_quad_light(
-                plan,
-                light,
-                columns(center - point, unsure),
+            some = _classify_over_span(
+                plan.settings.order,
+                light.span,
+                light.radius,
+                columns(to, unsure),
                 columns(v, unsure),
                 r[unsure],
                 tangent[unsure],
@@ -270,83 +214,80 @@ def classify_balls(
     return none, full
 
 
-def _classify_over_quad_light(
-    plan: Plan, light: Emitter, to: Array, v: Array, r: Array, tangent: Array
+def _classify_over_span(
+    order: int, span: LinearSpan, radius: float, to: Array, v: Array, r: Array, tangent: Array
 ) -> tuple[Mask, Mask]:
-    """`classify_balls` for a quad light, by jets in the light's two coordinates.
+    """`classify_balls` for a light of a linear span, by jets of an order in its two coordinates.
 
     `to` and v (3, m) lead from the points to the centres of the light and of the balls, metres.
     """
-    order = plan.settings.order
-    w = Jet.linear(to, (light.half_u, light.half_v), order)
+    w = Jet.linear(to, (span.half_u, span.half_v), order)
     d = discriminant(w, v, r)
     vv = dot(v, v)
-    square = light.radius * light.radius
+    square = radius * radius
     # the remainder of order 1 is r^2 |o|^2 - |o x v|^2 for an offset |o| <= radius
     low, high = rectangle_range(d, 1.0, 1.0, square * np.maximum(r * r, vv))
-    far = np.sqrt(dot(to, to)) + light.radius
+    far = np.sqrt(dot(to, to)) + radius
     side = cross(to, v)
-    miss = np.sqrt(dot(side, side)) + light.radius * np.sqrt(vv)
+    miss = np.sqrt(dot(side, side)) + radius * np.sqrt(vv)
     rounding = discriminant_rounding(far * far, vv, r, miss)
     along = dot(to, v)
-    spread = np.abs(dot(light.half_u, v)) + np.abs(dot(light.half_v, v))
+    spread = np.abs(dot(span.half_u, v)) + np.abs(dot(span.half_v, v))
     none = (high < -rounding) | (along + spread <= 0.0)
     full = (low > rounding) & (along - spread > 0.0)
     # the ball is certainly in front: the light is beyond any hit, or beyond the foot of its centre
-    plane = np.abs(dot(light.normal, to))
+    plane = np.abs(dot(span.normal, to))
     unsure = (full & (tangent > plane)).nonzero()[0]
     if unsure.size:
-        near = Jet.linear(columns(to, unsure), (light.half_u, light.half_v), order)
+        near = Jet.linear(columns(to, unsure), (span.half_u, span.half_v), order)
         foot = dot(near, columns(v, unsure)) - squared_norm(near)
         full[unsure] = rectangle_range(foot, 1.0, 1.0, square)[1] < 0.0
     return none, full
 
 
 def _classify_quads(
-    plan: Plan, surface: Surface, light: Emitter, center: Array, pairs: Pairs, time: Array | float
+    plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, time: Array | float
 ) -> tuple[Mask, Mask]:
-    """`classify_occluders` for quads; `center` is the light's at the time of each pair."""
+    """`classify_occluders` for quads."""
     point = columns(surface.point, pairs.pixel)
     ids = pairs.item - plan.sphere_count
     u, v = columns(plan.quads.edge_u, ids), columns(plan.quads.edge_v, ids)
-    q = plan.quads.moved(ids, time) - point
+    q = plan.quads.corners_at(ids, time) - point
     planes, normal, height = edge_planes(q, u, v)
     height = snapped_height(height, normal, surface_tolerance(point, np.sqrt(dot(q, q))))
-    to = center - point
-    if light.kind == POINT:
+    to = light.to_center(point, time)
+    if not light.extended:
         block = quad_blocks_segment(to, planes, normal, height)
         return ~block, block
     over = dot(to, normal) - height
-    if light.kind == QUAD:
-        reach = np.abs(dot(light.half_u, normal)) + np.abs(dot(light.half_v, normal))
-        outside, within = _quad_in_planes(light, to, planes)
-        outside |= _separated_by_light_edges(light, to, q, u, v)
+    reach = light.extent(normal)
+    if light.span is not None:
+        outside, within = _light_in_planes(light, to, planes)
+        outside |= _separated_by_light_edges(light.span, to, q, u, v)
     else:
-        reach = light.radius * np.sqrt(dot(normal, normal))
-        cone = view_cone(light, center, point)
-        outside, within = _cone_in_planes(cone, planes, q, u, v)
+        outside, within = _cone_in_planes(light.view_cone(to), planes, q, u, v)
     none = outside | (over + reach <= 0.0) | ~(height > 0.0)
     return none, within & (over - reach > 0.0) & ~none
 
 
-def _quad_in_planes(light: Emitter, to: Array, planes: PlaneNormals) -> tuple[Mask, Mask]:
-    """Whether a quad light certainly lies outside one of a quad's edge planes, or inside all."""
+def _light_in_planes(light: Emitter, to: Array, planes: PlaneNormals) -> tuple[Mask, Mask]:
+    """Whether a light certainly lies outside one of a quad's edge planes, or inside all."""
     outside = np.zeros(to.shape[1], dtype=np.bool_)
     within = np.ones(to.shape[1], dtype=np.bool_)
     size = np.sqrt(dot(to, to)) + light.radius
     for plane in planes:
         value = dot(to, plane)
-        spread = np.abs(dot(light.half_u, plane)) + np.abs(dot(light.half_v, plane))
+        spread = light.extent(plane)
         rounding = EDGE_FUNCTION_OPERATIONS * UNIT_ROUNDOFF * size * np.sqrt(dot(plane, plane))
         outside |= value + spread < -rounding
         within &= value - spread > rounding
     return outside, within
 
 
-def _separated_by_light_edges(light: Emitter, to: Array, q: Array, u: Array, v: Array) -> Mask:
-    """Whether one edge plane of a quad light has all corners of a quad on its outer side."""
+def _separated_by_light_edges(span: LinearSpan, to: Array, q: Array, u: Array, v: Array) -> Mask:
+    """Whether one edge plane of a light has all corners of a quad on its outer side."""
     planes, _, height = edge_planes(
-        to - light.half_u - light.half_v, 2.0 * light.half_u, 2.0 * light.half_v
+        to - span.half_u - span.half_v, 2.0 * span.half_u, 2.0 * span.half_v
     )
     corners = (q, q + u, q + v, q + u + v)
     outside = np.zeros(height.shape, dtype=np.bool_)

@@ -9,15 +9,16 @@ those of area lights near contact. A wide penumbra is smooth over a pixel and ne
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..geometry.parallelogram import edge_planes
-from ..geometry.sphere import cone_overlap, discriminant, discriminant_rounding
-from ..lights.emitter import POINT, QUAD, Emitter, view_cone
+from ..geometry.footprint import Footprint
+from ..geometry.polygon.kernels import edge_planes
+from ..geometry.sphere.kernels import cone_overlap, discriminant, discriminant_rounding
+from ..lights.bounds import LinearSpan
+from ..lights.emitter import Emitter
 from ..numerics.arrays import Array, Mask
 from ..numerics.floats import TINY
 from ..numerics.gather import columns
@@ -27,8 +28,7 @@ from ..numerics.vector import cross, dot
 from ..parallel.call_progress import report_progress
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs, Surface, cache_sized_chunks
-from .edges import half_pixel
-from .pixel_bounds import Footprint, make_footprint
+from .pixel_footprint import make_footprint
 
 __all__ = ["detect_shadow_edges", "detect_steep_irradiance", "patch_reach"]
 
@@ -40,28 +40,22 @@ _OccluderTest: TypeAlias = Callable[[Plan, Surface, Emitter, Pairs, Array, Footp
 def patch_reach(plan: Plan, surface: Surface, w: Array) -> Array:
     """Bound on the distance of a pixel's patch of surface from its centre: (n,) metres.
 
-    A step of the ray's direction moves the hit by t |step| / cos. On a sphere, cos is the least
-    cosine within the pixel. Where there is no bound, the distance to the camera is returned.
+    A step of the ray's direction moves the hit by t |step| / cos, cos the least cosine within the
+    pixel. Where there is no bound, the distance to the camera is returned.
 
     Parameters
     ----------
     surface : hits of the centre rays.  w : (3, n) their directions.
     """
-    h = half_pixel(plan)
+    h = plan.lens.half_pixel
     length = np.sqrt(dot(w, w))
     t = np.sqrt(dot(surface.point, surface.point)) / length
     cosine = np.abs(dot(w, surface.normal)) / length
-    # on a plane the normal is constant; the direction turns by at most h / |w|
+    # the direction turns by at most h / |w|
     turn = h / np.maximum(length - h, 0.5 * length)
-    least = cosine - turn
-    ball = (surface.item < plan.sphere_count).nonzero()[0]
-    if ball.size:
-        r = plan.spheres.radius[surface.item[ball]]
-        v = columns(plan.spheres.center, surface.item[ball])
-        # cos^2 = 1 - (distance of the line from the centre / r)^2
-        shift = np.sqrt(dot(v, v)) * turn[ball] / r
-        sine = np.sqrt(np.maximum(1.0 - cosine[ball] ** 2, 0.0)) + shift
-        least[ball] = np.sqrt(np.maximum(1.0 - sine * sine, 0.0))
+    least = np.zeros(length.size)
+    for shapes, rows, index in plan.shapes.groups(surface.item):
+        least[rows] = shapes.least_cosine(index, cosine[rows], turn[rows])
     # a patch that is seen edge-on or contains the camera has no bound
     with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
         reach = t * h * (1.0 + turn) / np.maximum(least, 0.0)
@@ -79,7 +73,11 @@ On a plane irradiance falls with the cube of the distance: by 0.45 over that ran
 
 
 def detect_steep_irradiance(
-    light: Emitter, surface: Surface, reach: Array, plan: Plan | None = None
+    light: Emitter,
+    surface: Surface,
+    reach: Array,
+    plan: Plan | None = None,
+    time: float | None = None,
 ) -> Mask:
     """Find the pixels over which irradiance is steep because the light is near: (n,) bool.
 
@@ -87,21 +85,13 @@ def detect_steep_irradiance(
     ----------
     surface : n hits of centre rays.  reach : (n,) of `patch_reach`.
     plan : given where the patches are those of single pixels; their footprints are then used too.
+    time : shutter time; None for the middle.
     """
-    away = surface.point - light.center
-    if light.kind == QUAD:
-        # exact for a rectangle; for a sheared quad, not quite the nearest point
-        for half in (light.half_u, light.half_v):
-            part = np.clip(dot(away, half) / dot(half, half), -1.0, 1.0)
-            away = away - part * half
-        distance = np.sqrt(dot(away, away))
-    else:
-        distance = np.maximum(np.sqrt(dot(away, away)) - light.radius, 0.0)
+    away, distance = light.falloff_offset(surface.point, time)
     steep: Mask = reach > MAX_PATCH_TO_DISTANCE * distance
     rows = steep.nonzero()[0]
     if plan is None or plan.settings.order == 1 or not rows.size:
         return steep
-    # the irradiance of a sphere depends on the distance from its centre
     length = np.sqrt(dot(away, away))[rows]
     axis = columns(away, rows) / np.maximum(length, TINY)
     patch = make_footprint(plan, surface.take(rows), reach[rows])
@@ -138,14 +128,14 @@ def detect_shadow_edges(
             chosen = pairs.take(rows)
             wide = reach[chosen.pixel]
             sharp = part(plan, surface, light, chosen, wide, patch).nonzero()[0]
-            if patch is not None and light.kind != POINT and sharp.size:
+            if patch is not None and light.extended and sharp.size:
                 sharp = sharp[
                     _enough_shadow_lines_cross(
                         part, plan, surface, light, chosen.take(sharp), wide[sharp], patch
                     )
                 ]
             edge[chosen.pixel[sharp]] = True
-    if patch is not None and light.kind == POINT:
+    if patch is not None and not light.extended:
         some = pairs.take(ball & edge[pairs.pixel])
         edge[some.pixel[_hidden_from_patch(plan, surface, light, some, patch)]] = False
     return edge
@@ -162,7 +152,7 @@ def _hidden_from_patch(
     """
     point = columns(surface.point, pairs.pixel)
     center, r = columns(plan.spheres.center, pairs.item), plan.spheres.radius[pairs.item]
-    v, to, gap = center - point, light.center - point, center - light.center
+    v, to, gap = center - point, light.to_center(point), light.to_center(center)
     low, _, rounding = _shadow_line_range(to, v, r, patch, pairs.pixel)
     along = dot(to, v)
     hidden: Mask = patch.clear_of(v, r, pairs.pixel) & (low > rounding)
@@ -195,25 +185,27 @@ def _enough_shadow_lines_cross(
     shadow lines of all its points cross the patch. So no such patch is missed.
     """
     point = columns(surface.point, pairs.pixel)
-    to = light.center - point
-    if light.kind == QUAD:
-        sides = (light.half_u, light.half_v)
+    to = light.to_center(point)
+    if light.span is not None:
+        sides = (light.span.half_u, light.span.half_v)
         odd = np.zeros(pairs.item.size, dtype=np.bool_)
     else:
         sides = _facing_half_extents(plan, light, to, pairs, point)
         odd = _probes_unreliable(plan, light, to, pairs, point, reach)
 
-    def crosses(place: Array, rows: NDArray[np.int64]) -> Mask:
-        spot = replace(light.pinpoint(), center=place)
+    def crosses(spot: Emitter, rows: NDArray[np.int64]) -> Mask:
         return part(plan, surface, spot, pairs.take(rows), reach[rows], patch)
 
     rows = np.arange(pairs.item.size)
-    result = crosses(np.broadcast_to(light.center, point.shape), rows)
+    result = crosses(light.as_point(), rows)
     rows = (result & ~odd).nonzero()[0]
     # all probes in one call: few pairs are left, and a call costs more than they do
     u, v = (columns(np.broadcast_to(side, point.shape), rows) for side in sides)
-    probes = [light.center + a * u + b * v for a, b in LIGHT_PROBES]
-    found = crosses(np.concatenate(probes, axis=1), np.tile(rows, len(LIGHT_PROBES)))
+    probes = light.point_at(
+        np.concatenate([a * u for a, _ in LIGHT_PROBES], axis=1),
+        np.concatenate([b * v for _, b in LIGHT_PROBES], axis=1),
+    )
+    found = crosses(probes, np.tile(rows, len(LIGHT_PROBES)))
     result[rows] = found.reshape(len(LIGHT_PROBES), -1).sum(axis=0) >= MIN_PROBES_CROSSED
     return result | odd
 
@@ -224,7 +216,7 @@ def _facing_half_extents(
     """Half extents (3, m) of a round light across the view: to the occluder, and normal to that."""
     far = np.maximum(np.sqrt(dot(to, to)), TINY)
     axis = to / far
-    middle = np.concatenate([plan.spheres.center, plan.quads.bounds[0]], axis=1)
+    middle = np.concatenate([plan.spheres.center, plan.quads.bounding_spheres[0]], axis=1)
     aside = columns(middle, pairs.item) - point
     aside = aside - dot(aside, axis) * axis
     size = np.sqrt(dot(aside, aside))
@@ -254,12 +246,12 @@ def _probes_unreliable(
     odd: Mask = light.radius * reach > near * near
     ball = pairs.item < plan.sphere_count
     rows = ball.nonzero()[0]
-    gap = light.center - columns(plan.spheres.center, pairs.item[rows])
+    gap = light.to_center(columns(plan.spheres.center, pairs.item[rows]))
     odd[rows] |= np.sqrt(dot(gap, gap)) <= plan.spheres.radius[pairs.item[rows]] + light.radius
     rows = (~ball).nonzero()[0]
     ids = pairs.item[rows] - plan.sphere_count
     normal = cross(columns(plan.quads.edge_u, ids), columns(plan.quads.edge_v, ids))
-    height = dot(light.center - columns(plan.quads.corner, ids), normal)
+    height = dot(light.to_center(columns(plan.quads.corner, ids)), normal)
     odd[rows] |= np.abs(height) <= light.radius * np.sqrt(dot(normal, normal))
     return odd
 
@@ -282,10 +274,10 @@ def _sharp_by_sphere(
     r = plan.spheres.radius[pairs.item]
     small, large = np.maximum(r - reach, 0.0), r + reach
     vv = dot(v, v)
-    cone = view_cone(light, light.center, point)
-    line = view_cone(light.pinpoint(), light.center, point)
+    to = light.to_center(point)
+    cone, line = light.view_cone(to), light.as_point().view_cone(to)
     sharp = np.ones(r.size, dtype=np.bool_)
-    for test in (line,) if light.kind in (QUAD, POINT) else (line, cone):
+    for test in (line, cone) if light.fills_cone else (line,):
         touch, _, _ = cone_overlap(test.axis, test.cosine, test.sine, v, small)
         _, cover, _ = cone_overlap(test.axis, test.cosine, test.sine, v, large)
         # within reach of the surface itself anything may be hidden
@@ -294,23 +286,22 @@ def _sharp_by_sphere(
             break
     sharp &= np.sqrt(vv) - large < cone.far
     # the inner side of a sphere that holds point and light casts no shadow between them
-    gap = light.center - columns(plan.spheres.center, pairs.item)
+    gap = light.to_center(columns(plan.spheres.center, pairs.item))
     sharp &= ~((vv < small * small) & (np.sqrt(dot(gap, gap)) + light.radius <= r))
     sharp &= pairs.item != surface.item[pairs.pixel]
-    if patch is not None and light.kind == POINT:
+    if patch is not None and not light.extended:
         rows = (sharp & np.isfinite(patch.off[pairs.pixel])).nonzero()[0]
         rows = rows[patch.clear_of(columns(v, rows), r[rows], pairs.pixel[rows])]
         if rows.size:
-            to = columns(np.broadcast_to(light.center, point.shape), rows) - columns(point, rows)
             sharp[rows] = _shadow_line_crosses(
-                to, columns(v, rows), r[rows], patch, pairs.pixel[rows]
+                columns(to, rows), columns(v, rows), r[rows], patch, pairs.pixel[rows]
             )
-    if light.kind == QUAD and plan.settings.order == 2:
+    if light.span is not None and plan.settings.order == 2:
         rows = (sharp & (vv > large * large)).nonzero()[0]
         if rows.size:
-            to = light.center - columns(point, rows)
-            high = _discriminant_range(light, to, columns(v, rows), small[rows])[1]
-            low = _discriminant_range(light, to, columns(v, rows), large[rows])[0]
+            seen = light.span, light.radius, columns(to, rows), columns(v, rows)
+            high = _discriminant_range(*seen, small[rows])[1]
+            low = _discriminant_range(*seen, large[rows])[0]
             sharp[rows] = ((high <= 0.0) | (small[rows] == 0.0)) & (low >= 0.0)
     return sharp
 
@@ -342,12 +333,17 @@ def _shadow_line_range(
     return low, high, rounding
 
 
-def _discriminant_range(light: Emitter, to: Array, v: Array, r: Array) -> tuple[Array, Array]:
-    """Range (m,) of the discriminant over a quad light, narrowed by its rounding at both ends."""
-    d = discriminant(Jet.linear(to, (light.half_u, light.half_v), 2), v, r)
+def _discriminant_range(
+    span: LinearSpan, radius: float, to: Array, v: Array, r: Array
+) -> tuple[Array, Array]:
+    """Range (m,) of the discriminant over a light of a linear span and of a given radius.
+
+    It is narrowed by its rounding at both ends.
+    """
+    d = discriminant(Jet.linear(to, (span.half_u, span.half_v), 2), v, r)
     low, high = rectangle_range(d, 1.0, 1.0)
-    far, away, side = np.sqrt(dot(to, to)) + light.radius, np.sqrt(dot(v, v)), cross(to, v)
-    miss = np.sqrt(dot(side, side)) + light.radius * away
+    far, away, side = np.sqrt(dot(to, to)) + radius, np.sqrt(dot(v, v)), cross(to, v)
+    miss = np.sqrt(dot(side, side)) + radius * away
     rounding = discriminant_rounding(far * far, away * away, r, miss)
     return low + rounding, high - rounding
 
@@ -366,7 +362,7 @@ def _sharp_by_quad(
     point = columns(surface.point, pairs.pixel)
     q = columns(plan.quads.corner, ids) - point
     planes, normal, height = edge_planes(q, u, v)
-    to = light.center - point
+    to = light.to_center(point)
     may_miss = np.zeros(ids.size, dtype=np.bool_)
     may_cover = np.ones(ids.size, dtype=np.bool_)
     may_cover_behind = np.ones(ids.size, dtype=np.bool_)
@@ -374,13 +370,9 @@ def _sharp_by_quad(
     for plane, corner, edge in zip(planes, corners, edges, strict=True):
         away = cross(to - corner, edge)
         shift = reach * (np.sqrt(dot(away, away)) + light.radius * np.sqrt(dot(edge, edge)))
-        if patch is not None and light.kind == POINT:
+        if patch is not None and not light.extended:
             shift = np.minimum(shift, patch.change(away, pairs.pixel))
-        value, spread = dot(to, plane), np.zeros(ids.size)
-        if light.kind == QUAD:
-            spread = np.abs(dot(light.half_u, plane)) + np.abs(dot(light.half_v, plane))
-        elif light.kind != POINT:
-            spread = light.radius * np.sqrt(dot(plane, plane))
+        value, spread = dot(to, plane), light.extent(plane)
         may_miss |= value + spread - shift <= 0.0
         may_cover &= value - spread + shift >= 0.0
         may_cover_behind &= -value - spread + shift >= 0.0

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..detection.detect import SmoothBlockFlags
+from ..geometry.implicit_surface import ImplicitPlane
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.gather import columns
-from ..numerics.vector import cross
 from ..shading.direct_light import unshadowed_radiance
 from ..tracing.compile import Plan
 from ..tracing.intersect import intersect_pairs, surface
@@ -167,10 +167,11 @@ def _make_smooth_blocks(
 
 def _geometry(plan: Plan, x: Array, y: Array, item: int) -> tuple[Array, Array]:
     """Depth and normal of an object that fills blocks of pixels; x is (1, s, n) and y (s, 1, n)."""
-    if item >= plan.sphere_count:
-        lens, own = plan.lens, slice(item - plan.sphere_count, item - plan.sphere_count + 1)
-        across = cross(plan.quads.edge_u[:, own], plan.quads.edge_v[:, own])[:, 0]
-        height = float(across @ plan.quads.corner[:, own][:, 0])
+    shapes, index = plan.shapes.locate(item)
+    plane = shapes.implicit_surface(np.array([index]))
+    if isinstance(plane, ImplicitPlane):
+        lens, across = plan.lens, plane.normal[:, 0]
+        height = float(across @ plane.point[:, 0])
         facing = (across @ lens.base + x * (across @ lens.right)) + y * (across @ lens.up)
         # facing the camera
         unit = across / np.sqrt(across @ across) * (-1.0 if height > 0.0 else 1.0)

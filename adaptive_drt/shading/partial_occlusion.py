@@ -10,10 +10,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..geometry.silhouettes import CircularSilhouette
-from ..lights.emitter import QUAD, SPHERE, Emitter, view_cone
-from ..lights.emitter_clip import clip_quads, clipped_sphere_polygons, light_plane
-from ..lights.form_factor import QUAD_CORNERS
+from ..lights.emitter import Emitter
+from ..lights.light_plane import clip_quads, clipped_sphere_polygons
 from ..lights.occluded_form_factor import visible_factor
 from ..numerics.arrays import Array, Ints
 from ..numerics.floats import TINY
@@ -83,10 +81,7 @@ def _occluded_factors(
     kind = _classify_occluders(plan, surface, light, pairs, _times_at(time, pairs.pixel))
     rays = np.zeros(count, dtype=np.bool_)
     rays[pairs.pixel[kind == BY_RAYS]] = True
-    if light.kind == SPHERE:
-        # from inside a spherical light no cone contains it
-        to = light.moved(time) - surface.point
-        rays |= np.sqrt(dot(to, to)) <= light.radius
+    rays |= ~light.has_silhouette(light.to_center(surface.point, time))
     keep = (kind != IGNORED) & ~rays[pairs.pixel]
     balls = (keep & (kind == WHOLE_SPHERE)).nonzero()[0]
     with progress_range(0.0, NESTED_WORK):
@@ -128,7 +123,7 @@ def _closed_form_factors(
     """Factors (n,) in closed form, of points with equally many occluders of each treatment."""
     n = surface.item.size
     when = time if isinstance(time, np.ndarray) else np.full(n, time)
-    to = light.moved(time) - surface.point
+    to = light.to_center(surface.point, time)
 
     def balls(which: int) -> tuple[Array, Array]:
         items = pairs.item[kind == which].reshape(n, -1).T
@@ -136,20 +131,14 @@ def _closed_form_factors(
         return place.swapaxes(0, 1), plan.spheres.radius[items]
 
     ids = pairs.item[kind == ANY_QUAD].reshape(n, -1).T - plan.sphere_count
-    q = plan.quads.moved(ids, when) - surface.point[:, None]
+    q = plan.quads.corners_at(ids, when) - surface.point[:, None]
     a, b = columns(plan.quads.edge_u, ids), columns(plan.quads.edge_v, ids)
-    plane = light_plane(light, to)
+    plane = light.plane(to)
     quads = clip_quads(plane, np.array([q, q + a, q + a + b, q + b]).transpose(2, 0, 1, 3))
     cut = balls(CLIPPED_SPHERE)
     if cut[1].shape[0]:
         quads = _concatenate_polygons(quads, clipped_sphere_polygons(plane, *cut))
-    outline: Array | CircularSilhouette
-    if light.kind == QUAD:
-        outline = np.array([to + su * light.half_u + sv * light.half_v for su, sv in QUAD_CORNERS])
-    else:
-        cone = view_cone(light, light.moved(time), surface.point)
-        outline = CircularSilhouette(cone.axis, cone.cosine, cone.sine)
-    return visible_factor(outline, surface.normal, balls(WHOLE_SPHERE), quads)
+    return visible_factor(light.silhouette(to), surface.normal, balls(WHOLE_SPHERE), quads)
 
 
 def _concatenate_polygons(few: Array, many: Array) -> Array:
@@ -168,17 +157,15 @@ def _classify_occluders(
     One of `IGNORED`, `WHOLE_SPHERE`, `ANY_QUAD`, `CLIPPED_SPHERE` and `BY_RAYS`.
     """
     kind = np.full(pairs.item.size, ANY_QUAD)
-    point, center = columns(surface.point, pairs.pixel), light.moved(time)
     rows = (pairs.item < plan.sphere_count).nonzero()[0]
     if rows.size:
         when = _times_at(time, rows)
         kind[rows] = _classify_spheres(plan, surface, light, pairs.take(rows), when)
     rows = (kind == ANY_QUAD).nonzero()[0]
-    if rows.size and light.kind == SPHERE:
+    if rows.size and light.solid:
         ids = pairs.item[rows] - plan.sphere_count
-        gap = plan.quads.moved(ids, _times_at(time, rows)) - columns(
-            center + np.zeros_like(point), rows
-        )
+        when = _times_at(time, rows)
+        gap = -light.to_center(plan.quads.corners_at(ids, when), when)
         away = _distance(gap, columns(plan.quads.edge_u, ids), columns(plan.quads.edge_v, ids))
         kind[rows[away < light.radius]] = BY_RAYS
     return kind
@@ -190,16 +177,17 @@ def _classify_spheres(
     """Treatment of spherical occluders (m,)."""
     point = columns(surface.point, pairs.pixel)
     r = plan.spheres.radius[pairs.item]
-    place, center = plan.spheres.moved(pairs.item, time), light.moved(time)
-    v, gap = place - point, place - center
+    place = plan.spheres.moved(pairs.item, time)
+    v, to = place - point, light.to_center(point, time)
     enclosed = (pairs.item == surface.item[pairs.pixel]) | (dot(v, v) <= r * r)
-    if light.kind == SPHERE:
+    if light.solid:
         # a plane separates two disjoint balls: the one on the side of the point is in front
+        gap = light.to_center(place, time)
         away = np.sqrt(dot(gap, gap))
-        before = dot(point - center, gap) > light.radius * away
+        before = dot(to, gap) > light.radius * away
         kind = np.where(away <= r + light.radius, BY_RAYS, np.where(before, WHOLE_SPHERE, IGNORED))
     else:
-        height = light_plane(light, center - point).height(v)
+        height = light.plane(to).height_of(v)
         kind = np.where(height >= r, WHOLE_SPHERE, np.where(height <= -r, IGNORED, CLIPPED_SPHERE))
     return np.where(enclosed, BY_RAYS, kind)
 

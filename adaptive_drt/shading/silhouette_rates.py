@@ -7,15 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..lights.emitter import DISK, POINT, QUAD, Emitter
+from ..geometry.patch import Patch
+from ..lights.emitter import Emitter
 from ..numerics.arrays import Array, Mask
+from ..numerics.axes import TIME
 from ..numerics.floats import TINY
 from ..numerics.gather import columns
 from ..numerics.vector import dot
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs
-from ..visibility.line_intervals import TIME
-from .footprint import Patch
 
 __all__ = [
     "MARGIN_WEIGHT",
@@ -24,17 +24,15 @@ __all__ = [
     "ROUNDING_ANGLE",
     "TANGENCY_COEFFICIENT",
     "ShadowEdges",
-    "ball_half_angle",
     "largest_shift",
-    "light_half_angle",
     "outline_rates",
     "outline_shifts",
 ]
 
 
 MIN_RELATIVE_DISTANCE = 2.0**-20
-"""Least distance from the point to an outline, as a fraction of the distance to the light; nearer
-outlines count as that near."""
+"""Least distance from the point to an outline, as a fraction of the distance to the light, or of
+that to the occluder where the light is at infinity; nearer outlines count as that near."""
 ROUNDING_ANGLE = 2.0**-48
 """Rounding error of directions to outlines and lights, in radians, an upper estimate. An outline
 that moves over the light by less than this across a patch lies where rounding puts it, and no
@@ -92,17 +90,6 @@ def largest_shift(angle: Array) -> Array:
     return most
 
 
-def ball_half_angle(light: Emitter, distance: Array) -> Array:
-    """Half the angle (n,) of the bounding ball of a light, in radians; of a disk that faces the
-    point."""
-    if light.kind == POINT:
-        return np.zeros_like(distance)
-    if light.kind == DISK:
-        return np.arctan2(light.radius, distance)
-    half: Array = np.arcsin(np.minimum(light.radius / distance, 1.0))
-    return half
-
-
 def outline_shifts(
     steps: dict[int, Array], toward: Array, axis: Array, rate: Array, angle: Array | float
 ) -> Array:
@@ -150,12 +137,3 @@ def outline_rates(
     turn = (moved * half - own) / np.maximum(near, TINY) - (carried * half - own) / far
     steps[TIME] = turn / np.maximum(rate, TINY)
     return rate, steps
-
-
-def light_half_angle(light: Emitter, toward: Array, far: Array) -> Array:
-    """Half the angle (m,) of a light along a direction normal to the line of sight, in radians."""
-    if light.kind == QUAD:
-        wide = np.abs(dot(light.half_u, toward)) + np.abs(dot(light.half_v, toward))
-        flat: Array = np.arctan2(wide, far)
-        return flat
-    return ball_half_angle(light, far)

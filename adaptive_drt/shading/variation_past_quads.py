@@ -10,21 +10,21 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from ..geometry.parallelogram import (
+from ..geometry.patch import Patch
+from ..geometry.polygon.kernels import (
     PlaneNormals,
     distance_at_closest_approach,
     distance_to_quad,
     edge_planes,
     quad_edges,
 )
-from ..lights.emitter import QUAD, Emitter
+from ..lights.emitter import Emitter
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.floats import TINY
 from ..numerics.gather import columns
-from ..numerics.vector import dot
+from ..numerics.vector import dot, norm
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs, Surface
-from .footprint import Patch
 from .silhouette_rates import (
     MARGIN_WEIGHT,
     MAX_SHARPNESS,
@@ -32,9 +32,7 @@ from .silhouette_rates import (
     ROUNDING_ANGLE,
     TANGENCY_COEFFICIENT,
     ShadowEdges,
-    ball_half_angle,
     largest_shift,
-    light_half_angle,
     outline_rates,
     outline_shifts,
 )
@@ -77,15 +75,21 @@ class _QuadView:
         (corner, *_), (v, u, *_) = self.edges
         return corner, u, v
 
+    @property
+    def corner_distance(self) -> Array:
+        """Sum (m,) of the distances of two opposite corners, metres."""
+        corner, u, v = self.sides
+        return norm(corner) + norm(corner + u + v)
+
 
 def quad_shadow_edges(
     plan: Plan, surface: Surface, patch: Patch, light: Emitter, pairs: Pairs, time: Array | float
 ) -> ShadowEdges:
     """Shadow edges of quads: for each quad its sharpest edge across the light or beside it."""
     point, ids = columns(surface.point, pairs.pixel), pairs.item - plan.sphere_count
-    q = plan.quads.moved(ids, time) - point
+    q = plan.quads.corners_at(ids, time) - point
     u, v = columns(plan.quads.edge_u, ids), columns(plan.quads.edge_v, ids)
-    view = _QuadView(light.moved(time) - point, *edge_planes(q, u, v), quad_edges(q, u, v))
+    view = _QuadView(light.to_center(point, time), *edge_planes(q, u, v), quad_edges(q, u, v))
     shadows = _shadow_edges(plan, patch, light, pairs, view)
     own = pairs.item == surface.item[pairs.pixel]
     height, normal = view.height, view.normal
@@ -176,13 +180,13 @@ def _shadow_edges(
     shifts, away = np.zeros((3, count)), np.full(count, np.inf)
     ends, misses = np.zeros((2, count), dtype=np.bool_)
     covers = np.ones(count, dtype=np.bool_) if free is None else free.any(axis=0)
-    nearest = far * MIN_RELATIVE_DISTANCE
+    nearest = light.distance_or(far, view.corner_distance) * MIN_RELATIVE_DISTANCE
     for number, (plane, start, edge) in enumerate(zip(view.planes, *view.edges, strict=True)):
         near = np.maximum(distance_at_closest_approach(start, edge, axis), nearest)
         rate, steps = outline_rates(plan, light, patch, pairs, near, far)
         toward = plane / np.maximum(np.sqrt(dot(plane, plane)), TINY)
         height_of = np.arcsin(np.clip(dot(axis, toward), -1.0, 1.0))
-        half = light_half_angle(light, toward, far)
+        half = light.half_angle_along(toward, far)
         each = outline_shifts(steps, toward, axis, rate, 1.0)
         within = each.sum(axis=0)
         whole = largest_shift(within) * patch.margin
@@ -205,7 +209,7 @@ def _shadow_edges(
         ends |= crosses & (bound < whole)
         away = np.minimum(away, np.where(crosses, np.maximum(bound, whole), np.inf))
     depth[misses] = 0.0
-    power = np.full(count, np.inf if light.kind == QUAD else TANGENCY_COEFFICIENT)
+    power = np.full(count, np.inf if light.span is not None else TANGENCY_COEFFICIENT)
     return ShadowEdges(depth, shifts, width, ends, power, away, covers & ~misses)
 
 
@@ -224,18 +228,17 @@ def _edge_on_shifts(
     wide = 0.5 * np.sqrt(np.maximum(dot(u + v, u + v), dot(u - v, u - v)))
     far = np.maximum(np.sqrt(dot(to, to)), TINY)
     axis = to / far
-    rate, steps = outline_rates(
-        plan, light, patch, pairs, np.maximum(near, far * MIN_RELATIVE_DISTANCE), far
-    )
+    away, along = np.sqrt(dot(center, center)), dot(axis, center)
+    nearest = light.distance_or(far, away) * MIN_RELATIVE_DISTANCE
+    rate, steps = outline_rates(plan, light, patch, pairs, np.maximum(near, nearest), far)
     moved = np.zeros((3, rate.size))
     for number, step in steps.items():
         aside = step - dot(step, axis) * axis
         moved[number] = np.sqrt(dot(aside, aside)) * rate
-    away, along = np.sqrt(dot(center, center)), dot(axis, center)
     angle = np.arctan2(np.sqrt(np.maximum(away * away - along * along, 0.0)), along)
     opening = np.arcsin(np.minimum(wide / np.maximum(away, TINY), 1.0))
     whole = largest_shift(moved.sum(axis=0)) * patch.margin
-    half = ball_half_angle(light, far)
+    half = light.half_angle(far)
     reached = (angle - opening - half < whole) & (whole > ROUNDING_ANGLE)
     return np.where(reached, moved, 0.0), half
 

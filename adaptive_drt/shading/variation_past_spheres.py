@@ -5,14 +5,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..lights.emitter import QUAD, Emitter
+from ..geometry.patch import Patch
+from ..lights.emitter import Emitter
 from ..numerics.arrays import Array, Mask
 from ..numerics.floats import TINY
 from ..numerics.gather import columns
 from ..numerics.vector import cross, dot
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs, Surface
-from .footprint import Patch
 from .silhouette_rates import (
     MARGIN_WEIGHT,
     MIN_RELATIVE_DISTANCE,
@@ -20,7 +20,6 @@ from .silhouette_rates import (
     TANGENCY_COEFFICIENT,
     ShadowEdges,
     largest_shift,
-    light_half_angle,
     outline_rates,
     outline_shifts,
 )
@@ -40,7 +39,7 @@ def sphere_shadow_edges(
     point = columns(surface.point, pairs.pixel)
     r = plan.spheres.radius[pairs.item]
     v = plan.spheres.moved(pairs.item, time) - point
-    to = light.moved(time) - point
+    to = light.to_center(point, time)
     far = np.maximum(np.sqrt(dot(to, to)), TINY)
     axis = to / far
     vv = dot(v, v)
@@ -51,19 +50,16 @@ def sphere_shadow_edges(
     angle = np.arctan2(off, along)
     tangent = np.sqrt(np.maximum(vv - r * r, 0.0))
     opening = np.arctan2(r, tangent)
-    half = light_half_angle(light, toward, far)
-    rate, steps = outline_rates(
-        plan, light, patch, pairs, np.maximum(tangent, far * MIN_RELATIVE_DISTANCE), far
-    )
+    half = light.half_angle_along(toward, far)
+    nearest = light.distance_or(far, np.sqrt(vv)) * MIN_RELATIVE_DISTANCE
+    rate, steps = outline_rates(plan, light, patch, pairs, np.maximum(tangent, nearest), far)
     shifts = outline_shifts(steps, toward, axis, rate, angle)
     within = shifts.sum(axis=0)
     whole = largest_shift(within) * patch.margin
     # the outlines cross somewhere in the patch: it is not so that the sphere misses the light,
     # hides all of it, or lies within its outline, from all of the patch
-    farthest = angle + half
-    if light.kind == QUAD:
-        farthest = np.hypot(farthest, light_half_angle(light, cross(axis, toward), far))
-    inner = _outline_clearance(light, axis, v, far, half - angle) - opening
+    farthest, clearance = _outline_angles(light, axis, toward, v, far, angle, half)
+    inner = clearance - opening
     crosses = (angle - opening - half < whole) & (opening - farthest < whole)
     crosses &= (inner < whole) & (whole > ROUNDING_ANGLE)
     inside = (angle - opening - half < within) & (opening - farthest < within) & (inner < within)
@@ -85,6 +81,20 @@ def sphere_shadow_edges(
     return ShadowEdges(depth, shifts, width, ends, power, away, covers)
 
 
+def _outline_angles(
+    light: Emitter, axis: Array, toward: Array, v: Array, far: Array, angle: Array, half: Array
+) -> tuple[Array, Array]:
+    """Angles (m,) from directions v to the farthest point of a light, and to its nearest side.
+
+    The latter are negative outside the light. A round light's follow from the angle between v and
+    its centre and from half of its own angle, `half`, towards v.
+    """
+    clearance = light.outline_clearance(axis, v, far)
+    if clearance is None:
+        return angle + half, half - angle
+    return np.hypot(angle + half, light.half_angle_along(cross(axis, toward), far)), clearance
+
+
 def _nearest_bound(
     light: Emitter, bounds: Array, whole: Array, half: Array, opening: Array
 ) -> tuple[Array, Array, Mask]:
@@ -97,7 +107,7 @@ def _nearest_bound(
     where the sphere's outline lies within the light's.
     """
     least = np.maximum(np.minimum(half, opening), TINY)
-    if light.kind == QUAD:
+    if light.span is not None:
         round_ = np.broadcast_to(opening / least, bounds.shape)
     else:
         most = np.maximum(half, opening)
@@ -134,23 +144,3 @@ def _encloses_patch(
     lined &= (drift == 0.0) | (np.sqrt(dot(eye, eye)) + drift < r)
     holds: Mask = apart & (within | lined)
     return holds
-
-
-def _outline_clearance(light: Emitter, axis: Array, v: Array, far: Array, round_: Array) -> Array:
-    """Angles (m,) from directions v (3, m) to the light's outline, negative outside it.
-
-    For a quad light, it is the angle to the nearest side: the light's extent towards a direction
-    does not tell the distance to a side that the direction is beside. `round_` holds the angles for
-    other lights.
-    """
-    if light.kind != QUAD:
-        return round_
-    rooms = []
-    along = dot(axis, v)
-    for side, other in ((light.half_u, light.half_v), (light.half_v, light.half_u)):
-        across = cross(axis, other + np.zeros_like(axis))
-        size = np.maximum(np.sqrt(dot(across, across)), TINY)
-        wide = np.abs(dot(side, across)) / size
-        rooms.append(np.arctan2(wide, far) - np.arctan2(np.abs(dot(v, across)) / size, along))
-    room: Array = np.minimum(*rooms)
-    return room

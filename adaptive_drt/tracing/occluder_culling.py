@@ -9,15 +9,16 @@ culling, Haines and Wallace 1991); with very many objects embree replaces that p
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import TypeAlias
 
 import numpy as np
 
-from ..geometry.closed_boxes import NO_BOX, outward_sign
-from ..geometry.sphere import cone_overlap, surface_tolerance
-from ..lights.emitter import QUAD, Emitter, ViewCone, view_cone
+from ..geometry.polygon.closed_boxes import NO_BOX, outward_sign
+from ..geometry.sphere.kernels import cone_overlap, surface_tolerance
+from ..lights.bounds import LightBounds, ViewCone
+from ..lights.emitter import Emitter
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.floats import TINY
 from ..numerics.gather import columns
@@ -60,22 +61,17 @@ class Occluders:
     def __init__(self, plan: Plan) -> None:
         """Compute the bounding spheres, and build embree's proxies for the lights that use them."""
         self._plan = plan
-        center, radius = plan.quads.bounds
-        self.center = np.concatenate([plan.spheres.center, center], axis=1)
-        radius = np.concatenate([plan.spheres.radius, radius])
-        for part, first in ((plan.spheres, 0), (plan.quads, plan.sphere_count)):
-            d = part.displacement
-            if d is not None:
-                radius[first : first + d.shape[1]] += 0.5 * np.sqrt(dot(d, d))
-        self.radius = radius
+        self.center, radius = plan.shapes.bounding_spheres
+        d = plan.shapes.displacement
+        self.radius = radius if d is None else radius + 0.5 * np.sqrt(dot(d, d))
         self._flats = _QuadPlanes.make(plan)
         self._proxies: dict[str, ProxyScene] = {}
-        balls = plan.sphere_count
+        proxied = plan.shapes.proxied
         for light in plan.lights:
             if plan.embree_finds(light):
-                reach = plan.shadow_light(light).ball
+                reach = plan.shadow_light(light).occluder_inflation
                 self._proxies[_light_key(light)] = ProxyScene(
-                    self.center[:, :balls], self.radius[:balls] + reach
+                    self.center[:, :proxied], self.radius[:proxied] + reach
                 )
 
     def __reduce__(self) -> tuple[type[Occluders], tuple[Plan]]:
@@ -110,10 +106,11 @@ class Occluders:
         first = 0
         parts: list[Pairs] = []
         if proxies is not None:
-            # the bounding spheres of quads are too large: embree would return them for most rays
-            first = self._plan.sphere_count
+            # where bounding spheres are too large, embree would return objects for most rays
+            first = self._plan.shapes.proxied
             parts.append(self._kept(sight, self._around(sight, proxies)))
-            met = Pairs(*proxies.along(surface.point, light.center))
+            to = light.to_center(surface.point)
+            met = Pairs(*proxies.along(surface.point, to))
             parts.append(self._kept(sight, met))
         if self.radius.size - first <= MAX_OBJECTS_WITHOUT_BLOCKS:
             parts += self._one_by_one(sight, first)
@@ -150,11 +147,12 @@ class Occluders:
 
     def _shafts(self, sight: _LightView, first_item: int) -> Pairs:
         """Candidate pairs of objects `first_item` and higher, by tests of blocks of points."""
-        center, radius, ball = self.center[:, first_item:], self.radius[first_item:], sight.ball
+        center, radius = self.center[:, first_item:], self.radius[first_item:]
+        bounds = sight.bounds
 
         def seen(middle: Array, span: Array, item: Ints) -> Mask:
             self._plan.go_on()
-            cone = view_cone(ball, ball.center, middle)
+            cone = bounds.view_cone(bounds.to_center(middle))
             v, wide = columns(center, item) - middle, radius[item] + span
             touch, _, _ = cone_overlap(cone.axis, cone.cosine, cone.sine, v, wide)
             vv = dot(v, v)
@@ -230,10 +228,10 @@ class _QuadPlanes:
 
     def part(self, sight: _LightView, at: Ints | slice, item: Ints) -> Mask:
         """Whether the plane of a quad may separate points from some of the light."""
-        ball = sight.ball
-        light = dot(columns(self.normal, item), ball.center) - self.offset[item]
+        bounds = sight.bounds
+        light = bounds.height_over_planes(columns(self.normal, item), self.offset[item])
         place, reach = self._places(sight, at, item)
-        margin = ball.radius + self.slack[item]
+        margin = bounds.radius + self.slack[item]
         parts: Mask = (light <= margin) | (place < reach)
         parts &= (light >= -margin) | (place > -reach)
         parts |= item < self.first
@@ -270,13 +268,13 @@ class _QuadPlanes:
 class _LightView:
     """A light and n points, with bounds that hold during the whole shutter.
 
-    `ball` is a spherical light around the light and its path, `cone` the cone of directions to it
-    from each point. `reach` (n,) metres and `bend` (n,) 1 / m are the extent and the curvature of
+    `bounds` enclose the light and its path, `cone` is the cone of directions to them from each
+    point. `reach` (n,) metres and `bend` (n,) 1 / m are the extent and the curvature of
     the surfaces around the points; `spread` is whether any reach is larger than 0.
     """
 
     light: Emitter
-    ball: Emitter
+    bounds: LightBounds
     cone: ViewCone
     surface: Surface
     reach: Array
@@ -285,20 +283,14 @@ class _LightView:
 
     @classmethod
     def make(cls, light: Emitter, surface: Surface, reach: Array, bend: Array) -> _LightView:
-        ball = _swept_bounding_light(light)
-        cone = view_cone(ball, ball.center, surface.point)
-        return cls(light, ball, cone, surface, reach, bend, bool((reach > 0.0).any()))
+        bounds = light.swept_bounds()
+        cone = bounds.view_cone(bounds.to_center(surface.point))
+        return cls(light, bounds, cone, surface, reach, bend, bool((reach > 0.0).any()))
 
-    def front(self, center: Array, radius: Array) -> Mask | bool:
-        """Whether spheres reach before a quad light's plane: it emits to its front side only."""
-        light = self.light
-        if light.kind != QUAD:
-            return True
-        drift = 0.0
-        if light.displacement is not None:
-            drift = 0.5 * float(np.abs(dot(light.normal, light.displacement))[0])
-        front: Mask = dot(light.normal, center - light.center) > -(radius + drift)
-        return front
+    def front(self, center: Array, radius: Array) -> Mask | np.bool_:
+        """Whether spheres reach before a light that emits to one side."""
+        behind = self.light.is_behind(self.light.to_center(center), radius, path=True)
+        return np.logical_not(behind)
 
 
 def _pairs_by_blocks(sight: _LightView, objects: int, test: BallTest) -> Pairs:
@@ -378,18 +370,13 @@ def all_pairs_unculled(plan: Plan, light: Emitter, surface: Surface) -> Pairs:
 
 def _without_coplanar_quads(light: Emitter, pairs: Pairs) -> Pairs:
     """The pairs without quads in the plane of the light: they occlude nothing of it."""
-    return pairs if light.touching is None else pairs.take(~light.touches(pairs.item))
+    return pairs if light.coplanar is None else pairs.take(~light.is_coplanar(pairs.item))
 
 
 def _all_pairs(points: int, objects: int) -> Pairs:
     """All pairs of points and objects, sorted by point and then by object."""
     pair = np.arange(points * objects)
     return Pairs(*np.divmod(pair, objects))
-
-
-def _swept_bounding_light(light: Emitter) -> Emitter:
-    """A spherical light that encloses a light and its path during the shutter."""
-    return replace(light, kind="BALL", radius=light.ball)
 
 
 def _light_key(light: Emitter) -> str:

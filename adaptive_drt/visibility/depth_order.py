@@ -123,7 +123,7 @@ def _compare_by_quad_plane(plan: Plan, a: Ints, b: Ints, times: tuple[Array, Arr
     least, most = np.full(a.size, np.inf), np.full(a.size, -np.inf)
     heights = []
     for time in times:
-        corner = quads.moved(ids, time)
+        corner = quads.corners_at(ids, time)
         height = dot(normal, corner)
         low, high = _extent(plan, a, time, normal)
         # signed distances from the plane, positive on the side of the camera
@@ -140,7 +140,7 @@ def _compare_by_quad_plane(plan: Plan, a: Ints, b: Ints, times: tuple[Array, Arr
 
 def _bounding_radius(plan: Plan, item: Ints) -> Array:
     """Radii (m,) of bounding balls of objects."""
-    radius: Array = np.concatenate([plan.spheres.radius, plan.quads.bounds[1]])[item]
+    radius: Array = np.concatenate([plan.spheres.radius, plan.quads.bounding_spheres[1]])[item]
     return radius
 
 
@@ -155,7 +155,7 @@ def _extent(plan: Plan, item: Ints, time: Array, normal: Array) -> tuple[Array, 
     low[rows], high[rows] = middle - reach, middle + reach
     rows = (item >= plan.sphere_count).nonzero()[0]
     ids = item[rows] - plan.sphere_count
-    corner = dot(plan.quads.moved(ids, time[rows]), columns(normal, rows))
+    corner = dot(plan.quads.corners_at(ids, time[rows]), columns(normal, rows))
     u = dot(columns(plan.quads.edge_u, ids), columns(normal, rows))
     v = dot(columns(plan.quads.edge_v, ids), columns(normal, rows))
     low[rows] = corner + np.minimum(u, 0.0) + np.minimum(v, 0.0)

@@ -102,7 +102,7 @@ class QuadPolynomials:
     Attributes
     ----------
     row : (m,) positions among all candidates.
-    edges : four edge functions, linear in w, as in `parallelogram.edge_planes`.
+    edges : four edge functions, linear in w, as in `polygon.kernels.edge_planes`.
     facing : w.normal.
     height : q.normal.
     """
@@ -410,7 +410,7 @@ def _set_apparent_size(
 ) -> None:
     """Set `cover.reach` from the angular size of a ball around each object as seen from the
     camera."""
-    center, radius = plan.quads.bounds
+    center, radius = plan.quads.bounding_spheres
     centers = np.concatenate([plan.spheres.center, center], axis=1)
     away = np.maximum(np.sqrt(dot(centers, centers)), np.finfo(np.float64).tiny)
     with np.errstate(over="ignore"):  # overflow where the camera is at its center
