@@ -166,9 +166,9 @@ def blocks(watched: Watched, film: Film) -> plt.Figure:
     figure, axis = plt.subplots(figsize=(8, 4.9))
     picture(axis, 0.6 * shown(film.color) + 0.4, "")
     share = 0
-    for lawn in (lawn for found in watched.surveys for lawn in found.lawns):
-        side, colour = lawn.side, "tab:green" if lawn.side == 8 else "tab:purple"
-        corner = np.array([lawn.x, lawn.y]).T * side - 0.5
+    for block in (block for found in watched.first_passes for block in found.blocks):
+        side, colour = block.side, "tab:green" if block.side == 8 else "tab:purple"
+        corner = np.array([block.x, block.y]).T * side - 0.5
         inside = ((corner > -1) & (corner < np.array(film.color.shape[:0:-1]))).all(axis=1)
         share += side * side * int(inside.sum())
         square = np.array([[0, 0], [side, 0], [side, side], [0, side], [0, 0]])

@@ -270,7 +270,7 @@ def detect_smooth_blocks(
     item = np.concatenate([rivals.item, center.item[whole]])
     order = np.argsort(item, kind="stable")
     pairs = Pairs(np.concatenate([rivals.pixel, whole])[order], item[order])
-    clock("clear squares")
+    clock("smooth blocks")
     item = np.where(found.outline, -1, center.item)
     return SmoothBlockFlags(clear, moving, tuple(hidden), item, pairs)
 
