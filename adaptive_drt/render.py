@@ -309,7 +309,7 @@ def _measure_pixel_seconds(plan: Plan, occluders: Occluders) -> tuple[float, flo
     nothing = np.zeros(0, dtype=np.int64)
     known = LightVisibility(none, none, none, Pairs(nothing, nothing))
     shadows = (known,) * len(plain.lights)
-    resolve_tile(plain, occluders, tile, center, replace(flags, shadows=shadows))
+    resolve_tile(plain, occluders, tile, center, replace(flags, visibilities=shadows))
     clock("shading")
     count = tile.index.size
     return clock.seconds["plain"] / count, clock.seconds["shading"] / count

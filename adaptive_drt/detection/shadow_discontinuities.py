@@ -99,7 +99,7 @@ def detect_steep_irradiance(
     length = np.sqrt(dot(away, away))[rows]
     axis = columns(away, rows) / np.maximum(length, TINY)
     patch = make_footprint(plan, surface.take(rows), reach[rows])
-    change = patch.change(axis, np.arange(rows.size))
+    change = patch.linear_variation(axis, np.arange(rows.size))
     # bound on the second-order term of the distance; unbounded at the light
     with np.errstate(over="ignore"):
         change += reach[rows] ** 2 / (2.0 * np.maximum(length - reach[rows], TINY))
@@ -159,7 +159,7 @@ def _hidden_from_patch(
     v, to, gap = center - point, light.center - point, center - light.center
     low, _, rounding = _shadow_line_range(to, v, r, patch, pairs.pixel)
     along = dot(to, v)
-    hidden: Mask = patch.clear_of(v, r, pairs.pixel) & (low > rounding)
+    hidden: Mask = patch.is_clear_of(v, r, pairs.pixel) & (low > rounding)
     hidden &= (dot(gap, gap) > r * r) & (along > 0.0) & (along < dot(to, to))
     return hidden
 
@@ -292,8 +292,8 @@ def _sharp_by_sphere(
     sharp &= ~((vv < small * small) & (np.sqrt(dot(gap, gap)) + light.radius <= r))
     sharp &= pairs.item != surface.item[pairs.pixel]
     if patch is not None and light.kind == POINT:
-        rows = (sharp & np.isfinite(patch.off[pairs.pixel])).nonzero()[0]
-        rows = rows[patch.clear_of(columns(v, rows), r[rows], pairs.pixel[rows])]
+        rows = (sharp & np.isfinite(patch.thickness[pairs.pixel])).nonzero()[0]
+        rows = rows[patch.is_clear_of(columns(v, rows), r[rows], pairs.pixel[rows])]
         if rows.size:
             to = columns(np.broadcast_to(light.center, point.shape), rows) - columns(point, rows)
             sharp[rows] = _shadow_line_crosses(
@@ -327,12 +327,14 @@ def _shadow_line_range(
     (3, m) lead from the patches' centres to L and C.
     """
     steps = tuple(-columns(step, at) for step in patch.steps)
-    wide = sum(np.sqrt(dot(step, step)) for step in steps) + patch.off[at]
+    wide = sum(np.sqrt(dot(step, step)) for step in steps) + patch.thickness[at]
     far, away = np.sqrt(dot(to, to)) + wide, np.sqrt(dot(v, v)) + wide
     rounding = discriminant_rounding(far * far, away * away, r, far * away)
     ray, ball = Jet.linear(to, steps, 2), Jet.linear(v, steps, 2)
-    high = rectangle_range(discriminant(ray, ball, r + patch.off[at]), 1.0, 1.0)[1]
-    low = rectangle_range(discriminant(ray, ball, np.maximum(r - patch.off[at], 0.0)), 1.0, 1.0)[0]
+    high = rectangle_range(discriminant(ray, ball, r + patch.thickness[at]), 1.0, 1.0)[1]
+    low = rectangle_range(
+        discriminant(ray, ball, np.maximum(r - patch.thickness[at], 0.0)), 1.0, 1.0
+    )[0]
     return low, high, rounding
 
 
@@ -369,7 +371,7 @@ def _sharp_by_quad(
         away = cross(to - corner, edge)
         shift = reach * (np.sqrt(dot(away, away)) + light.radius * np.sqrt(dot(edge, edge)))
         if patch is not None and light.kind == POINT:
-            shift = np.minimum(shift, patch.change(away, pairs.pixel))
+            shift = np.minimum(shift, patch.linear_variation(away, pairs.pixel))
         value, spread = dot(to, plane), np.zeros(ids.size)
         if light.kind == QUAD:
             spread = np.abs(dot(light.half_u, plane)) + np.abs(dot(light.half_v, plane))
@@ -381,7 +383,7 @@ def _sharp_by_quad(
     size = np.sqrt(dot(normal, normal))
     through = reach * size
     if patch is not None:
-        through = np.minimum(through, patch.change(normal, pairs.pixel))
+        through = np.minimum(through, patch.linear_variation(normal, pairs.pixel))
     across, slack = dot(to, normal), light.radius * size + through
     sharp: Mask = may_cover & may_miss & (across + slack > height)
     # the patch may cross the quad's plane: on the other side all signs are reversed

@@ -88,12 +88,14 @@ def first_pass(
     normal = np.zeros((3, n))
     place(normal, rows, center.hits.normal)
     clock("exact light")
-    rivals = flags.rivals.take(np.argsort(flags.rivals.pixel, kind="stable"))
+    rivals = flags.visible_candidates.take(
+        np.argsort(flags.visible_candidates.pixel, kind="stable")
+    )
     sight = _visibility_keys(plan, np.array([x, y]), center, flags, rivals)
     clock("sights")
     return FirstPassPixels(
         color, alpha, deviation, deviation.sum(axis=(0, 1)),
-        deviation[:STEP_KIND, :2].sum(axis=(0, 1)), flags.mask, flags.outline,
+        deviation[:STEP_KIND, :2].sum(axis=(0, 1)), flags.mask, flags.silhouette,
         center.item, sight, center.depth, normal, rivals,
     )  # fmt: skip
 
@@ -102,8 +104,8 @@ def _visibility_keys(
     plan: Plan, place: Array, center: CenterRays, flags: DetectionFlags, rivals: Pairs
 ) -> Ints:
     """Visibility keys (n,) of pixels with centres (2, n); `rivals` is sorted by pixel."""
-    sight = np.where(flags.outline, NO_KEY, center.item + 1)
-    rows = (flags.outline & flags.mask[1]).nonzero()[0]
+    sight = np.where(flags.silhouette, NO_KEY, center.item + 1)
+    rows = (flags.silhouette & flags.mask[1]).nonzero()[0]
     if rows.size:
         half = 0.5 if plan.edges else 0.0
         own = rivals.of(rows, sight.size)
@@ -123,7 +125,7 @@ def _shade_centers(
     with np.errstate(over="ignore", invalid="ignore"):  # overflow affects error estimates only
         patch = make_patch(plan, w, center.depth[rows], center.hits, half)
     time = np.zeros(rows.size) if plan.motion else 0.0
-    known = tuple(zip(flags.shadows, flags.candidates, strict=True))
+    known = tuple(zip(flags.visibilities, flags.candidates, strict=True))
     return shade(plan, occluders, center.hits, time, patch, known)
 
 
