@@ -245,8 +245,8 @@ class Resolver:
         factor = unoccluded_factor(light, shape, light.to_center(hits.point), hits)
         if not light.casts_shadow:
             return factor
-        if self.flags.shadows:
-            shadow = self.flags.shadows[index]
+        if self.flags.visibilities:
+            shadow = self.flags.visibilities[index]
             factor = np.where(shadow.blocked[keep], 0.0, factor)
             chosen = shadow.partial[keep].nonzero()[0]
             source = shadow.pairs if self.lean else None

@@ -86,7 +86,7 @@ def detect_steep_irradiance(
     length = np.sqrt(dot(away, away))[rows]
     axis = columns(away, rows) / np.maximum(length, TINY)
     patch = make_footprint(plan, surface.take(rows), reach[rows])
-    change = patch.change(axis, np.arange(rows.size))
+    change = patch.linear_variation(axis, np.arange(rows.size))
     # bound on the second-order term of the distance; unbounded at the light
     with np.errstate(over="ignore"):
         change += reach[rows] ** 2 / (2.0 * np.maximum(length - reach[rows], TINY))

@@ -124,7 +124,7 @@ def outline_rates(
     steps = {axis: columns(patch.steps[axis], pairs.pixel) for axis in patch.axes}
     if TIME not in steps:
         return rate, steps
-    half = patch.time[pairs.pixel]
+    half = patch.half_time[pairs.pixel]
     moved = np.zeros((3, pairs.item.size))
     for part, first in ((plan.spheres, 0), (plan.quads, plan.sphere_count)):
         d = part.displacement

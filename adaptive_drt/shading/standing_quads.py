@@ -58,7 +58,7 @@ def shadowing_edges(
     free : (4, m) the edges whose shadows count there.
     """
     point, normal = columns(surface.point, pairs.pixel), columns(surface.normal, pairs.pixel)
-    reach, flat = patch.reach[pairs.pixel], patch.bend[pairs.pixel] == 0.0
+    reach, flat = patch.reach[pairs.pixel], patch.curvature[pairs.pixel] == 0.0
     lift = np.abs(dot(columns(patch.steps[TIME], pairs.pixel) - drift, normal))
     # least distance of the camera before the quad's plane, over the time interval
     before = height + dot(point, unit) - np.abs(dot(drift, unit))

@@ -134,9 +134,11 @@ def _encloses_patch(
     drift, carried = np.zeros(r.size), np.zeros(r.size)
     if plan.spheres.displacement is not None:
         d = columns(plan.spheres.displacement, pairs.item)
-        drift = np.sqrt(dot(d, d)) * patch.time[pairs.pixel]
+        drift = np.sqrt(dot(d, d)) * patch.half_time[pairs.pixel]
     if light.displacement is not None:
-        carried = np.sqrt(dot(light.displacement, light.displacement)) * patch.time[pairs.pixel]
+        carried = (
+            np.sqrt(dot(light.displacement, light.displacement)) * patch.half_time[pairs.pixel]
+        )
     apart = np.sqrt(dot(gap, gap)) - (drift + carried) > r + light.radius
     within = np.sqrt(dot(v, v)) + patch.reach[pairs.pixel] + drift < r
     # for a camera inside a sphere, all of its visible surface is its inside

@@ -309,7 +309,7 @@ def detected(plan):
     center = trace_center_rays(plan, tile.x, tile.y, pairs)
     flags = detect(plan, None, center, lambda name: None)
     reach = patch_reach(plan, center.hits, center.w[:, center.rows])
-    return flags.mask, flags.outline, center.hits, reach
+    return flags.mask, flags.silhouette, center.hits, reach
 
 
 @pytest.mark.parametrize("moving", (False, True))

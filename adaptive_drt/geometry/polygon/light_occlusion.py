@@ -195,7 +195,7 @@ def polygon_casts_sharp_edge(
         away = cross(to - start, edge)
         shift = reach * (np.sqrt(dot(away, away)) + light.radius * np.sqrt(dot(edge, edge)))
         if patch is not None and not light.extended:
-            shift = np.minimum(shift, patch.change(away, at))
+            shift = np.minimum(shift, patch.linear_variation(away, at))
         value, spread = dot(to, plane), light.extent(plane)
         may_miss |= value + spread - shift <= 0.0
         may_cover &= value - spread + shift >= 0.0
@@ -203,7 +203,7 @@ def polygon_casts_sharp_edge(
     size = np.sqrt(dot(normal, normal))
     through = reach * size
     if patch is not None:
-        through = np.minimum(through, patch.change(normal, at))
+        through = np.minimum(through, patch.linear_variation(normal, at))
     across, slack = dot(to, normal), light.radius * size + through
     sharp: Mask = may_cover & may_miss & (across + slack > height)
     # the patch may cross the polygon's plane: on the other side all signs are reversed

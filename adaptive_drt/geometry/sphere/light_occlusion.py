@@ -221,8 +221,8 @@ def sphere_casts_sharp_edge(
     sharp &= ~((vv < small * small) & (np.sqrt(dot(gap, gap)) + light.radius <= r))
     sharp &= ~receivers.own
     if patch is not None and not light.extended:
-        rows = (sharp & np.isfinite(patch.off[at])).nonzero()[0]
-        rows = rows[patch.clear_of(columns(v, rows), r[rows], at[rows])]
+        rows = (sharp & np.isfinite(patch.thickness[at])).nonzero()[0]
+        rows = rows[patch.is_clear_of(columns(v, rows), r[rows], at[rows])]
         if rows.size:
             low, high, rounding = _shadow_line_range(
                 columns(to, rows), columns(v, rows), r[rows], patch, at[rows]
@@ -253,7 +253,7 @@ def sphere_hides_from_footprint(
     v, to, gap = center - point, light.to_center(point), light.to_center(center)
     low, _, rounding = _shadow_line_range(to, v, r, patch, receivers.at)
     along = dot(to, v)
-    hidden: Mask = patch.clear_of(v, r, receivers.at) & (low > rounding)
+    hidden: Mask = patch.is_clear_of(v, r, receivers.at) & (low > rounding)
     hidden &= (dot(gap, gap) > r * r) & (along > 0.0) & (along < dot(to, to))
     return hidden
 
@@ -267,12 +267,14 @@ def _shadow_line_range(
     (3, m) lead from the patches' centres to L and C.
     """
     steps = tuple(-columns(step, at) for step in patch.steps)
-    wide = sum(np.sqrt(dot(step, step)) for step in steps) + patch.off[at]
+    wide = sum(np.sqrt(dot(step, step)) for step in steps) + patch.thickness[at]
     far, away = np.sqrt(dot(to, to)) + wide, np.sqrt(dot(v, v)) + wide
     rounding = discriminant_rounding(far * far, away * away, r, far * away)
     ray, ball = Jet.linear(to, steps, 2), Jet.linear(v, steps, 2)
-    high = rectangle_range(discriminant(ray, ball, r + patch.off[at]), 1.0, 1.0)[1]
-    low = rectangle_range(discriminant(ray, ball, np.maximum(r - patch.off[at], 0.0)), 1.0, 1.0)[0]
+    high = rectangle_range(discriminant(ray, ball, r + patch.thickness[at]), 1.0, 1.0)[1]
+    low = rectangle_range(
+        discriminant(ray, ball, np.maximum(r - patch.thickness[at], 0.0)), 1.0, 1.0
+    )[0]
     return low, high, rounding
 
 
