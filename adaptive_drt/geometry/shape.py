@@ -128,10 +128,10 @@ class ShapeSet(ABC):
         """Least cosine (n,) between a ray and the normal at its hit that is taken for certain."""
         return np.full(self.count, MIN_PLANE_COSINE)
 
-    def plane(self, index: Ints, time: Array | float) -> tuple[Array, Array]:
-        """Normals n (3, m), of any length, and heights h (m,) of the planes n.P = h of shapes.
+    def plane(self, index: Ints) -> tuple[Array, Array]:
+        """Normals (3, m), of any length, of the planes of shapes, and a point (3, m) of each plane.
 
-        Only kinds that are `planar` have them.
+        Points are those at mid-shutter, metres. Only kinds that are `planar` have planes.
         """
         raise NotImplementedError(f"{type(self).__name__} does not lie in planes")
 
