@@ -152,10 +152,10 @@ class ShapeSet(ABC):
         del index
         return None
 
-    def plane(self, index: Ints, time: Array | float) -> tuple[Array, Array]:
-        """Normals n (3, m), of any length, and heights h (m,) of the planes n.P = h of shapes.
+    def plane(self, index: Ints) -> tuple[Array, Array]:
+        """Normals (3, m), of any length, of the planes of shapes, and a point (3, m) of each plane.
 
-        Only kinds that are `planar` have them.
+        Points are those at mid-shutter, metres. Only kinds that are `planar` have planes.
         """
         raise NotImplementedError(f"{type(self).__name__} does not lie in planes")
 

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -77,14 +77,21 @@ class ShapeTable:
         number = int(np.searchsorted(self.firsts, item, side="right")) - 1
         return self.sets[number], item - self.firsts[number]
 
-    def plane(self, item: Ints, time: Array) -> tuple[Array, Array]:
-        """Normals (3, m) and heights (m,) of the planes of planar objects at shutter times (m,)."""
-        normal, height = np.empty((3, item.size)), np.empty(item.size)
+    def plane(self, item: Ints) -> tuple[Array, Array]:
+        """Normals and points (3, m) of the planes of planar objects: see `ShapeSet.plane`."""
+        normal, point = np.empty((2, 3, item.size))
         for shapes, rows, index in self.groups(item):
             if rows.size == item.size:
-                return shapes.plane(index, time)
-            normal[:, rows], height[rows] = shapes.plane(index, time[rows])
-        return normal, height
+                return shapes.plane(index)
+            normal[:, rows], point[:, rows] = shapes.plane(index)
+        return normal, point
+
+    def moved(self, point: Array, item: Ints, times: Sequence[Array]) -> list[Array]:
+        """Points (3, m) that belong to objects, at each of some shutter times (m,)."""
+        if self.displacement is None:
+            return [point] * len(times)
+        change = columns(self.displacement, item)
+        return [point + time * change for time in times]
 
     def extent(self, item: Ints, direction: Array, time: Array) -> tuple[Array, Array]:
         """Least and greatest dot product (m,) of the points of objects with vectors (3, m).

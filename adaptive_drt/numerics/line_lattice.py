@@ -8,6 +8,7 @@ lie on a lattice of positions (u, v) on the other two axes.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -29,12 +30,12 @@ class Lattice:
     rows: int
     columns: int
 
-    @property
+    @cached_property
     def u(self) -> Array:
         """Positions of the lines on the first of the other axes, (rows, 1, 1)."""
         return ((np.arange(self.rows) + 0.5) / self.rows - 0.5)[:, None, None]
 
-    @property
+    @cached_property
     def v(self) -> Array:
         """Positions of the lines on the second of the other axes, (1, columns, 1)."""
         return ((np.arange(self.columns) + 0.5) / self.columns - 0.5)[None, :, None]
@@ -48,13 +49,13 @@ class SideLattice(Lattice):
     Along the other axis the lines stay at the middles of the cells, of which there must not be two.
     """
 
-    @property
+    @cached_property
     def u(self) -> Array:
         """Positions (rows, 1, 1): the sides of the box if there are two rows, else middles of
         cells."""
         return BOX_ENDS[:, None, None] if self.rows == 2 else super().u
 
-    @property
+    @cached_property
     def v(self) -> Array:
         """Positions (1, columns, 1): the sides of the box if there are two columns, else middles of
         cells."""

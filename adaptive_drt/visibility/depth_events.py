@@ -12,7 +12,6 @@ from itertools import combinations_with_replacement
 import numpy as np
 
 from ..geometry.depth_pairs import DepthPair, depth_pair
-from ..geometry.line_forms import DepthSurface
 from ..numerics.arrays import Array, Ints
 from ..numerics.axes import TIME
 from ..numerics.gather import columns
@@ -71,19 +70,22 @@ def _pairs_by_surface(
 
     Returns the rule, the rows among the pairs, and the candidates of each pair in the rule's order.
     """
-    present = sorted({group.surface for group in forms.groups})
+    present = sorted({group.surface for group in forms.groups if group.rows.size})
+    if not one.size:
+        return []
+    if len(present) == 1:
+        return [(depth_pair(present[0], present[0]), np.arange(one.size), one, other)]
     surface = forms.surface
     a, b = surface[one], surface[other]
-    swapped = a > b
-    if swapped.any():
-        one, other = np.where(swapped, other, one), np.where(swapped, one, other)
-        a, b = np.where(swapped, b, a), np.where(swapped, a, b)
     found = []
     for first, second in combinations_with_replacement(present, 2):
         some = ((a == first) & (b == second)).nonzero()[0]
-        if some.size:
-            rule = depth_pair(DepthSurface(first), DepthSurface(second))
-            found.append((rule, some, one[some], other[some]))
+        swapped = ((b == first) & (a == second)).nonzero()[0] if first != second else some[:0]
+        if some.size + swapped.size:
+            pairs = np.concatenate([some, swapped])
+            firsts = np.concatenate([one[some], other[swapped]])
+            seconds = np.concatenate([other[some], one[swapped]])
+            found.append((depth_pair(first, second), pairs, firsts, seconds))
     return found
 
 

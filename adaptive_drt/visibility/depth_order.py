@@ -102,16 +102,7 @@ def _compare_by_radical_plane(
 ) -> Ints:
     """`_compare` for two objects by the radical plane of their bounding spheres."""
     center, radius = shapes.bounding_spheres
-    displacement = shapes.displacement
-
-    def centers(item: Ints) -> list[Array]:
-        rest = columns(center, item)
-        if displacement is None:
-            return [rest, rest]
-        change = columns(displacement, item)
-        return [rest + time * change for time in times]
-
-    (a0, a1), (b0, b1) = centers(a), centers(b)
+    (a0, a1), (b0, b1) = (shapes.moved(columns(center, item), item, times) for item in (a, b))
     start, turn = b0 - a0, (b1 - a1) - (b0 - a0)
     square = dot(turn, turn)
     part = np.where(square > 0.0, -dot(start, turn), 0.0) / np.where(square > 0.0, square, 1.0)
@@ -133,8 +124,9 @@ def _compare_by_plane(shapes: ShapeTable, a: Ints, b: Ints, times: tuple[Array, 
     """`_compare` for objects a and planar objects b, by the planes of the latter."""
     least, most = np.full(a.size, np.inf), np.full(a.size, -np.inf)
     heights = []
-    for time in times:
-        normal, height = shapes.plane(b, time)
+    normal, rest = shapes.plane(b)
+    for time, point in zip(times, shapes.moved(rest, b, times), strict=True):
+        height = dot(normal, point)
         low, high = shapes.extent(a, normal, time)
         # signed distances from the plane, positive on the side of the camera
         side = np.where(height < 0.0, -1.0, 1.0)

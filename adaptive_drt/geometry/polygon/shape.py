@@ -345,10 +345,10 @@ class PolygonSet(ShapeSet):
         )
         return plane_hits(w, cross(u, v), q, self.vertices(q, u, v))
 
-    def plane(self, index: Ints, time: Array | float) -> tuple[Array, Array]:
-        """See `ShapeSet.plane`; the normal is edge_u x edge_v."""
+    def plane(self, index: Ints) -> tuple[Array, Array]:
+        """See `ShapeSet.plane`: edge_u x edge_v and the corner."""
         normal = cross(columns(self.edge_u, index), columns(self.edge_v, index))
-        return normal, dot(normal, self.corners_at(index, time))
+        return normal, columns(self.corner, index)
 
     def extent(self, index: Ints, direction: Array, time: Array | float) -> tuple[Array, Array]:
         """See `ShapeSet.extent`; from the vertices."""
