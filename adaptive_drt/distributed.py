@@ -9,19 +9,25 @@ the number of rays is that of the largest domain, not the product of all.
 
 from __future__ import annotations
 
+from collections.abc import Generator
+from contextlib import closing
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .detection.detect import CenterRays, DetectionFlags
+from .detection.detect import CenterRays, DetectionFlags, detect, flag_everywhere, trace_center_rays
 from .detection.occlusion import classify_occluders
+from .image.schedule import StageTimer
 from .lights.emitter import Emitter
 from .numerics.arrays import Array, Ints, Mask
 from .numerics.gather import columns
 from .numerics.low_discrepancy import low_discrepancy_points
 from .numerics.vector import dot
-from .parallel.call_progress import progress_range
+from .parallel.call_progress import progress_range, report_progress
+from .parallel.executor import CallProgress, RenderExecutor
+from .parallel.pool import Call, SharedArguments
+from .scene.film import Film
 from .shading.direct_light import diffuse_brdf, irradiance
 from .shading.ratio_estimator import (
     CHUNK,
@@ -31,16 +37,144 @@ from .shading.ratio_estimator import (
     unoccluded_factor,
 )
 from .tracing.compile import Plan
-from .tracing.intersect import Pairs, Surface, Tile, intersect_pairs, positions_in_runs, surface
+from .tracing.intersect import (
+    Pairs,
+    Surface,
+    Tile,
+    find_candidates,
+    intersect_pairs,
+    positions_in_runs,
+    screen_bounds,
+    surface,
+)
 from .tracing.occluder_culling import Occluders, all_pairs_unculled
 from .tracing.shadow_rays import batches_by_rank
 
-__all__ = ["ResolvedPixels", "resolve_tile"]
+__all__ = ["DistributedRender", "ResolvedPixels", "Resolver"]
 
 
 TEST_ALL_OBJECTS = 64
 """Largest number of objects for which a shadow ray without results of detection tests all of them;
 beyond, candidate occluders are found first."""
+CAMERA_RAYS_DONE, DETECTION_DONE, PENUMBRAE_DONE = 0.05, 0.3, 0.6
+"""Fractions of the work of a tile that are done after its camera rays, after detection and after
+penumbrae, roughly; for a progress bar."""
+
+
+@dataclass
+class DistributedRender:
+    """One render by method 'RAYS', and its statistics.
+
+    Attributes
+    ----------
+    plan, occluders : the compiled scene.
+    stage : what is being done, in words, for the user.
+    seconds : by stage, summed over threads.  rays : numbers of rays traced, by kind.
+    """
+
+    plan: Plan
+    occluders: Occluders
+    stage: str = "Tracing rays"
+    seconds: dict[str, float] = field(default_factory=dict)
+    rays: dict[str, int] = field(default_factory=dict)
+
+    def run(self, film: Film) -> Generator[float, None, None]:
+        """Write a picture to a film, tile by tile; yields the fraction of the work done, 0 to 1, at
+        least once a heartbeat.
+        """
+        plan, size, progress = self.plan, film.width * film.height, CallProgress()
+        done, tiles = 0, _tile_count(plan)
+        shared = SharedArguments((plan, self.occluders, screen_bounds(plan)))
+        calls = [Call(_render_tile, shared, (first, tiles)) for first in range(tiles)]
+        with closing(RenderExecutor(plan.stop, plan.threads)) as executor:
+            for outcome in executor.run(calls, progress):
+                if outcome is not None:
+                    _, result = outcome
+                    result.write(film)
+                    self._count(result)
+                    done += result.tile.index.size
+                running = sum(progress.copy().values()) * (size - 1) / tiles
+                yield min((done + int(running)) / size, 1.0)
+
+    def _count(self, result: _TileResult) -> None:
+        for kind, count in result.pixels.rays.items():
+            self.rays[kind] = self.rays.get(kind, 0) + count
+        for stage, span in result.seconds.items():
+            self.seconds[stage] = self.seconds.get(stage, 0.0) + span
+
+
+@dataclass
+class _TileResult:
+    """Resolved pixels of one tile, and the seconds of each stage.
+
+    `mask` is (3, n) bool, `depth` (n,) metres, `normal` (3, n).
+    """
+
+    tile: Tile
+    pixels: ResolvedPixels
+    mask: Mask
+    depth: Array
+    normal: Array
+    seconds: dict[str, float]
+
+    def write(self, film: Film) -> None:
+        """Write the pixels to a film."""
+        planes = {
+            "color": self.pixels.color, "alpha": self.pixels.alpha, "mask": self.mask,
+            "samples": self.pixels.samples, "depth": self.depth, "normal": self.normal,
+        }  # fmt: skip
+        tables = {
+            name: values.reshape(*values.shape[:-1], -1, film.width)
+            for name, values in planes.items()
+        }
+        film.write_rows(slice(self.tile.first, None, self.tile.step), **tables)
+
+
+def _tile_count(plan: Plan) -> int:
+    """Number of tiles of at most `batch` pixels, if possible a multiple of the threads' number."""
+    left, bottom, right, top = plan.region
+    height = top - bottom
+    most = max(1, plan.settings.batch // (right - left))
+    count = -(-height // most)
+    return min(height, -(-count // plan.threads) * plan.threads)
+
+
+def _render_tile(
+    plan: Plan, occluders: Occluders, bounds: Ints, first: int, step: int
+) -> _TileResult:
+    """Render one tile by the steps of the paper: every `step`-th row of the picture from row
+    `first`.
+    """
+    clock = StageTimer()
+    # steps 1 and 2: one ray through the centres of the domains
+    tile = Tile.make(plan, first, step)
+    center = trace_center_rays(plan, tile.x, tile.y, find_candidates(plan, bounds, tile))
+    clock("camera rays")
+    report_progress(CAMERA_RAYS_DONE)
+    # step 3: could the result change within a domain?
+    with progress_range(CAMERA_RAYS_DONE, DETECTION_DONE):
+        flags = _flags(plan, occluders, center, clock)
+    resolver = Resolver(plan, occluders, tile, center, flags)
+    # step 5, and step 4 for penumbrae: pixels that keep their camera ray
+    with progress_range(DETECTION_DONE, PENUMBRAE_DONE):
+        resolver.plain()
+    clock("one-ray pixels and penumbrae")
+    # step 4: distribute rays over the shutter and the pixel
+    with progress_range(PENUMBRAE_DONE, 1.0):
+        resolver.distributed()
+    clock("motion and edges")
+    normal = np.zeros((3, tile.index.size))
+    normal[:, center.rows] = center.hits.normal
+    return _TileResult(tile, resolver.out, flags.mask, center.depth, normal, clock.seconds)
+
+
+def _flags(
+    plan: Plan, occluders: Occluders, center: CenterRays, clock: StageTimer
+) -> DetectionFlags:
+    """Which domains are distributed in which pixels: by detection, or everywhere."""
+    if plan.settings.distribution == "EVERYWHERE":
+        return flag_everywhere(plan, center)
+    return detect(plan, occluders, center, clock)
 
 
 @dataclass
@@ -111,8 +245,8 @@ class Resolver:
         factor = unoccluded_factor(light, shape, light.to_center(hits.point), hits)
         if not light.casts_shadow:
             return factor
-        if self.flags.shadows:
-            shadow = self.flags.shadows[index]
+        if self.flags.visibilities:
+            shadow = self.flags.visibilities[index]
             factor = np.where(shadow.blocked[keep], 0.0, factor)
             chosen = shadow.partial[keep].nonzero()[0]
             source = shadow.pairs if self.lean else None
@@ -423,13 +557,3 @@ class _DistributedRays:
             item[row, sample],
             self.time[row, sample],
         )
-
-
-def resolve_tile(
-    plan: Plan, occluders: Occluders, tile: Tile, center: CenterRays, flags: DetectionFlags
-) -> ResolvedPixels:
-    """Resolve all pixels of a tile."""
-    resolver = Resolver(plan, occluders, tile, center, flags)
-    resolver.plain()
-    resolver.distributed()
-    return resolver.out

@@ -10,6 +10,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from ..geometry.patch import Patch
 from ..geometry.polygon.kernels import (
     PlaneNormals,
     distance_at_closest_approach,
@@ -24,7 +25,6 @@ from ..numerics.gather import columns
 from ..numerics.vector import dot, norm
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs, Surface
-from .footprint import Patch
 from .silhouette_rates import (
     MARGIN_WEIGHT,
     MAX_SHARPNESS,
@@ -248,7 +248,7 @@ def _motion(plan: Plan, patch: Patch, pairs: Pairs) -> Array:
     d = plan.quads.displacement
     if d is None:
         return np.zeros((3, pairs.item.size))
-    drift: Array = columns(d, pairs.item - plan.sphere_count) * patch.time[pairs.pixel]
+    drift: Array = columns(d, pairs.item - plan.sphere_count) * patch.half_time[pairs.pixel]
     return drift
 
 
@@ -277,7 +277,7 @@ def _normal_motion(
     for axis in patch.axes:
         point += np.abs(dot(columns(patch.steps[axis], pairs.pixel), normal))
     moved = np.zeros(pairs.item.size)
-    half, d = patch.time[pairs.pixel], plan.quads.displacement
+    half, d = patch.half_time[pairs.pixel], plan.quads.displacement
     if d is not None:
         moved += half * np.abs(dot(columns(d, pairs.item - plan.sphere_count), normal))
     point += moved
