@@ -261,7 +261,8 @@ class ShapeSet(ABC):
     ) -> Mask:
         """Whether shapes that hide a light from the receivers' points do so from whole patches.
 
-        The default is nowhere.
+        The default is nowhere. The answer does not hold for patches that a closed shape cuts, of
+        which some points are inside it, as the light may be.
 
         Parameters
         ----------
@@ -286,6 +287,8 @@ class ShapeSet(ABC):
     ) -> Mask:
         """Whether shapes at mid-shutter may hide all of a light from one point of a patch and
         nothing from another: (m,). The default is everywhere.
+
+        An edge where the shape itself cuts the patch may be missed: the coverage of pixels has it.
 
         Parameters
         ----------
