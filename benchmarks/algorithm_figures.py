@@ -27,6 +27,7 @@ from adaptive_drt.cubature.nodes import make_nodes, rotation_index
 from adaptive_drt.detection.occlusion import classify_light_visibility
 from adaptive_drt.geometry.sphere.kernels import discriminant
 from adaptive_drt.numerics.arrays import Array
+from adaptive_drt.numerics.axes import TIME
 from adaptive_drt.numerics.jet import Jet
 from adaptive_drt.numerics.low_discrepancy import low_discrepancy_points
 from adaptive_drt.numerics.taylor_range import interval_range, rectangle_range
@@ -38,7 +39,7 @@ from adaptive_drt.tracing.compile import Plan
 from adaptive_drt.tracing.intersect import Pairs, surface
 from adaptive_drt.tracing.occluder_culling import Occluders
 from adaptive_drt.visibility.fragments import Boxes, find_fragments
-from adaptive_drt.visibility.line_intervals import TIME, Lattice, hit_intervals
+from adaptive_drt.visibility.line_intervals import Lattice, hit_intervals
 from adaptive_drt.visibility.polynomials import make_polynomials
 
 ROOT = Path(__file__).resolve().parent.parent

@@ -14,15 +14,16 @@ from typing import TypeAlias
 import numpy as np
 
 from ..numerics.arrays import Array, Ints, Mask
+from ..numerics.axes import SHUTTER_ENDS
 from ..numerics.gather import columns
 from ..numerics.vector import dot
 from ..parallel.call_progress import iterate_with_progress, progress_range
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs, Surface, curvature, intersect_pairs, nearest_hits, surface
 from ..tracing.occluder_culling import Occluders
-from .edges import EdgeTest, detect_edges, half_pixel
+from .edges import EdgeTest, detect_edges
 from .moving_shadows import light_changes, patch_light_changes
-from .moving_silhouettes import SHUTTER_ENDS, detect_moving_silhouettes, moves_under_fixed_ray
+from .moving_silhouettes import detect_moving_silhouettes, moves_under_fixed_ray
 from .occlusion import (
     LightVisibility,
     classify_horizon,
@@ -332,7 +333,7 @@ def _reach_bounds(plan: Plan, center: CenterRays, test: EdgeTest) -> tuple[Array
     deep = np.zeros(center.depth.size)
     t = center.depth[pairs.pixel[own]]
     deep[pairs.pixel[own]] = np.maximum(test.far[own] - t, t - test.near[own])
-    h = half_pixel(plan)
+    h = plan.lens.half_pixel
     across = (center.depth[rows] + deep[rows]) * h
     by_depth = np.maximum(deep[rows], 0.0) * (np.sqrt(dot(w, w)) + h) + across
     return patch_reach(plan, center.hits, w), by_depth
@@ -355,9 +356,9 @@ def _light_changes_at_silhouettes(
         return changes
     w = columns(center.w, pairs.pixel[rows])
     near, far = test.near[rows], test.far[rows]
-    length = np.sqrt(dot(w, w)) + half_pixel(plan)
+    length = np.sqrt(dot(w, w)) + plan.lens.half_pixel
     with np.errstate(over="ignore", invalid="ignore"):
-        reach = 0.5 * (far - near) * length + far * half_pixel(plan)
+        reach = 0.5 * (far - near) * length + far * plan.lens.half_pixel
     # no finite ball bounds a surface that is seen edge-on
     endless = ~(np.abs(reach) < UNBOUNDED_REACH)
     changes[pairs.pixel[rows[endless]]] = True

@@ -13,12 +13,13 @@ from ..geometry.polygon.kernels import edge_planes
 from ..geometry.sphere.kernels import cone_overlap
 from ..lights.emitter import Emitter
 from ..numerics.arrays import Array, Mask
+from ..numerics.axes import SHUTTER_ENDS
 from ..numerics.floats import TINY
 from ..numerics.gather import columns
+from ..numerics.taylor_range import clip_positive
 from ..numerics.vector import cross, dot
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs, Surface, curvature
-from .moving_silhouettes import SHUTTER_ENDS, clip_positive
 from .occlusion import classify_horizon, classify_occluders
 
 __all__ = ["light_changes", "patch_light_changes"]

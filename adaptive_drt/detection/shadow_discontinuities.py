@@ -14,6 +14,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from ..geometry.footprint import Footprint
 from ..geometry.polygon.kernels import edge_planes
 from ..geometry.sphere.kernels import cone_overlap, discriminant, discriminant_rounding
 from ..lights.bounds import LinearSpan
@@ -27,8 +28,7 @@ from ..numerics.vector import cross, dot
 from ..parallel.call_progress import report_progress
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs, Surface, cache_sized_chunks
-from .edges import half_pixel
-from .pixel_bounds import Footprint, make_footprint
+from .pixel_footprint import make_footprint
 
 __all__ = ["detect_shadow_edges", "detect_steep_irradiance", "patch_reach"]
 
@@ -40,28 +40,22 @@ _OccluderTest: TypeAlias = Callable[[Plan, Surface, Emitter, Pairs, Array, Footp
 def patch_reach(plan: Plan, surface: Surface, w: Array) -> Array:
     """Bound on the distance of a pixel's patch of surface from its centre: (n,) metres.
 
-    A step of the ray's direction moves the hit by t |step| / cos. On a sphere, cos is the least
-    cosine within the pixel. Where there is no bound, the distance to the camera is returned.
+    A step of the ray's direction moves the hit by t |step| / cos, cos the least cosine within the
+    pixel. Where there is no bound, the distance to the camera is returned.
 
     Parameters
     ----------
     surface : hits of the centre rays.  w : (3, n) their directions.
     """
-    h = half_pixel(plan)
+    h = plan.lens.half_pixel
     length = np.sqrt(dot(w, w))
     t = np.sqrt(dot(surface.point, surface.point)) / length
     cosine = np.abs(dot(w, surface.normal)) / length
-    # on a plane the normal is constant; the direction turns by at most h / |w|
+    # the direction turns by at most h / |w|
     turn = h / np.maximum(length - h, 0.5 * length)
-    least = cosine - turn
-    ball = (surface.item < plan.sphere_count).nonzero()[0]
-    if ball.size:
-        r = plan.spheres.radius[surface.item[ball]]
-        v = columns(plan.spheres.center, surface.item[ball])
-        # cos^2 = 1 - (distance of the line from the centre / r)^2
-        shift = np.sqrt(dot(v, v)) * turn[ball] / r
-        sine = np.sqrt(np.maximum(1.0 - cosine[ball] ** 2, 0.0)) + shift
-        least[ball] = np.sqrt(np.maximum(1.0 - sine * sine, 0.0))
+    least = np.zeros(length.size)
+    for shapes, rows, index in plan.shapes.groups(surface.item):
+        least[rows] = shapes.least_cosine(index, cosine[rows], turn[rows])
     # a patch that is seen edge-on or contains the camera has no bound
     with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
         reach = t * h * (1.0 + turn) / np.maximum(least, 0.0)

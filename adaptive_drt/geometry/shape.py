@@ -19,17 +19,24 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..numerics.arrays import Array, Ints, Mask
+from ..numerics.axes import SHUTTER_ENDS
 from ..numerics.gather import columns
 from ..numerics.vector import cross, dot
 from .camera import PinholeCamera
+from .implicit_surface import ImplicitSurface
+from .pixel_coverage import PixelCoverage
+from .sphere.pixel_coverage import moving_sphere_coverage, sphere_coverage
 
-__all__ = ["MIN_PLANE_COSINE", "ShapeSet", "Span", "shutter_ends"]
+__all__ = ["MIN_PLANE_COSINE", "UNKNOWN_CURVATURE", "ShapeSet", "Span", "shutter_ends"]
 
 Span = tuple[tuple[Array, Array], tuple[Array, Array]]
 """Least and largest x, and least and largest y, in pixels: (n,) each."""
 
 MIN_PLANE_COSINE = 2.0**-52
 """Least cosine between the normal of a plane and a ray."""
+UNKNOWN_CURVATURE = 2.0**256
+"""Curvature, in 1 / m, of surfaces without a bound on theirs: larger than any that matters, and
+finite, so that its product with an extent of 0 is 0."""
 
 
 class ShapeSet(ABC):
@@ -109,13 +116,26 @@ class ShapeSet(ABC):
 
     @property
     def curvature(self) -> Array:
-        """Curvatures (n,) of the surfaces, 1 / m; 0 for planes."""
-        return np.zeros(self.count)
+        """Upper bounds (n,) on the curvatures of the surfaces, 1 / m; 0 for planes."""
+        return np.full(self.count, 0.0 if self.planar else UNKNOWN_CURVATURE)
 
     @property
     def min_cosine(self) -> Array:
         """Least cosine (n,) between a ray and the normal at its hit that is taken for certain."""
         return np.full(self.count, MIN_PLANE_COSINE)
+
+    @property
+    def moves_under_fixed_ray(self) -> Mask:
+        """Whether the point (n,) that a fixed ray hits may move during the shutter."""
+        if self.displacement is None:
+            return np.zeros(self.count, dtype=np.bool_)
+        moves: Mask = self.displacement.any(axis=0)
+        return moves
+
+    def implicit_surface(self, index: Ints) -> ImplicitSurface | None:
+        """Planes or spheres on which shapes lie at mid-shutter; None for other surfaces."""
+        del index
+        return None
 
     def screen_span(self, camera: PinholeCamera) -> Span:
         """Bounds of the shapes on the screen over the shutter, in pixels.
@@ -128,6 +148,40 @@ class ShapeSet(ABC):
         ends = [center] if d is None else [center + time * d for time in shutter_ends(d)]
         across = ball_span(camera, camera.right, camera.up, ends, radius)
         return across, ball_span(camera, camera.up, camera.right, ends, radius)
+
+    def coverage(self, index: Ints, w: Array, camera: PinholeCamera, order: int) -> PixelCoverage:
+        """Coverage of m pixels by shapes at mid-shutter; the default follows from bounding spheres.
+
+        w : (3, m) directions through the pixels' centres.  order : the order of jets.
+        """
+        center, radius = self.bounding_spheres
+        v, r = columns(center, index), radius[index]
+        return sphere_coverage(v, r, w, camera, order).of_enclosed(dot(v, v) <= r * r)
+
+    def moving_coverage(
+        self, index: Ints, w: Array, camera: PinholeCamera, order: int, whole_pixel: bool
+    ) -> PixelCoverage:
+        """Coverage of m pixels during the shutter; the default follows from bounding spheres.
+
+        whole_pixel : whether all rays of a pixel count, or only its centre's.
+        """
+        v, r = (part.take(index, axis=-1) for part in self.bounding_spheres)
+        d = np.zeros_like(v) if self.displacement is None else columns(self.displacement, index)
+        bound = moving_sphere_coverage(v, d, r, w, camera, order, whole_pixel)
+        return bound.of_enclosed(np.zeros_like(bound.may_hit))
+
+    def least_cosine(self, index: Ints, cosine: Array, turn: Array) -> Array:
+        """Lower bounds (m,) on the cosines between rays of pixels and the normals at their hits.
+
+        The default is 0, no bound.
+
+        Parameters
+        ----------
+        cosine : (m,) the cosine for the centre ray.  turn : (m,) bound on the sine of the angle
+            between the centre ray and the others.
+        """
+        del index, turn
+        return np.zeros_like(cosine)
 
     def closest_points(self, index: Ints, w: Array, time: Array | float) -> Array:
         """Ray parameters (m,) of the points of rays (3, m) that are nearest to shapes they miss.
@@ -143,7 +197,7 @@ class ShapeSet(ABC):
 
 def shutter_ends(displacement: Array | None) -> tuple[float, ...]:
     """Shutter times between whose positions shapes move; only mid-shutter if none moves."""
-    return (0.0,) if displacement is None else (-0.5, 0.5)
+    return (0.0,) if displacement is None else SHUTTER_ENDS
 
 
 def ball_span(

@@ -86,6 +86,11 @@ class ShapeTable:
         return np.concatenate([each.min_cosine for each in self.sets])
 
     @cached_property
+    def moves_under_fixed_ray(self) -> Mask:
+        """Whether the point (n,) of each object that a fixed ray hits may move."""
+        return np.concatenate([each.moves_under_fixed_ray for each in self.sets])
+
+    @cached_property
     def displacement(self) -> Array | None:
         """Displacements (3, n) over the shutter, metres; None if no object moves."""
         if all(each.displacement is None for each in self.sets):

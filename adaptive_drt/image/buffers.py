@@ -18,6 +18,7 @@ from ..cubature.error_budget import GOAL_GROWTH, MIN_GOAL, Goal, MotionErrors, m
 from ..cubature.evaluate import multi_node_error
 from ..cubature.regions import Cells
 from ..numerics.arrays import Array, Ints, Mask
+from ..numerics.axes import TIME
 from ..numerics.gather import columns, place
 from ..numerics.vector import rms
 from ..scene.film import NO_DEPTH, Film
@@ -25,7 +26,6 @@ from ..shading.variation import STEP_KIND, steps_after_shutter, zero_variation
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs
 from ..visibility.fragments import MAX_REFINED_CANDIDATES
-from ..visibility.line_intervals import TIME
 from .first_pass import FirstPassPixels, SmoothBlocks
 from .midpoint_correction import PixelCenters
 from .visibility_key import NO_KEY

@@ -15,11 +15,12 @@ from __future__ import annotations
 import numpy as np
 
 from ..numerics.arrays import Array, Ints, Mask
+from ..numerics.axes import TIME
 from ..numerics.gather import columns
 from ..numerics.low_discrepancy import splitmix64
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs
-from ..visibility.line_intervals import TIME, Lattice, hit_intervals
+from ..visibility.line_intervals import Lattice, hit_intervals
 from ..visibility.polynomials import Boxes, make_polynomials
 
 __all__ = ["NO_KEY", "find_visibility_keys"]

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..detection.occlusion import LightVisibility, classify_light_visibility
+from ..geometry.patch import Patch
 from ..lights.emitter import Emitter
 from ..numerics.arrays import Array, Mask
 from ..numerics.gather import columns
@@ -23,7 +24,6 @@ from ..parallel.call_progress import iterate_with_progress, progress_range
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs, Surface
 from ..tracing.occluder_culling import Occluders
-from .footprint import Patch
 from .partial_occlusion import apply_occluders
 from .ratio_estimator import unoccluded_factor
 from .unoccluded_variation import unoccluded_deviations

@@ -7,15 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..geometry.patch import Patch
 from ..lights.emitter import Emitter
 from ..numerics.arrays import Array, Mask
+from ..numerics.axes import TIME
 from ..numerics.floats import TINY
 from ..numerics.gather import columns
 from ..numerics.vector import dot
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs
-from ..visibility.line_intervals import TIME
-from .footprint import Patch
 
 __all__ = [
     "MARGIN_WEIGHT",

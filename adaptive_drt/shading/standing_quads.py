@@ -10,14 +10,15 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..geometry.patch import Patch
 from ..geometry.polygon.kernels import PlaneNormals, distance_to_edge
+from ..geometry.shape import MIN_PLANE_COSINE
 from ..numerics.arrays import Array, Mask
+from ..numerics.axes import TIME
 from ..numerics.floats import TINY
 from ..numerics.gather import columns
 from ..numerics.vector import dot
 from ..tracing.intersect import Pairs, Surface
-from ..visibility.line_intervals import TIME
-from .footprint import MIN_PLANE_COSINE, Patch
 
 __all__ = ["shadowing_edges"]
 

@@ -10,14 +10,14 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..geometry.patch import Patch
 from ..lights.emitter import Emitter
 from ..numerics.arrays import Array, Ints
+from ..numerics.axes import TIME
 from ..numerics.floats import TINY
 from ..numerics.gather import columns
 from ..numerics.vector import dot
 from ..tracing.intersect import Surface
-from ..visibility.line_intervals import TIME
-from .footprint import Patch
 from .variation import KINK_KIND, ROOT_KIND, SMOOTH_KIND, zero_variation
 
 __all__ = ["unoccluded_deviations"]

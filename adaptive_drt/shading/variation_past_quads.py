@@ -10,6 +10,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from ..geometry.patch import Patch
 from ..geometry.polygon.kernels import (
     PlaneNormals,
     distance_at_closest_approach,
@@ -24,7 +25,6 @@ from ..numerics.gather import columns
 from ..numerics.vector import dot
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs, Surface
-from .footprint import Patch
 from .silhouette_rates import (
     MARGIN_WEIGHT,
     MAX_SHARPNESS,

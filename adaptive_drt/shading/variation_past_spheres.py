@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..geometry.patch import Patch
 from ..lights.emitter import Emitter
 from ..numerics.arrays import Array, Mask
 from ..numerics.floats import TINY
@@ -12,7 +13,6 @@ from ..numerics.gather import columns
 from ..numerics.vector import cross, dot
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs, Surface
-from .footprint import Patch
 from .silhouette_rates import (
     MARGIN_WEIGHT,
     MIN_RELATIVE_DISTANCE,

@@ -21,8 +21,9 @@ from typing import TypeAlias
 import numpy as np
 
 from ..numerics.arrays import Array, Mask
+from ..numerics.axes import TIME
 from ..numerics.gather import columns
-from .line_intervals import TIME, TINY_COEFFICIENT, Lattice
+from .line_intervals import TINY_COEFFICIENT, Lattice
 from .unordered_pairs import GroupPairs
 
 __all__ = ["find_depth_events", "split_by_candidate"]

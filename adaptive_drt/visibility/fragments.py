@@ -16,13 +16,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..numerics.arrays import Array, Ints, Mask
+from ..numerics.axes import TIME
 from ..numerics.floats import TINY
 from ..numerics.gather import columns
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs
 from .depth_order import find_depth_order
 from .event_smoothness import find_smooth_boxes
-from .line_intervals import TIME, Lattice, SideLattice, depth_coefficients, evaluate_depth
+from .line_intervals import Lattice, SideLattice, depth_coefficients, evaluate_depth
 from .line_visibility import visible_moments
 from .moments import KINK_ERROR, MIN_WEIGHT, SQUARE_INDICES, MomentSums
 from .polynomials import Boxes, CandidatePolynomials, Coverage, make_polynomials

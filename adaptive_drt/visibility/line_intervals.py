@@ -15,11 +15,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..numerics.arrays import Array, Mask
+from ..numerics.axes import TIME
 from .polynomials import CandidatePolynomials, QuadPolynomials, SpherePolynomials
 
 __all__ = [
     "LINE_ENDS",
-    "TIME",
     "TINY_COEFFICIENT",
     "Lattice",
     "SideLattice",
@@ -29,8 +29,6 @@ __all__ = [
 ]
 
 
-TIME = 2
-"""Index of the time axis t; pixel x and y are 0 and 1."""
 LINE_ENDS: Array = np.array([-0.5, 0.5])
 """Normalized coordinates of the two sides of a box along an axis."""
 TINY_COEFFICIENT = 1e-300

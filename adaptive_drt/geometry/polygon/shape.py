@@ -16,10 +16,13 @@ from typing import ClassVar, TypeVar
 import numpy as np
 
 from ...numerics.arrays import Array, Ints, Mask
+from ...numerics.axes import SHUTTER_ENDS
 from ...numerics.gather import columns
 from ...numerics.vector import cross, dot
 from ...scene.description import Quad
 from ..camera import PinholeCamera
+from ..implicit_surface import ImplicitPlane
+from ..pixel_coverage import PixelCoverage
 from ..shape import ShapeSet, Span, shutter_ends
 from ..sphere.kernels import surface_tolerance
 from .kernels import (
@@ -27,11 +30,13 @@ from .kernels import (
     distance_to_quad,
     edge_planes,
     intersect_quad,
+    moves_in_own_plane,
     plane_hits,
     quad_blocks_segment,
     quad_edges,
     snapped_height,
 )
+from .pixel_coverage import moving_polygon_coverage, polygon_coverage
 
 __all__ = ["ParallelogramSet", "PolygonSet", "PolygonView"]
 
@@ -169,6 +174,44 @@ class PolygonSet(ShapeSet):
             last = np.where(whole, np.inf, np.where(behind, -np.inf, high))
             spans.append((first, last))
         return spans[0], spans[1]
+
+    @property
+    def moves_under_fixed_ray(self) -> Mask:
+        """See `ShapeSet.moves_under_fixed_ray`: not where a polygon moves within its own plane."""
+        d = self.displacement
+        if d is None:
+            return np.zeros(self.count, dtype=np.bool_)
+        moves: Mask = d.any(axis=0) & ~moves_in_own_plane(d, self.edge_u, self.edge_v)
+        return moves
+
+    def implicit_surface(self, index: Ints) -> ImplicitPlane:
+        """See `ShapeSet.implicit_surface`."""
+        normal = cross(columns(self.edge_u, index), columns(self.edge_v, index))
+        return ImplicitPlane(normal, columns(self.corner, index))
+
+    def coverage(self, index: Ints, w: Array, camera: PinholeCamera, order: int) -> PixelCoverage:
+        """See `ShapeSet.coverage`. Edge functions are linear, so jets are not needed."""
+        del order
+        q, u, v = (columns(part, index) for part in (self.corner, self.edge_u, self.edge_v))
+        planes, normal, height = self.planes(q, u, v)
+        return polygon_coverage(self.vertices(q, u, v), planes, normal, height, w, camera)
+
+    def moving_coverage(
+        self, index: Ints, w: Array, camera: PinholeCamera, order: int, whole_pixel: bool
+    ) -> PixelCoverage:
+        """See `ShapeSet.moving_coverage`."""
+        del order
+        u, v = columns(self.edge_u, index), columns(self.edge_v, index)
+        corners = [self.corners_at(index, time) for time in SHUTTER_ENDS]
+        normal = cross(u, v)
+        planes = [self.planes(q, u, v)[0] for q in corners]
+        height = [dot(q, normal) for q in corners]
+        return moving_polygon_coverage(planes, height, normal, w, camera, whole_pixel)
+
+    def least_cosine(self, index: Ints, cosine: Array, turn: Array) -> Array:
+        """See `ShapeSet.least_cosine`: the normal is the same everywhere."""
+        del index
+        return cosine - turn
 
     def intersect(self, index: Ints, w: Array, time: Array | float) -> Array:
         """See `ShapeSet.intersect`. Planes are made once a polygon unless times differ by ray."""

@@ -13,8 +13,12 @@ from ...numerics.arrays import Array, Ints, Mask
 from ...numerics.gather import columns
 from ...numerics.vector import dot
 from ...scene.description import Sphere
+from ..camera import PinholeCamera
+from ..implicit_surface import ImplicitSphere
+from ..pixel_coverage import PixelCoverage
 from ..shape import ShapeSet
 from .kernels import intersect_sphere, sphere_blocks_segment, surface_tolerance
+from .pixel_coverage import moving_sphere_coverage, sphere_coverage
 
 __all__ = ["SphereSet"]
 
@@ -74,6 +78,30 @@ class SphereSet(ShapeSet):
     def min_cosine(self) -> Array:
         """`MIN_SPHERE_COSINE` for each sphere, (n,)."""
         return np.full(self.radius.size, MIN_SPHERE_COSINE)
+
+    def implicit_surface(self, index: Ints) -> ImplicitSphere:
+        """See `ShapeSet.implicit_surface`."""
+        return ImplicitSphere(columns(self.center, index), self.radius[index])
+
+    def coverage(self, index: Ints, w: Array, camera: PinholeCamera, order: int) -> PixelCoverage:
+        """See `ShapeSet.coverage`."""
+        return sphere_coverage(columns(self.center, index), self.radius[index], w, camera, order)
+
+    def moving_coverage(
+        self, index: Ints, w: Array, camera: PinholeCamera, order: int, whole_pixel: bool
+    ) -> PixelCoverage:
+        """See `ShapeSet.moving_coverage`."""
+        assert self.displacement is not None
+        v, d = columns(self.center, index), columns(self.displacement, index)
+        return moving_sphere_coverage(v, d, self.radius[index], w, camera, order, whole_pixel)
+
+    def least_cosine(self, index: Ints, cosine: Array, turn: Array) -> Array:
+        """See `ShapeSet.least_cosine`: cos^2 = 1 - (distance of the line from the centre / r)^2."""
+        v, r = columns(self.center, index), self.radius[index]
+        shift = np.sqrt(dot(v, v)) * turn / r
+        sine = np.sqrt(np.maximum(1.0 - cosine**2, 0.0)) + shift
+        least: Array = np.sqrt(np.maximum(1.0 - sine * sine, 0.0))
+        return least
 
     def intersect(self, index: Ints, w: Array, time: Array | float) -> Array:
         """See `ShapeSet.intersect`."""
