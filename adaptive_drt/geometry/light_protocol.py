@@ -11,8 +11,9 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from ..numerics.arrays import Array, Mask
+from .light_plane import LightPlane
 
-__all__ = ["LightBall", "LightShape", "LinearSpan", "ViewCone"]
+__all__ = ["AreaLight", "LightBall", "LightShape", "LinearSpan", "ViewCone"]
 
 
 @dataclass(frozen=True)
@@ -96,3 +97,36 @@ class LightShape(LightBall, Protocol):
 
     def distance_or(self, distance: Array, local: Array) -> Array:
         """The distance (m,) metres to the light, or `local` if that is at infinity."""
+
+
+class AreaLight(LightBall, Protocol):
+    """A light of which occluders hide a part; `lights.emitter.Emitter` documents the parameters.
+
+    Attributes
+    ----------
+    displacement : (3, 1) metres over the shutter, or None for a static light.
+    solid : whether points and occluders may lie within the light.
+    """
+
+    @property
+    def displacement(self) -> Array | None:
+        """See the class."""
+
+    @property
+    def solid(self) -> bool:
+        """See the class."""
+
+    def half_angle(self, distance: Array) -> Array:
+        """Half the angle (n,), in radians, of the light, at distances of its centre."""
+
+    def half_angle_along(self, toward: Array, distance: Array) -> Array:
+        """Half the angle (n,) of the light along unit vectors (3, n) across the line of sight."""
+
+    def outline_clearance(self, axis: Array, direction: Array, distance: Array) -> Array | None:
+        """Angles (n,) from directions to the nearest side of the light; None for round lights."""
+
+    def distance_or(self, distance: Array, local: Array) -> Array:
+        """The distance (m,) metres to the light, or `local` if that is at infinity."""
+
+    def plane(self, to: Array) -> LightPlane:
+        """Return the plane behind which occluders block none of the light, seen from points."""

@@ -24,13 +24,18 @@ from ..numerics.gather import columns
 from ..numerics.vector import cross, dot
 from .camera import PinholeCamera
 from .implicit_surface import ImplicitSurface
-from .light_protocol import LightShape
+from .light_plane import LightPlane
+from .light_protocol import AreaLight, LightShape
 from .line_forms import BoxRays, LineForms
+from .occluder_outline import RAYS
 from .pixel_coverage import PixelCoverage
 from .planar_faces import PlanarFaces
 from .receivers import Receivers
+from .shaded_patches import ShadedPatches
+from .shadow_edges import ShadowEdges
 from .sphere.light_occlusion import moving_sphere_may_shadow
 from .sphere.pixel_coverage import moving_sphere_coverage, sphere_coverage
+from .sphere.shadow_edges import enclosed_shadow_edges
 
 __all__ = ["MIN_PLANE_COSINE", "UNKNOWN_CURVATURE", "ShapeSet", "Span", "shutter_ends"]
 
@@ -315,6 +320,71 @@ class ShapeSet(ABC):
         gap = light.to_center(center)
         near: Mask = np.sqrt(dot(gap, gap)) <= r + light.radius
         return near
+
+    def displacements(self, index: Ints) -> Array | None:
+        """Displacements (3, m) over the shutter, metres, or None if no shape of the set moves."""
+        d = self.displacement
+        return None if d is None else columns(d, index)
+
+    def shadow_edges(self, index: Ints, receivers: ShadedPatches, light: AreaLight) -> ShadowEdges:
+        """Shadow edges that shapes cast over m patches; the default follows from bounding spheres.
+
+        light : as it casts shadows.
+        """
+        center, radius = self.bounding_spheres
+        place, d = columns(center, index), self.displacements(index)
+        if d is not None:
+            place = place + receivers.time * d
+        return enclosed_shadow_edges(place, radius[index], d, receivers, light)
+
+    def outline_kind(
+        self, index: Ints, point: Array, own: Mask, light: AreaLight, time: Array | float
+    ) -> Ints:
+        """How each shape hides an extended light from a point: (m,) kinds of `occluder_outline`.
+
+        The default is `RAYS`: no closed form is known.
+
+        Parameters
+        ----------
+        point : (3, m) metres.  own : (m,) whether the point lies on the shape itself.
+        time : shutter times, a number or (m,).
+        """
+        del point, own, light, time
+        return np.full(index.size, RAYS)
+
+    def circular_outline(
+        self, index: Ints, point: Array, time: Array | float
+    ) -> tuple[Array, Array]:
+        """Spheres of the same outlines: centres (3, ...) from the points, and radii (...), metres.
+
+        It is asked only where `outline_kind` is `CIRCLE`. point : (3, ...) and time : (...) or a
+        number, which broadcast against the index.
+        """
+        raise NotImplementedError
+
+    def polygonal_outline(
+        self, index: Ints, point: Array, time: Array | float
+    ) -> tuple[Array, ...]:
+        """Corners (3, ...) of shapes, metres from the points, in order; parameters as above.
+
+        It is asked only where `outline_kind` is `POLYGON`.
+        """
+        raise NotImplementedError
+
+    def outline_in_plane(
+        self, index: Ints, point: Array, time: Array | float, plane: LightPlane, corners: int
+    ) -> Array:
+        """Polygons (k, corners, 3, n) that cut shapes hide of the light's plane, seen from points.
+
+        It is asked only where `outline_kind` is `CUT`.
+
+        Parameters
+        ----------
+        index : (k, n).  point : (3, 1, n) metres.  time : (n,).
+        plane : of the light, as seen from the n points.
+        corners : number of corners of the polygons.
+        """
+        raise NotImplementedError
 
     def closest_points(self, index: Ints, w: Array, time: Array | float) -> Array:
         """Ray parameters (m,) of the points of rays (3, m) that are nearest to shapes they miss.

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from ..geometry.light_plane import LightPlane
 from ..geometry.planar_faces import PlanarFaces
 from ..geometry.silhouettes import CircularSilhouette
 from ..numerics.arrays import Array, Ints, Mask
@@ -16,7 +17,6 @@ from ..numerics.vector import dot
 from ..scene.description import Light, Motion
 from .bounds import LightBounds
 from .coplanarity import planes_through_ball
-from .light_plane import LightPlane
 
 __all__ = ["Emitter", "LightMotion", "column"]
 

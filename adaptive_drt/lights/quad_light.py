@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..geometry.light_plane import LightPlane
 from ..geometry.light_protocol import LinearSpan
 from ..geometry.planar_faces import PlanarFaces
 from ..geometry.sphere.kernels import surface_tolerance
@@ -17,7 +18,6 @@ from ..scene.description import QuadLight
 from .coplanarity import faces_in_plane
 from .emitter import Emitter, LightMotion, column
 from .form_factor import QUAD_CORNERS, parallelogram_factor
-from .light_plane import LightPlane
 from .point_light import reduced_to_point
 
 __all__ = ["QuadEmitter", "make_quad_emitter"]

@@ -23,16 +23,20 @@ from ...numerics.vector import cross, dot
 from ...scene.description import Quad
 from ..camera import PinholeCamera
 from ..implicit_surface import ImplicitPlane
-from ..light_protocol import LightShape
+from ..light_protocol import AreaLight, LightShape
 from ..line_forms import BoxRays
+from ..occluder_outline import POLYGON, RAYS
 from ..pixel_coverage import PixelCoverage
 from ..planar_faces import NO_SOLID, PlanarFaces
 from ..receivers import Receivers
+from ..shaded_patches import ShadedPatches
+from ..shadow_edges import ShadowEdges
 from ..shape import ShapeSet, Span, shutter_ends
 from ..sphere.kernels import surface_tolerance
 from .closed_boxes import find_boxes, outward_sign
 from .kernels import (
     PlaneNormals,
+    distance_to_polygon,
     distance_to_quad,
     edge_planes,
     intersect_quad,
@@ -55,46 +59,12 @@ from .line_polynomials import (
     polygon_forms,
 )
 from .pixel_coverage import moving_polygon_coverage, polygon_coverage
+from .shadow_edges import polygon_shadow_edges
+from .view import PolygonView
 
 __all__ = ["ParallelogramSet", "PolygonSet", "PolygonView"]
 
 Polygons = TypeVar("Polygons", bound="PolygonSet")
-
-
-@dataclass(frozen=True)
-class PolygonView:
-    """Polygons of k edges as seen from points: vectors (3, ...) from the points, metres.
-
-    Attributes
-    ----------
-    corner, edge_u, edge_v : as those of `PolygonSet`, relative to the points.
-    vertices : the k vertices in order.
-    starts, edges : start points and vectors of the k edges, in the order of `planes`.
-    planes : the k inward normals of the planes through the point and each edge.
-    normal : edge_u x edge_v, turned away from the point.
-    height : (...) corner . normal >= 0: the distance of the plane times |normal|.
-    """
-
-    corner: Array
-    edge_u: Array
-    edge_v: Array
-    vertices: PlaneNormals
-    starts: PlaneNormals
-    edges: PlaneNormals
-    planes: PlaneNormals
-    normal: Array
-    height: Array
-
-    def take(self, rows: Ints) -> PolygonView:
-        """The polygons selected by an index, for arrays of shape (3, m)."""
-
-        def each(part: PlaneNormals) -> PlaneNormals:
-            return tuple(columns(vector, rows) for vector in part)
-
-        q, u, v, normal = each((self.corner, self.edge_u, self.edge_v, self.normal))
-        vertices, starts = each(self.vertices), each(self.starts)
-        edges, planes = each(self.edges), each(self.planes)
-        return PolygonView(q, u, v, vertices, starts, edges, planes, normal, self.height[rows])
 
 
 @dataclass(frozen=True)
@@ -135,6 +105,17 @@ class PolygonSet(ShapeSet):
     @abstractmethod
     def distance(q: Array, u: Array, v: Array) -> Array:
         """Distances (m,), metres, from the origin to polygons with corner q and edges u, v."""
+
+    @staticmethod
+    def bounding_ball(q: Array, u: Array, v: Array) -> tuple[Array, Array]:
+        """Centres (3, ...) and radii (...) of balls around polygons with corner q and edges u, v.
+
+        They enclose the whole parallelogram q + x u + y v, x and y in 0..1; a kind of polygon that
+        reaches beyond it has to override them.
+        """
+        plus, minus = u + v, u - v
+        radius = 0.5 * np.sqrt(np.maximum(dot(plus, plus), dot(minus, minus)))
+        return q + 0.5 * plus, radius
 
     def corners_at(self, index: Ints, time: Array | float) -> Array:
         """First vertices (3, ...) of polygons `index` at shutter times that broadcast with it."""
@@ -178,9 +159,7 @@ class PolygonSet(ShapeSet):
     @property
     def bounding_spheres(self) -> tuple[Array, Array]:
         """Spheres around the middles of edge_u + edge_v: (3, n) and (n,), metres."""
-        center = self.corner + 0.5 * (self.edge_u + self.edge_v)
-        plus, minus = self.edge_u + self.edge_v, self.edge_u - self.edge_v
-        return center, 0.5 * np.sqrt(np.maximum(dot(plus, plus), dot(minus, minus)))
+        return self.bounding_ball(self.corner, self.edge_u, self.edge_v)
 
     def screen_span(self, camera: PinholeCamera) -> Span:
         """See `ShapeSet.screen_span`; from the vertices at both ends of the shutter."""
@@ -335,6 +314,34 @@ class PolygonSet(ShapeSet):
         height = dot(light.to_center(columns(self.corner, index)), normal)
         near: Mask = np.abs(height) <= light.radius * np.sqrt(dot(normal, normal))
         return near
+
+    def shadow_edges(self, index: Ints, receivers: ShadedPatches, light: AreaLight) -> ShadowEdges:
+        """See `ShapeSet.shadow_edges`."""
+        view = self.view(index, receivers.places, receivers.time)
+        motion = self.displacements(index)
+        return polygon_shadow_edges(
+            view, motion, receivers, light, self.distance, self.bounding_ball
+        )
+
+    def outline_kind(
+        self, index: Ints, point: Array, own: Mask, light: AreaLight, time: Array | float
+    ) -> Ints:
+        """See `ShapeSet.outline_kind`: polygons that reach into a solid light have none."""
+        del point, own
+        kind = np.full(index.size, POLYGON)
+        if light.solid:
+            corner = -light.to_center(self.corners_at(index, time), time)
+            u, v = columns(self.edge_u, index), columns(self.edge_v, index)
+            away = distance_to_polygon(self.vertices(corner, u, v))
+            kind[away < light.radius] = RAYS
+        return kind
+
+    def polygonal_outline(
+        self, index: Ints, point: Array, time: Array | float
+    ) -> tuple[Array, ...]:
+        """See `ShapeSet.polygonal_outline`."""
+        q = self.corners_at(index, time) - point
+        return self.vertices(q, columns(self.edge_u, index), columns(self.edge_v, index))
 
     def closest_points(self, index: Ints, w: Array, time: Array | float) -> Array:
         """See `ShapeSet.closest_points`: here the hits on the polygons' planes."""

@@ -15,10 +15,13 @@ from ...numerics.vector import dot
 from ...scene.description import Sphere
 from ..camera import PinholeCamera
 from ..implicit_surface import ImplicitSphere
-from ..light_protocol import LightShape
+from ..light_plane import LightPlane
+from ..light_protocol import AreaLight, LightShape
 from ..line_forms import BoxRays
 from ..pixel_coverage import PixelCoverage
 from ..receivers import Receivers
+from ..shaded_patches import ShadedPatches
+from ..shadow_edges import ShadowEdges
 from ..shape import ShapeSet
 from .kernels import intersect_sphere, sphere_blocks_segment, surface_tolerance
 from .light_occlusion import (
@@ -28,7 +31,10 @@ from .light_occlusion import (
     sphere_occlusion,
 )
 from .line_polynomials import SphereForms, sphere_forms
+from .outline import sphere_outline_kinds
 from .pixel_coverage import moving_sphere_coverage, sphere_coverage
+from .plane_section import clipped_sphere_polygons
+from .shadow_edges import sphere_shadow_edges
 
 __all__ = ["SphereSet"]
 
@@ -174,3 +180,28 @@ class SphereSet(ShapeSet):
         """See `ShapeSet.hides_from_footprint`."""
         center = columns(self.center, index)
         return sphere_hides_from_footprint(light, receivers, center, self.radius[index])
+
+    def shadow_edges(self, index: Ints, receivers: ShadedPatches, light: AreaLight) -> ShadowEdges:
+        """See `ShapeSet.shadow_edges`."""
+        place, motion = self.moved(index, receivers.time), self.displacements(index)
+        return sphere_shadow_edges(place, self.radius[index], motion, receivers, light)
+
+    def outline_kind(
+        self, index: Ints, point: Array, own: Mask, light: AreaLight, time: Array | float
+    ) -> Ints:
+        """See `ShapeSet.outline_kind`."""
+        place, r = self.moved(index, time), self.radius[index]
+        return sphere_outline_kinds(place, r, point, own, light, time)
+
+    def circular_outline(
+        self, index: Ints, point: Array, time: Array | float
+    ) -> tuple[Array, Array]:
+        """See `ShapeSet.circular_outline`."""
+        return self.moved(index, time) - point, self.radius[index]
+
+    def outline_in_plane(
+        self, index: Ints, point: Array, time: Array | float, plane: LightPlane, corners: int
+    ) -> Array:
+        """See `ShapeSet.outline_in_plane`."""
+        v, radius = self.circular_outline(index, point, time)
+        return clipped_sphere_polygons(plane, v.swapaxes(0, 1), radius, corners)
