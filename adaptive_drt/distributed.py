@@ -282,11 +282,11 @@ class Resolver:
             sums = gather_light(plan, flat, light, pairs, spots, time)
             self.out.count("light", row.size * light_rays)
             for channel in range(3):
-                closed, every, visible = (
+                closed, whole, visible = (
                     _grouped_sums(row, color[channel] * part[:, 0], n)
-                    for part in (sums.closed, sums.every, sums.visible)
+                    for part in (sums.closed, sums.total, sums.visible)
                 )
-                total[channel] += light.power[channel] * ratio_estimate(closed, every, visible)
+                total[channel] += light.power[channel] * ratio_estimate(closed, whole, visible)
         return total
 
     def _patch_pairs(self, shape: Emitter, flat: Surface, row: Ints) -> Pairs:
