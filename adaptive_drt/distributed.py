@@ -455,7 +455,7 @@ class Resolver:
         for channel in range(3):
             closed, every, visible = (
                 _grouped_sums(row, brdf[channel] * part[:, 0], n)
-                for part in (sums.closed, sums.every, sums.visible)
+                for part in (sums.closed, sums.total, sums.visible)
             )
             parts[channel] = ratio_estimate(closed, every, visible)
         return parts

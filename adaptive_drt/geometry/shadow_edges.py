@@ -65,21 +65,21 @@ class ShadowEdges:
     shifts : (3, m) radians by which its outline moves over the light, by axis.
     width : (m,) radians between the beginning of the shadow edge and its end, where the shadow is
     complete.
-    ends : (m,) whether such a bound, a kink, lies within the patch.
-    power : (m,) coefficient of the shadow's beginning at the nearest bound: `power` u^(3/2) as a
+    has_kink : (m,) whether such a bound, a kink, lies within the patch.
+    coefficient : (m,) of the shadow's beginning at the nearest bound: `coefficient` u^(3/2) as a
     fraction of `depth`, with u in units of `width`; inf where it is a linear ramp.
-    away : (m,) radians from the middle of the patch to that bound, and no less than to the side of
-    the patch.
-    covers : (m,) whether the occluder hides the light from the whole patch.
+    bound_distance : (m,) radians from the middle of the patch to that bound, and no less than to
+    the side of the patch.
+    hides_all : (m,) whether the occluder hides the light from the whole patch.
     """
 
     depth: Array
     shifts: Array
     width: Array
-    ends: Mask
-    power: Array
-    away: Array
-    covers: Mask
+    has_kink: Mask
+    coefficient: Array
+    bound_distance: Array
+    hides_all: Mask
 
 
 def largest_shift(angle: Array) -> Array:

@@ -124,7 +124,7 @@ def shadow_variation(
             receivers = pair_receivers(surface, patch, pairs.take(chosen), _at(time, chosen))
             found.append(shapes.shadow_edges(index[some], receivers, light))
         shadow, pixel = _concatenate(found), pairs.pixel[rows]
-        hidden[pixel[shadow.covers]] = True
+        hidden[pixel[shadow.hides_all]] = True
         _accumulate(total, pixel, shadow)
     total[..., hidden] = 0.0
     return total, hidden
@@ -165,27 +165,28 @@ def _accumulate(total: Array, pixel: Ints, shadow: ShadowEdges) -> None:
     across = square.sum(axis=0)
     step = across >= STEP_EXTENT * STEP_EXTENT
     extent = np.sqrt(across)
-    power, away = shadow.power[live], shadow.away[live] / np.maximum(width, TINY)
-    round_ = np.isfinite(power)
-    ends = shadow.ends[live] & ~step
+    coefficient = shadow.coefficient[live]
+    away = shadow.bound_distance[live] / np.maximum(width, TINY)
+    round_ = np.isfinite(coefficient)
+    kinked = shadow.has_kink[live] & ~step
     # a power of 3/2 where that gives less than a ramp
-    root = ROOT_COEFFICIENT * power * np.sqrt(extent)
-    kink = ends & ~(root < KINK_COEFFICIENT)
+    root = ROOT_COEFFICIENT * coefficient * np.sqrt(extent)
+    kink = kinked & ~(root < KINK_COEFFICIENT)
     root = np.where(kink, KINK_COEFFICIENT, root) * extent
     curve = np.where(
         round_,
-        DISTANT_ROOT_COEFFICIENT * power / np.sqrt(np.maximum(away, TINY)),
+        DISTANT_ROOT_COEFFICIENT * coefficient / np.sqrt(np.maximum(away, TINY)),
         SMOOTH_COEFFICIENT,
     )
     bend = np.where(step, SMOOTH_COEFFICIENT, curve) * across
     bend = np.where(
-        ends, np.where(round_, root, np.maximum(root, SMOOTH_COEFFICIENT * across)), bend
+        kinked, np.where(round_, root, np.maximum(root, SMOOTH_COEFFICIENT * across)), bend
     )
     share = depth * np.minimum(bend, STEP_COEFFICIENT) * square / np.maximum(across, TINY)
     count = total.shape[2]
     kinds = (
-        (SMOOTH_KIND, ~(ends | step)),
-        (ROOT_KIND, ends & ~kink),
+        (SMOOTH_KIND, ~(kinked | step)),
+        (ROOT_KIND, kinked & ~kink),
         (KINK_KIND, kink),
         (STEP_KIND, step),
     )

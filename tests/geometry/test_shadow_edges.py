@@ -119,17 +119,17 @@ def test_without_a_predicted_edge_the_visible_fraction_does_not_change(name, lig
         low = np.where(seen, np.minimum(low, hidden), low)
         high = np.where(seen, np.maximum(high, hidden), high)
     missed = (found.depth == 0.0) & (high - low > CHANGE)
-    wrong = found.covers & (low < 1.0)
+    wrong = found.hides_all & (low < 1.0)
     print(
         f"{name}: {(found.depth > 0.0).mean():.3f} edges, {missed.mean():.4f} missed, "
-        f"{found.covers.mean():.3f} hidden"
+        f"{found.hides_all.mean():.3f} hidden"
     )
     assert missed.mean() <= MISSED
     assert not wrong.any()
     if "balls" in name:
-        assert not found.covers.any()
+        assert not found.hides_all.any()
     else:
-        assert found.covers.mean() > 0.02
+        assert found.hides_all.mean() > 0.02
         assert (found.depth > 0.0).mean() < 0.95
 
 

@@ -75,8 +75,8 @@ def polygon_shadow_edges(
     # or if the point is in that plane
     beyond = dot(to, normal) - height
     depth[own | ~(height > 0.0) | (before & (beyond + light.radius * size < -light_slack))] = 0.0
-    covers = shadows.covers & before & (beyond - light.radius * size > light_slack)
-    covers &= (height > 0.0) & ~own
+    shadows.hides_all[:] &= before & (beyond - light.radius * size > light_slack)
+    shadows.hides_all[:] &= (height > 0.0) & ~own
     edge_on = cut[~touched]
     if edge_on.size:
         ball = bounding_ball(
@@ -89,7 +89,7 @@ def polygon_shadow_edges(
     if cut.size:
         # the polygon itself cuts the patch, which is lit on one side and dark on the other: a step
         depth[cut], width[cut], shifts[:, cut] = 1.0, 0.0, columns(through, ~walls)
-    return ShadowEdges(depth, shifts, width, shadows.ends, shadows.power, shadows.away, covers)
+    return shadows
 
 
 def _take(motion: Array | None, rows: Ints) -> Array | None:
@@ -157,8 +157,8 @@ def _shadow_edges(
     nearest = light.distance_or(far, _corner_distance(view)) * MIN_RELATIVE_DISTANCE
     depth, width, sharpest = np.zeros(count), np.ones(count), np.zeros(count)
     shifts, away = np.zeros((3, count)), np.full(count, np.inf)
-    ends, misses = np.zeros((2, count), dtype=np.bool_)
-    covers = np.ones(count, dtype=np.bool_) if free is None else free.any(axis=0)
+    has_kink, misses = np.zeros((2, count), dtype=np.bool_)
+    hides_all = np.ones(count, dtype=np.bool_) if free is None else free.any(axis=0)
     for number, plane in enumerate(view.planes):
         near = distance_at_closest_approach(view.starts[number], view.edges[number], axis)
         rate, steps = outline_rates(receivers, light, motion, np.maximum(near, nearest), far)
@@ -175,7 +175,7 @@ def _shadow_edges(
             within_edge |= ~free[number]
             crosses &= free[number]
         misses |= outside
-        covers &= within_edge
+        hides_all &= within_edge
         sharp = np.where(crosses, whole / np.maximum(half, whole / MAX_SHARPNESS), 0.0)
         better = sharp > EQUAL_SHARPNESS * sharpest
         sharpest = np.where(better, sharp, sharpest)
@@ -184,11 +184,11 @@ def _shadow_edges(
         share = np.where(np.abs(height_of) < half + within, 1.0, MARGIN_WEIGHT)
         depth = np.maximum(depth, np.where(crosses, share, 0.0))
         bound = np.abs(np.abs(height_of) - half)
-        ends |= crosses & (bound < whole)
+        has_kink |= crosses & (bound < whole)
         away = np.minimum(away, np.where(crosses, np.maximum(bound, whole), np.inf))
     depth[misses] = 0.0
-    power = np.full(count, np.inf if light.span is not None else TANGENCY_COEFFICIENT)
-    return ShadowEdges(depth, shifts, width, ends, power, away, covers & ~misses)
+    coefficient = np.full(count, np.inf if light.span is not None else TANGENCY_COEFFICIENT)
+    return ShadowEdges(depth, shifts, width, has_kink, coefficient, away, hides_all & ~misses)
 
 
 def _update_edge_on(shadows: ShadowEdges, rows: Ints, moved: Array, half: Array) -> None:

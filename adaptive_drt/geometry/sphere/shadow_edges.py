@@ -47,8 +47,7 @@ def sphere_shadow_edges(
     r : (m,) radii, metres.
     """
     point = receivers.places
-    v = center - point
-    to = light.to_center(point, receivers.time)
+    v, to = center - point, light.to_center(point, receivers.time)
     far = np.maximum(np.sqrt(dot(to, to)), TINY)
     axis = to / far
     vv = dot(v, v)
@@ -75,17 +74,18 @@ def sphere_shadow_edges(
     before = np.sqrt(vv) - r < far + light.radius
     enclosed = (vv <= r * r) | receivers.own
     depth = np.minimum(1.0, opening / np.maximum(half, MIN_ANGLE_RATIO * opening)) ** 2
-    depth = depth * np.where(inside, 1.0, MARGIN_WEIGHT)
-    depth = np.where(crosses & before & ~enclosed, depth, 0.0)
+    weight = np.where(inside, 1.0, MARGIN_WEIGHT)
+    depth = np.where(crosses & before & ~enclosed, depth * weight, 0.0)
     bounds = np.abs(np.array([angle - opening - half, opening - farthest, inner]))
-    power, away, ends = _nearest_bound(light, bounds, whole, half, opening)
-    covers = (opening - farthest >= whole) & ~enclosed & (tangent < far - light.radius)
+    nearest = _nearest_bound(light, bounds, whole, half, opening)
+    hides_all = (opening - farthest >= whole) & ~enclosed & (tangent < far - light.radius)
     some = enclosed.nonzero()[0]
     if some.size:
         part = columns(v, some), columns(to, some), r[some], receivers.take(some), light
         drift = None if displacement is None else columns(displacement, some)
-        covers[some] = _encloses_patch(*part, drift)
-    return ShadowEdges(depth, shifts, 2.0 * np.minimum(half, opening), ends, power, away, covers)
+        hides_all[some] = _encloses_patch(*part, drift)
+    width = 2.0 * np.minimum(half, opening)
+    return ShadowEdges(depth, shifts, width, *nearest, hides_all)
 
 
 def enclosed_shadow_edges(
@@ -149,11 +149,11 @@ def _outline_angles(
 
 def _nearest_bound(
     light: AreaLight, bounds: Array, whole: Array, half: Array, opening: Array
-) -> tuple[Array, Array, Mask]:
-    """Coefficients of the powers 3/2 at the bounds that matter most.
+) -> tuple[Mask, Array, Array]:
+    """Whether any bound of each shadow edge is within the patch, and which of them matters most.
 
-    Returns with them the distances of these bounds in radians, and whether any bound is within the
-    patch.
+    Returns of the latter the coefficient of the power 3/2 and the distance in radians: see
+    `ShadowEdges`.
 
     bounds : (3, m) radians to where the shadow begins, where the sphere hides the whole light, and
     where the sphere's outline lies within the light's.
@@ -169,9 +169,9 @@ def _nearest_bound(
     number = (round_ / away).argmax(axis=0)
     each = np.arange(whole.size)
     return (
+        (bounds < whole).any(axis=0),
         TANGENCY_COEFFICIENT * np.sqrt(round_[number, each]),
         away[number, each],
-        (bounds < whole).any(axis=0),
     )
 
 
