@@ -37,7 +37,7 @@ MIN_THICKNESS = 2.0**-10
 which the outward direction is certain."""
 
 
-def find_boxes(quads: ParallelogramSet, names: Sequence[str]) -> Ints:
+def find_boxes(quads: ParallelogramSet, names: Sequence[str] | NDArray[np.str_]) -> Ints:
     """Find closed boxes among n quads.
 
     Parameters

@@ -19,7 +19,7 @@ from ...numerics.arrays import Array, Ints, Mask
 from ...numerics.axes import SHUTTER_ENDS
 from ...numerics.gather import columns
 from ...numerics.vector import cross, dot
-from ...scene.description import Quad
+from ...scene.description import Quad, Quads
 from ..camera import PinholeCamera
 from ..implicit_surface import ImplicitPlane
 from ..pixel_coverage import PixelCoverage
@@ -257,11 +257,13 @@ class ParallelogramSet(PolygonSet):
 
     @classmethod
     def from_records(
-        cls, records: Sequence[Quad], origin: Array, displacement: Array | None
+        cls, records: Sequence[Quad | Quads], origin: Array, displacement: Array | None
     ) -> ParallelogramSet:
         """Parallelograms relative to the camera at `origin` (3, 1), metres."""
         q, u, v = (
-            np.ascontiguousarray(np.array(part, dtype=np.float64).reshape(-1, 3).T)
+            np.concatenate([np.reshape(vector, (3, -1)) for vector in part], axis=1)
+            if part
+            else np.zeros((3, 0))
             for part in (
                 [r.corner for r in records],
                 [r.edge_u for r in records],
