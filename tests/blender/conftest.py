@@ -82,10 +82,13 @@ def export(addon, file):
 
 @pytest.fixture
 def rendered(addon, file, monkeypatch, tmp_path):
-    """Render with the engine, one frame or those from first to last; the core's scene of each."""
+    """Render with the engine, one frame or those from first to last; the core's scene of each, with
+    single shapes.
+    """
     import bpy
 
     engine = importlib.import_module(f"{PACKAGE}.operators.engine_export")
+    description = importlib.import_module(f"{PACKAGE}.adaptive_drt.scene.description")
     made, found = engine.export_scene, []
     monkeypatch.setattr(engine, "export_scene", lambda *a: found.append(made(*a)) or found[-1])
 
@@ -96,6 +99,6 @@ def rendered(addon, file, monkeypatch, tmp_path):
         if first is not None:
             scene.frame_start, scene.frame_end = first, last
         bpy.ops.render.render(animation=first is not None)
-        return list(found)
+        return [replace(one, shapes=description.single_shapes(one.shapes)) for one in found]
 
     return run
