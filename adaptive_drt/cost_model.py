@@ -144,8 +144,8 @@ def _trace_undistributed(
     center = trace_center_rays(plan, tile.x, tile.y, find_candidates(plan, bounds, tile))
     flags = detect(plan, occluders, center, lambda _: None)
     none = np.zeros(center.rows.size, dtype=np.bool_)
-    shadows = tuple(replace(shadow, partial=none) for shadow in flags.shadows)
-    flags = replace(flags, mask=np.zeros_like(flags.mask), shadows=shadows)
+    shadows = tuple(replace(shadow, partial=none) for shadow in flags.visibilities)
+    flags = replace(flags, mask=np.zeros_like(flags.mask), visibilities=shadows)
     Resolver(plan, occluders, tile, center, flags).plain()
 
 

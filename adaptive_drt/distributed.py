@@ -245,8 +245,8 @@ class Resolver:
         factor = unoccluded_factor(light, shape, light.to_center(hits.point), hits)
         if not light.casts_shadow:
             return factor
-        if self.flags.shadows:
-            shadow = self.flags.shadows[index]
+        if self.flags.visibilities:
+            shadow = self.flags.visibilities[index]
             factor = np.where(shadow.blocked[keep], 0.0, factor)
             chosen = shadow.partial[keep].nonzero()[0]
             source = shadow.pairs if self.lean else None
@@ -455,7 +455,7 @@ class Resolver:
         for channel in range(3):
             closed, every, visible = (
                 _grouped_sums(row, brdf[channel] * part[:, 0], n)
-                for part in (sums.closed, sums.every, sums.visible)
+                for part in (sums.closed, sums.total, sums.visible)
             )
             parts[channel] = ratio_estimate(closed, every, visible)
         return parts

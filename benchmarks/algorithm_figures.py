@@ -29,6 +29,7 @@ from adaptive_drt.geometry.sphere.kernels import discriminant
 from adaptive_drt.numerics.arrays import Array
 from adaptive_drt.numerics.axes import TIME
 from adaptive_drt.numerics.jet import Jet
+from adaptive_drt.numerics.line_lattice import Lattice
 from adaptive_drt.numerics.low_discrepancy import low_discrepancy_points
 from adaptive_drt.numerics.taylor_range import interval_range, rectangle_range
 from adaptive_drt.numerics.vector import dot
@@ -39,7 +40,7 @@ from adaptive_drt.tracing.compile import Plan
 from adaptive_drt.tracing.intersect import Pairs, surface
 from adaptive_drt.tracing.occluder_culling import Occluders
 from adaptive_drt.visibility.fragments import Boxes, find_fragments
-from adaptive_drt.visibility.line_intervals import Lattice, hit_intervals
+from adaptive_drt.visibility.line_intervals import hit_intervals
 from adaptive_drt.visibility.polynomials import make_polynomials
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -275,13 +276,13 @@ def _show_regions(
     pairs = Pairs(np.zeros_like(every), every)
     found = find_fragments(plan, boxes, pairs, 1e-3, 16)
     wide = (high > low)[:, None] & np.ones(found.item.size, dtype=np.bool_)
-    star, turn = np.ones(found.item.size, dtype=np.bool_), rotation_index(found.place)
-    arms = make_nodes(found.place, found.spread, wide, star, ~star, turn)
-    samples = found.place[:, arms.region] + arms.offset
+    star, turn = np.ones(found.item.size, dtype=np.bool_), rotation_index(found.centroid)
+    arms = make_nodes(found.centroid, found.cholesky, wide, star, ~star, turn)
+    samples = found.centroid[:, arms.region] + arms.offset
     axis.plot(samples[one], samples[other], "ko", ms=4, mfc="w")
-    axis.plot(found.place[one], found.place[other], "k+", ms=9, mew=2)
+    axis.plot(found.centroid[one], found.centroid[other], "k+", ms=9, mew=2)
     for k in range(found.item.size):
-        axis.add_patch(_ellipse(found.place[:, k], found.spread[:, k], shown_axes))
+        axis.add_patch(_ellipse(found.centroid[:, k], found.cholesky[:, k], shown_axes))
     _show_lines(plan, axis, boxes, pairs, other == TIME)
 
 
@@ -300,7 +301,7 @@ def _show_lines(plan: Plan, axis: Axes, boxes: Boxes, pairs: Pairs, timed: bool)
     forms, cover = make_polynomials(plan, boxes, pairs)
     low, size = boxes.low[:, 0], (boxes.high - boxes.low)[:, 0]
     along, across = (TIME, 0) if timed else (0, 1)
-    first, last = hit_intervals(forms, cover.full, Lattice(along, 8, 1))
+    first, last = hit_intervals(forms, cover.all_hit, Lattice(along, 8, 1))
     for k in range(8):
         place = low[across] + (k + 0.5) / 8 * size[across]
         met = last[k, 0, : plan.sphere_count] > first[k, 0, : plan.sphere_count]

@@ -28,21 +28,22 @@ class EdgeTest:
     Attributes
     ----------
     edge : (n,) whether the nearest object may change within the pixel.
-    front : (n,) least upper bound on the ray parameters of an object that covers the whole pixel;
-        inf if none does.
-    front_still : (n,) the same among objects that do not move.
-    nearest_still : (n,) lower bound on the ray parameters of objects that do not move; inf if none.
-    some : (m,) whether some ray of the pixel may hit the candidate.
-    seen : (m,) whether that hit may also be visible.
+    covered_from : (n,) least upper bound on the ray parameters of an object that covers the whole
+        pixel; inf if none does.
+    covered_from_at_rest : (n,) the same among objects that do not move.
+    nearest_at_rest : (n,) lower bound on the ray parameters of objects that do not move; inf if
+        there are none.
+    may_hit : (m,) whether some ray of the pixel may hit the candidate.
+    may_be_visible : (m,) whether that hit may also be visible.
     near, far : (m,) bounds on the ray parameter of the visible part of the candidate.
     """
 
     edge: Mask
-    front: Array
-    front_still: Array
-    nearest_still: Array
-    some: Mask
-    seen: Mask
+    covered_from: Array
+    covered_from_at_rest: Array
+    nearest_at_rest: Array
+    may_hit: Mask
+    may_be_visible: Mask
     near: Array
     far: Array
 
@@ -57,22 +58,31 @@ def detect_edges(plan: Plan, count: int, pairs: Pairs, w: Array, t: Array) -> Ed
     t : (m,) ray parameters of the centre rays' hits, inf for a miss.
     """
     cover = _classify_coverage(plan, pairs, w)
-    front = np.full(count, np.inf)
+    covered_from = np.full(count, np.inf)
     full = cover.covers.nonzero()[0]
-    np.minimum.at(front, pairs.pixel[full], cover.far[full])
+    np.minimum.at(covered_from, pairs.pixel[full], cover.far[full])
     still = full[~plan.moves[pairs.item[full]]]
-    front_still = np.full(count, np.inf)
-    np.minimum.at(front_still, pairs.pixel[still], cover.far[still])
-    seen = cover.may_hit & (cover.near <= front[pairs.pixel])
+    covered_from_at_rest = np.full(count, np.inf)
+    np.minimum.at(covered_from_at_rest, pairs.pixel[still], cover.far[still])
+    seen = cover.may_hit & (cover.near <= covered_from[pairs.pixel])
     edge = np.zeros(count, dtype=np.bool_)
     edge[pairs.pixel[seen & ~cover.covers]] = True
     both = seen & cover.covers
     edge |= _intersection_edges(plan, count, pairs.take(both), w, t, both)
-    nearest_still = np.full(count, np.inf)
+    nearest_at_rest = np.full(count, np.inf)
     some_still = (cover.may_hit & ~plan.moves[pairs.item]).nonzero()[0]
-    np.minimum.at(nearest_still, pairs.pixel[some_still], cover.near[some_still])
-    far = np.minimum(cover.far, front[pairs.pixel])
-    return EdgeTest(edge, front, front_still, nearest_still, cover.may_hit, seen, cover.near, far)
+    np.minimum.at(nearest_at_rest, pairs.pixel[some_still], cover.near[some_still])
+    far = np.minimum(cover.far, covered_from[pairs.pixel])
+    return EdgeTest(
+        edge,
+        covered_from,
+        covered_from_at_rest,
+        nearest_at_rest,
+        cover.may_hit,
+        seen,
+        cover.near,
+        far,
+    )
 
 
 def _intersection_edges(

@@ -65,7 +65,7 @@ def make_footprint(plan: Plan, surface: Surface, reach: Array) -> Footprint:
 def _parallelograms_along_rays(
     plan: Plan, point: Array, t: Array, reach: Array
 ) -> tuple[Array, tuple[Array, Array]]:
-    """`off` and `steps` of parallelograms along the ray and the pixel's x axis.
+    """`thickness` and `steps` of parallelograms along the ray and the pixel's x axis.
 
     For a hit t' (w + x right + y up) with |x|, |y| <= 1/2, the distance from the centre is at most
     the reach, so |(t' - t) w| is at most the reach plus the length of t' (x right + y up).

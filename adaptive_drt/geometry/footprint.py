@@ -25,23 +25,23 @@ class Footprint:
     Attributes
     ----------
     steps : two arrays (3, n), metres: from the centre to the midpoints of two adjacent sides.
-    off : (n,) metres, bound on the distance of the surface from the parallelogram; inf where no
-        parallelogram bounds it.
+    thickness : (n,) metres, bound on the distance of the surface from the parallelogram; inf where
+        no parallelogram bounds it.
     """
 
     steps: tuple[Array, Array]
-    off: Array
+    thickness: Array
 
-    def change(self, slope: Array, at: Ints) -> Array:
+    def linear_variation(self, slope: Array, at: Ints) -> Array:
         """Largest change from the centre of linear functions of gradients `slope` (3, m): (m,)."""
         along = np.abs(dot(columns(self.steps[0], at), slope)) + np.abs(
             dot(columns(self.steps[1], at), slope)
         )
         with np.errstate(invalid="ignore"):  # a gradient of 0 over an unbounded footprint
-            wide: Array = along + self.off[at] * np.sqrt(dot(slope, slope))
+            wide: Array = along + self.thickness[at] * np.sqrt(dot(slope, slope))
         return np.where(np.isnan(wide), np.inf, wide)
 
-    def clear_of(self, v: Array, r: Array, at: Ints) -> Mask:
+    def is_clear_of(self, v: Array, r: Array, at: Ints) -> Mask:
         """Whether balls certainly do not intersect footprints: (m,) bool.
 
         Parameters
@@ -62,5 +62,5 @@ class Footprint:
                 height = np.sqrt(safe / np.where(flat, dot(side, side), 1.0))
                 beyond = np.maximum(beyond, (np.abs(along) / safe - 1.0) * height)
             away = np.hypot(dot(v, normal) / np.sqrt(safe), beyond)
-        clear: Mask = flat & (away * (1.0 - DISTANCE_ROUNDING) > r + self.off[at])
+        clear: Mask = flat & (away * (1.0 - DISTANCE_ROUNDING) > r + self.thickness[at])
         return clear

@@ -21,24 +21,24 @@ class Patch:
     Attributes
     ----------
     steps : (3, 3, n) metres, motion of the hit from the middle of the box to its side: first index
-    axis x, y, t, then components. On a moving object the hit moves along its ray.
-    slides : (3, n) metres, distance over the object's own surface by which the hit moves, by axis.
-    cross : (3, n) metres, motion of the object relative to the ray and normal to it, by axis.
-    time : (n,) half the box's extent in shutter times.
-    bend : (n,) curvature of the surface, 1 / m; 0 for planes.
-    slant : (n,) cosine between the surface's normal and the ray, at least
-        `ShapeSet.min_cosine`.
+        axis x, y, t, then components. On a moving object the hit moves along its ray.
+    surface_steps : (3, n) metres, distance over the object's own surface by which the hit moves, by
+        axis.
+    view_steps : (3, n) metres, motion of the object relative to the ray and normal to it, by axis.
+    half_time : (n,) half the box's extent in shutter times.
+    curvature : (n,) curvature of the surface, 1 / m; 0 for planes.
+    cosine : (n,) cosine between the surface's normal and the ray, at least `ShapeSet.min_cosine`.
     axes : axes along which any of the boxes extends; along others all steps are 0.
     margin : extent of the region in which shadow edges are searched, in units of the patch's
     extent.
     """
 
     steps: Array
-    slides: Array
-    cross: Array
-    time: Array
-    bend: Array
-    slant: Array
+    surface_steps: Array
+    view_steps: Array
+    half_time: Array
+    curvature: Array
+    cosine: Array
     axes: tuple[int, ...]
     margin: float = 1.0
 
@@ -46,7 +46,7 @@ class Patch:
     def reach(self) -> Array:
         """Radii of the patches around their points in metres, (n,): the sum of the lengths of the
         steps."""
-        total: Array = np.zeros_like(self.time)
+        total: Array = np.zeros_like(self.half_time)
         for axis in self.axes:
             step = self.steps[axis]
             total += np.sqrt(dot(step, step))

@@ -24,8 +24,18 @@ from ..numerics.gather import columns
 from ..numerics.vector import cross, dot
 from .camera import PinholeCamera
 from .implicit_surface import ImplicitSurface
+from .light_plane import LightPlane
+from .light_protocol import AreaLight, LightShape
+from .line_forms import BoxRays, LineForms
+from .occluder_outline import RAYS
 from .pixel_coverage import PixelCoverage
+from .planar_faces import PlanarFaces
+from .receivers import Receivers
+from .shaded_patches import ShadedPatches
+from .shadow_edges import ShadowEdges
+from .sphere.light_occlusion import moving_sphere_may_shadow
 from .sphere.pixel_coverage import moving_sphere_coverage, sphere_coverage
+from .sphere.shadow_edges import enclosed_shadow_edges
 
 __all__ = ["MIN_PLANE_COSINE", "UNKNOWN_CURVATURE", "ShapeSet", "Span", "shutter_ends"]
 
@@ -109,6 +119,16 @@ class ShapeSet(ABC):
         time : shutter times, a number or (m, k).
         """
 
+    @abstractmethod
+    def line_forms(self, index: Ints, rows: Ints, rays: BoxRays) -> LineForms:
+        """Shapes seen through boxes in pixel and shutter time, as polynomials.
+
+        Parameters
+        ----------
+        index : (m,).  rows : (m,) positions among all candidates, for `LineForms.rows`.
+        rays : the camera's rays through the box of each.
+        """
+
     @property
     def count(self) -> int:
         """Number of shapes."""
@@ -136,6 +156,39 @@ class ShapeSet(ABC):
         """Planes or spheres on which shapes lie at mid-shutter; None for other surfaces."""
         del index
         return None
+
+    def plane(self, index: Ints) -> tuple[Array, Array]:
+        """Normals (3, m), of any length, of the planes of shapes, and a point (3, m) of each plane.
+
+        Points are those at mid-shutter, metres. Only kinds that are `planar` have planes.
+        """
+        raise NotImplementedError(f"{type(self).__name__} does not lie in planes")
+
+    def extent(self, index: Ints, direction: Array, time: Array | float) -> tuple[Array, Array]:
+        """Least and greatest dot product (m,) of the points of shapes with vectors (3, m).
+
+        The default is the extent of the bounding spheres.
+        """
+        center, radius = self.bounding_spheres
+        place = columns(center, index)
+        if self.displacement is not None:
+            place = place + time * columns(self.displacement, index)
+        middle = dot(place, direction)
+        reach = radius[index] * np.sqrt(dot(direction, direction))
+        return middle - reach, middle + reach
+
+    @property
+    def faces(self) -> PlanarFaces | None:
+        """The planes of planar shapes; None for sets of other shapes."""
+        return None
+
+    @property
+    def inner_radii(self) -> Array:
+        """Radii (n,), metres, of balls inside the shapes, around the bounding spheres' centres.
+
+        All that such a ball hides from outside of it is hidden by the shape; 0 for no ball.
+        """
+        return np.zeros(self.count)
 
     def screen_span(self, camera: PinholeCamera) -> Span:
         """Bounds of the shapes on the screen over the shutter, in pixels.
@@ -182,6 +235,156 @@ class ShapeSet(ABC):
         """
         del index, turn
         return np.zeros_like(cosine)
+
+    def occlusion(
+        self,
+        index: Ints,
+        light: LightShape,
+        receivers: Receivers,
+        time: Array | float,
+        order: int,
+    ) -> tuple[Mask, Mask]:
+        """Whether shapes certainly hide nothing, or certainly all of a light from points.
+
+        Where a shape may hide a part, both are false; the default is false everywhere.
+
+        Parameters
+        ----------
+        light : the light as it casts shadows.  receivers : m points; their reach does not count.
+        time : shutter times of the light and the shapes, a number or (m,).  order : of jets.
+
+        Returns
+        -------
+        none, full : (m,) bool.
+        """
+        del light, receivers, time, order
+        none, full = np.zeros((2, index.size), dtype=np.bool_)
+        return none, full
+
+    def hides_from_patch(
+        self, index: Ints, light: LightShape, receivers: Receivers, time: float
+    ) -> Mask:
+        """Whether shapes that hide a light from the receivers' points do so from whole patches.
+
+        The default is nowhere. The answer does not hold for patches that a closed shape cuts, of
+        which some points are inside it, as the light may be.
+
+        Parameters
+        ----------
+        light : the light as it casts shadows.  receivers : m patches with a reach.
+        time : the shutter time of the light and the shapes.
+        """
+        del light, receivers, time
+        return np.zeros(index.size, dtype=np.bool_)
+
+    def may_shadow(self, index: Ints, light: LightShape, receivers: Receivers) -> Mask:
+        """Whether shapes may hide some of a light at rest from patches at some time: (m,).
+
+        The default follows from the bounding spheres and the paths of their centres.
+        """
+        center, r = (part.take(index, axis=-1) for part in self.bounding_spheres)
+        d = self.displacement
+        moved = np.zeros_like(center) if d is None else columns(d, index)
+        return moving_sphere_may_shadow(light, receivers, center, moved, r)
+
+    def casts_sharp_edge(
+        self, index: Ints, light: LightShape, receivers: Receivers, order: int
+    ) -> Mask:
+        """Whether shapes at mid-shutter may hide all of a light from one point of a patch and
+        nothing from another: (m,). The default is everywhere.
+
+        An edge where the shape itself cuts the patch may be missed: the coverage of pixels has it.
+
+        Parameters
+        ----------
+        light : the light as it casts shadows, or points of it.  order : of jets.
+        receivers : m patches of single pixels.
+        """
+        del light, receivers, order
+        return np.ones(index.size, dtype=np.bool_)
+
+    def hides_from_footprint(self, index: Ints, light: LightShape, receivers: Receivers) -> Mask:
+        """Whether shapes at mid-shutter certainly hide a point light from whole footprints: (m,).
+
+        The default is nowhere.
+        """
+        del light, receivers
+        return np.zeros(index.size, dtype=np.bool_)
+
+    def may_reach_light(self, index: Ints, light: LightShape) -> Mask:
+        """Whether shapes at mid-shutter may come within the light's radius of its centre: (m,).
+
+        The default follows from the bounding spheres.
+        """
+        center, r = (part.take(index, axis=-1) for part in self.bounding_spheres)
+        gap = light.to_center(center)
+        near: Mask = np.sqrt(dot(gap, gap)) <= r + light.radius
+        return near
+
+    def displacements(self, index: Ints) -> Array | None:
+        """Displacements (3, m) over the shutter, metres, or None if no shape of the set moves."""
+        d = self.displacement
+        return None if d is None else columns(d, index)
+
+    def shadow_edges(self, index: Ints, receivers: ShadedPatches, light: AreaLight) -> ShadowEdges:
+        """Shadow edges that shapes cast over m patches; the default follows from bounding spheres.
+
+        light : as it casts shadows.
+        """
+        center, radius = self.bounding_spheres
+        place, d = columns(center, index), self.displacements(index)
+        if d is not None:
+            place = place + receivers.time * d
+        return enclosed_shadow_edges(place, radius[index], d, receivers, light)
+
+    def outline_kind(
+        self, index: Ints, point: Array, own: Mask, light: AreaLight, time: Array | float
+    ) -> Ints:
+        """How each shape hides an extended light from a point: (m,) kinds of `occluder_outline`.
+
+        The default is `RAYS`: no closed form is known.
+
+        Parameters
+        ----------
+        point : (3, m) metres.  own : (m,) whether the point lies on the shape itself.
+        time : shutter times, a number or (m,).
+        """
+        del point, own, light, time
+        return np.full(index.size, RAYS)
+
+    def circular_outline(
+        self, index: Ints, point: Array, time: Array | float
+    ) -> tuple[Array, Array]:
+        """Spheres of the same outlines: centres (3, ...) from the points, and radii (...), metres.
+
+        It is asked only where `outline_kind` is `CIRCLE`. point : (3, ...) and time : (...) or a
+        number, which broadcast against the index.
+        """
+        raise NotImplementedError
+
+    def polygonal_outline(
+        self, index: Ints, point: Array, time: Array | float
+    ) -> tuple[Array, ...]:
+        """Corners (3, ...) of shapes, metres from the points, in order; parameters as above.
+
+        It is asked only where `outline_kind` is `POLYGON`.
+        """
+        raise NotImplementedError
+
+    def outline_in_plane(
+        self, index: Ints, point: Array, time: Array | float, plane: LightPlane, corners: int
+    ) -> Array:
+        """Polygons (k, corners, 3, n) that cut shapes hide of the light's plane, seen from points.
+
+        It is asked only where `outline_kind` is `CUT`.
+
+        Parameters
+        ----------
+        index : (k, n).  point : (3, 1, n) metres.  time : (n,).
+        plane : of the light, as seen from the n points.
+        corners : number of corners of the polygons.
+        """
+        raise NotImplementedError
 
     def closest_points(self, index: Ints, w: Array, time: Array | float) -> Array:
         """Ray parameters (m,) of the points of rays (3, m) that are nearest to shapes they miss.

@@ -170,12 +170,14 @@ def _trace_pixels(
     normal = np.zeros((3, n))
     place(normal, rows, center.hits.normal)
     clock("exact light")
-    candidates = flags.rivals.take(np.argsort(flags.rivals.pixel, kind="stable"))
+    candidates = flags.visible_candidates.take(
+        np.argsort(flags.visible_candidates.pixel, kind="stable")
+    )
     visibility_key = _visibility_keys(plan, np.array([x, y]), center, flags, candidates)
     clock("visibility keys")
     return FirstPassPixels(
         color, alpha, deviation, deviation.sum(axis=(0, 1)),
-        deviation[:STEP_KIND, :2].sum(axis=(0, 1)), flags.mask, flags.outline,
+        deviation[:STEP_KIND, :2].sum(axis=(0, 1)), flags.mask, flags.silhouette,
         center.item, visibility_key, center.depth, normal, candidates,
     )  # fmt: skip
 
@@ -184,8 +186,8 @@ def _visibility_keys(
     plan: Plan, place: Array, center: CenterRays, flags: DetectionFlags, candidates: Pairs
 ) -> Ints:
     """Visibility keys (n,) of pixels with centres (2, n); `candidates` is sorted by pixel."""
-    visibility_key = np.where(flags.outline, NO_KEY, center.item + 1)
-    rows = (flags.outline & flags.mask[1]).nonzero()[0]
+    visibility_key = np.where(flags.silhouette, NO_KEY, center.item + 1)
+    rows = (flags.silhouette & flags.mask[1]).nonzero()[0]
     if rows.size:
         half = 0.5 if plan.edges else 0.0
         own = candidates.of(rows, visibility_key.size)
@@ -205,5 +207,5 @@ def _shade_centers(
     with np.errstate(over="ignore", invalid="ignore"):  # overflow affects error estimates only
         patch = make_patch(plan, w, center.depth[rows], center.hits, half)
     time = np.zeros(rows.size) if plan.motion else 0.0
-    known = tuple(zip(flags.shadows, flags.candidates, strict=True))
+    known = tuple(zip(flags.visibilities, flags.candidates, strict=True))
     return shade(plan, occluders, center.hits, time, patch, known)

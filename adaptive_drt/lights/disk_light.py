@@ -7,14 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..geometry.light_plane import LightPlane
+from ..geometry.light_protocol import ViewCone
 from ..numerics.arrays import Array
 from ..numerics.floats import TINY
 from ..numerics.vector import dot
 from ..scene.description import DiskLight
-from .bounds import LightBounds, ViewCone
+from .bounds import LightBounds
 from .emitter import LightMotion
 from .form_factor import cap_factor
-from .light_plane import LightPlane
 from .round_light import RoundEmitter, cone_directions
 
 __all__ = ["DiskEmitter", "make_disk_emitter"]

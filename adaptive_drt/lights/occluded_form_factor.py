@@ -51,19 +51,19 @@ make threads wait for each other."""
 
 @dataclass(frozen=True)
 class _Silhouettes:
-    """A light's outline, occluding spheres and polygons, and normals, at n points."""
+    """A light's outline, circles and polygons that occlude it, and normals, at n points."""
 
     normal: Array
     light: LightSilhouette
-    balls: Circles
-    quads: PolygonSilhouettes | None
+    circles: Circles
+    polygons: PolygonSilhouettes | None
 
 
 def visible_factor(
     light: Array | CircularSilhouette,
     normal: Array,
     spheres: tuple[Array, Array],
-    quads: Array,
+    polygons: Array,
 ) -> Array:
     """Integral of max(0, n.w) over the directions in which a light is visible.
 
@@ -73,7 +73,7 @@ def visible_factor(
     normal : (3, n) unit vectors.
     spheres : (k, 3, n) and (k, n) metres, centres from the points, and radii; the points lie
         outside, the spheres between points and light.
-    quads : (m, j, 3, n) metres, corners in order of convex polygons between points and light;
+    polygons : (m, j, 3, n) metres, corners in order of convex polygons between points and light;
         a corner may be repeated.
 
     Returns
@@ -97,7 +97,7 @@ def visible_factor(
         part = _take_silhouette(light, rows)
         v, radius = columns(spheres[0], rows, -1), columns(spheres[1], rows, -1)
         total[rows] = _block_factor(
-            part, columns(normal, rows), v, radius, columns(quads, rows, -1)
+            part, columns(normal, rows), v, radius, columns(polygons, rows, -1)
         )
     return total
 
@@ -112,7 +112,7 @@ def _take_silhouette(
 
 
 def _block_factor(
-    light: Array | CircularSilhouette, normal: Array, v: Array, radius: Array, quads: Array
+    light: Array | CircularSilhouette, normal: Array, v: Array, radius: Array, polygons: Array
 ) -> Array:
     """The factor, separately for points with the light cut by the horizon and wholly above it."""
     total = np.zeros(normal.shape[1])
@@ -132,7 +132,7 @@ def _block_factor(
                 n,
                 columns(v, rows, -1),
                 columns(radius, rows, -1),
-                columns(quads, rows, -1),
+                columns(polygons, rows, -1),
                 cut,
             )
             total[rows] = _integrate(outlines)
@@ -144,7 +144,7 @@ def _make_silhouettes(
     normal: Array,
     v: Array,
     radius: Array,
-    quads: Array,
+    polygons: Array,
     cut: bool,
 ) -> _Silhouettes:
     """Return the outlines of the light and its occluders; arguments as for `visible_factor`.
@@ -159,9 +159,9 @@ def _make_silhouettes(
     length = np.sqrt(dot(place, place))
     sine = radius / length
     cosine = np.sqrt(np.maximum((length - radius) * (length + radius), 0.0)) / length
-    balls = make_circles(place / length, sine, cosine, outline.center)
-    polygons = make_polygon_silhouettes(quads, outline.center) if quads.shape[0] else None
-    return _Silhouettes(normal, outline, balls, polygons)
+    circles = make_circles(place / length, sine, cosine, outline.center)
+    flat = make_polygon_silhouettes(polygons, outline.center) if polygons.shape[0] else None
+    return _Silhouettes(normal, outline, circles, flat)
 
 
 def _integrate(outlines: _Silhouettes) -> Array:
@@ -172,11 +172,13 @@ def _integrate(outlines: _Silhouettes) -> Array:
         double += _integral_along(outlines, edges, _unoccluded_intervals(outlines, edges, None))
     if cone is not None:
         double += _integral_along(outlines, cone, _visible_light_silhouette(outlines, cone))
-    if outlines.balls.sine.shape[0]:
-        double -= _integral_along(outlines, outlines.balls, _visible_sphere_silhouettes(outlines))
-    if outlines.quads is not None:
+    if outlines.circles.sine.shape[0]:
+        double -= _integral_along(outlines, outlines.circles, _visible_sphere_silhouettes(outlines))
+    if outlines.polygons is not None:
         double -= _integral_along(
-            outlines, outlines.quads.segments, _visible_polygon_edges(outlines, outlines.quads)
+            outlines,
+            outlines.polygons.segments,
+            _visible_polygon_edges(outlines, outlines.polygons),
         )
     return np.maximum(0.5 * double, 0.0)
 
@@ -200,14 +202,14 @@ def _unoccluded_intervals(
     """
     low, high = (-segments.half, segments.half) if base is None else base
     starts, ends = [], []
-    if outlines.balls.sine.shape[0]:
-        start, end = arcs_inside_cones(segments, outlines.balls)
+    if outlines.circles.sine.shape[0]:
+        start, end = arcs_inside_cones(segments, outlines.circles)
         starts.append(start)
         ends.append(end)
-    if outlines.quads is not None:
-        for i in range(outlines.quads.flat.shape[0]):
+    if outlines.polygons is not None:
+        for i in range(outlines.polygons.flat.shape[0]):
             start, end = _arcs_behind_polygon(
-                outlines, outlines.quads, i, segments, base is not None
+                outlines, outlines.polygons, i, segments, base is not None
             )
             starts.append(start[None])
             ends.append(end[None])
@@ -217,37 +219,41 @@ def _unoccluded_intervals(
 
 
 def _arcs_behind_polygon(
-    outlines: _Silhouettes, quads: PolygonSilhouettes, i: int, segments: GreatCircleArcs, own: bool
+    outlines: _Silhouettes,
+    polygons: PolygonSilhouettes,
+    i: int,
+    segments: GreatCircleArcs,
+    own: bool,
 ) -> Intervals:
     """Intervals (j, n) of arcs that run behind polygon i.
 
-    own : whether the arcs are the edges of `quads` themselves, so that i's own are left out.
+    own : whether the arcs are the edges of `polygons` themselves, so that i's own are left out.
     """
     start, end = np.zeros_like(segments.half), np.zeros_like(segments.half)
-    rows, count = quads.rows_of(i), segments.half.shape[0]
+    rows, count = polygons.rows_of(i), segments.half.shape[0]
     parts = (slice(0, rows.start), slice(rows.stop, count)) if own else (slice(0, count),)
     for part in parts:
         if part.start == part.stop:
             continue
         # of coincident edges with equal directions, the first polygon's is the outer one
         alike = np.full((part.stop - part.start, 1), not own or part.start > 0)
-        outline = _take_arcs(quads.segments, rows)
+        outline = _take_arcs(polygons.segments, rows)
         low, high = arcs_inside_outline(
             _take_arcs(segments, part), outline, alike, outlines.light.reach
         )
         start[part] = low
-        end[part] = np.where(quads.flat[i], low, np.maximum(high, low))
+        end[part] = np.where(polygons.flat[i], low, np.maximum(high, low))
     return start, end
 
 
 def _visible_sphere_silhouettes(outlines: _Silhouettes) -> Intervals:
     """Intervals of the outlines of spheres that lie on the light and behind no other occluder."""
-    balls = outlines.balls
-    k = balls.sine.shape[0]
-    center, half = circles_outside_half_spaces(balls, outlines.light.edges.planes)
+    circles = outlines.circles
+    k = circles.sine.shape[0]
+    center, half = circles_outside_half_spaces(circles, outlines.light.edges.planes)
     centers, halves = [center], [half]
     if outlines.light.cone is not None:
-        center, _, half = circles_inside_cones(balls, outlines.light.cone, -np.ones((k, 1)))
+        center, _, half = circles_inside_cones(circles, outlines.light.cone, -np.ones((k, 1)))
         centers.append((center + np.pi)[None])
         halves.append(half[None])
     if k > 1:
@@ -255,22 +261,22 @@ def _visible_sphere_silhouettes(outlines: _Silhouettes) -> Intervals:
         other = (mine + np.arange(1, k)[:, None]) % k
         wins = np.where(other < mine, 1.0, -1.0)[..., None]
         center, half, _ = circles_inside_cones(
-            _take_circles(balls, mine), _take_circles(balls, other), wins
+            _take_circles(circles, mine), _take_circles(circles, other), wins
         )
         centers.append(center)
         halves.append(half)
-    spans = _circles_behind_polygons(outlines, balls)
+    spans = _circles_behind_polygons(outlines, circles)
     return complement_on_circle(np.concatenate(centers), np.concatenate(halves), spans)
 
 
 def _visible_light_silhouette(outlines: _Silhouettes, cone: Circles) -> Intervals:
     """Intervals of a round light's own outline that are above the horizon and not occluded."""
-    balls = outlines.balls
+    circles = outlines.circles
     center, half = circles_outside_half_spaces(cone, outlines.light.edges.planes)
-    if balls.sine.shape[0]:
-        k = balls.sine.shape[0]
+    if circles.sine.shape[0]:
+        k = circles.sine.shape[0]
         repeated = _take_circles(cone, np.zeros(k, dtype=np.int64))
-        inside, width, _ = circles_inside_cones(repeated, balls, np.ones((k, 1)))
+        inside, width, _ = circles_inside_cones(repeated, circles, np.ones((k, 1)))
         center = np.concatenate([center, inside[:, None]])
         half = np.concatenate([half, width[:, None]])
     if not center.shape[0]:
@@ -280,23 +286,23 @@ def _visible_light_silhouette(outlines: _Silhouettes, cone: Circles) -> Interval
 
 def _circles_behind_polygons(outlines: _Silhouettes, circles: Circles) -> Intervals | None:
     """Intervals (i, k, n) of circles behind polygons, for each polygon one more than its edges."""
-    if outlines.quads is None:
+    if outlines.polygons is None:
         return None
     starts, ends = [], []
-    for i in range(outlines.quads.flat.shape[0]):
+    for i in range(outlines.polygons.flat.shape[0]):
         low, high = complement_on_circle(
             *circles_outside_half_spaces(
-                circles, _take_arcs(outlines.quads.segments, outlines.quads.rows_of(i)).planes
+                circles, _take_arcs(outlines.polygons.segments, outlines.polygons.rows_of(i)).planes
             )
         )
         starts.append(low)
-        ends.append(np.where(outlines.quads.flat[i], low, high))
+        ends.append(np.where(outlines.polygons.flat[i], low, high))
     return np.concatenate(starts), np.concatenate(ends)
 
 
-def _visible_polygon_edges(outlines: _Silhouettes, quads: PolygonSilhouettes) -> Intervals:
+def _visible_polygon_edges(outlines: _Silhouettes, polygons: PolygonSilhouettes) -> Intervals:
     """Intervals of the outlines of polygons that lie on the light and behind no other occluder."""
-    segments = quads.segments
+    segments = polygons.segments
     half = segments.half
     along = np.zeros((half.shape[0], 1), dtype=np.bool_)
     low, high = arcs_inside_outline(segments, outlines.light.edges, along, outlines.light.reach)
@@ -305,7 +311,7 @@ def _visible_polygon_edges(outlines: _Silhouettes, quads: PolygonSilhouettes) ->
         low, high = np.maximum(low, start[0]), np.minimum(high, end[0])
     low, high = np.clip(low, -half, half), np.clip(high, -half, half)
     high = np.maximum(low, high)
-    flat = np.repeat(quads.flat, half.shape[0] // quads.flat.shape[0], axis=0)
+    flat = np.repeat(polygons.flat, half.shape[0] // polygons.flat.shape[0], axis=0)
     return _unoccluded_intervals(outlines, segments, (low, np.where(flat, low, high)))
 
 

@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..geometry.light_plane import LightPlane
 from ..geometry.sphere.kernels import surface_tolerance
 from ..numerics.arrays import Array, Mask
 from ..numerics.floats import TINY
 from ..numerics.vector import dot
 from ..scene.description import PointLight
 from .emitter import Emitter, LightMotion
-from .light_plane import LightPlane
 
 __all__ = ["PointEmitter", "make_point_emitter", "reduced_to_point"]
 

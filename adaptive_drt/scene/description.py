@@ -33,6 +33,7 @@ __all__ = [
     "ShapeRecord",
     "Sphere",
     "SphereLight",
+    "SunLight",
     "Vector",
     "checked_camera",
     "single_shapes",
@@ -320,6 +321,34 @@ class PointLight:
     def brightened(self, factor: float) -> PointLight:
         """Return the light so many times as bright."""
         return replace(self, intensity=_times(self.intensity, factor))
+
+
+@dataclass(frozen=True)
+class SunLight:
+    """A disk of uniform radiance at infinity, which shines along `direction`, of any length.
+
+    It is seen in a cone of `angle` radians from side to side, 0 for a light without penumbrae, and
+    gives surfaces that face it the `irradiance` (W / m^2, RGB). It does not move.
+    """
+
+    direction: Vector
+    irradiance: Vector
+    angle: float = 0.00918
+    motion: None = None
+    casts_shadow: bool = True
+    name: str = "Sun"
+
+    def defect(self) -> str | None:
+        """Return the reason why it cannot be rendered, or None."""
+        if not 0.0 <= self.angle <= math.pi:
+            return f"its angle is {self.angle:g} radians; it must be within 0 to pi"
+        if _finite(self.direction) and math.hypot(*self.direction) < SMALLEST_SIZE:
+            return "its direction has no length"
+        return _vector_defect(self, "direction", "irradiance")
+
+    def brightened(self, factor: float) -> SunLight:
+        """Return the light so many times as bright."""
+        return replace(self, irradiance=_times(self.irradiance, factor))
 
 
 Shape: TypeAlias = Sphere | Quad

@@ -35,23 +35,23 @@ class LightSums:
     """Sums over samples, each (n, k): closed form, all points of light, visible points of light."""
 
     closed: Array
-    every: Array
+    total: Array
     visible: Array
 
     def estimate(self) -> Array:
         """Ratio estimates (n,) of the irradiance factor, summed over the k samples."""
-        closed, every = self.closed.sum(axis=1), self.every.sum(axis=1)
-        return ratio_estimate(closed, every, self.visible.sum(axis=1))
+        closed, total = self.closed.sum(axis=1), self.total.sum(axis=1)
+        return ratio_estimate(closed, total, self.visible.sum(axis=1))
 
 
-def ratio_estimate(closed: Array, every: Array, visible: Array) -> Array:
-    """closed * visible / every; equal to `closed` where no point of light is above the horizon.
+def ratio_estimate(closed: Array, total: Array, visible: Array) -> Array:
+    """closed * visible / total; equal to `closed` where no point of light is above the horizon.
 
     There a sliver of the light may be above the horizon although no point met it: its closed form
     is the better estimate.
     """
-    known = every > 0.0
-    share: Array = np.where(known, visible, 1.0) / np.where(known, every, 1.0)
+    known = total > 0.0
+    share: Array = np.where(known, visible, 1.0) / np.where(known, total, 1.0)
     return closed * share
 
 
@@ -113,13 +113,13 @@ def gather_light(
     if not parts:
         empty = np.zeros((0, samples))
         return LightSums(empty, empty, empty)
-    closed, every, visible = (
+    closed, total, visible = (
         np.concatenate([np.broadcast_to(p, (p.shape[0], samples)) for p in column])
         for column in zip(*parts, strict=True)
     )
     if used is not None:
-        closed, every, visible = closed * used, every * used, visible * used
-    return LightSums(closed, every, visible)
+        closed, total, visible = closed * used, total * used, visible * used
+    return LightSums(closed, total, visible)
 
 
 def _gather(
@@ -146,8 +146,8 @@ def _gather(
     when = np.repeat(time, rays, axis=1) if isinstance(time, np.ndarray) else time
     free = ~blocked_segments(plan, surface.point, to, pairs, when)
     shape = (surface.item.size, samples, rays)
-    every = weight.reshape(shape).sum(axis=2) / rays
-    return closed, every, (weight * free).reshape(shape).sum(axis=2) / rays
+    total = weight.reshape(shape).sum(axis=2) / rays
+    return closed, total, (weight * free).reshape(shape).sum(axis=2) / rays
 
 
 def unoccluded_factor(light: Emitter, shape: Emitter, to: Array, surface: Surface) -> Array:

@@ -77,9 +77,9 @@ def unoccluded_deviations(
     for axis in patch.axes:
         step = patch.steps[axis]
         if axis == TIME and light.displacement is not None:
-            step = step - light.displacement * patch.time
+            step = step - light.displacement * patch.half_time
         moves[axis] = np.sqrt(dot(step, step)) / clear
-        turns[axis] = patch.slides[axis] * patch.bend
+        turns[axis] = patch.surface_steps[axis] * patch.curvature
     bent, turns = turns, turns + moves
     sine = dot(surface.normal, to) / distance
     risen = sine > -(np.sqrt(dot(turns, turns)) + np.sin(half))
@@ -88,7 +88,7 @@ def unoccluded_deviations(
     result[SMOOTH_KIND] += np.where(risen, most * CURVATURE_COEFFICIENT, 0.0) * np.minimum(
         bent * bent, 1.0
     )
-    rows = (risen & (patch.bend > 0.0)).nonzero()[0]
+    rows = (risen & (patch.curvature > 0.0)).nonzero()[0]
     _add_limb(result, rows, patch, to, surface, most, bent)
     _add_plane_crossing(result, sine, half, most, turns)
     if front is not None:
@@ -128,11 +128,11 @@ def _add_limb(
     """
     if not rows.size:
         return
-    to, view, slant = columns(to, rows), columns(surface.point, rows), patch.slant[rows]
+    to, view, slant = columns(to, rows), columns(surface.point, rows), patch.cosine[rows]
     # at the limb the normal turns towards the camera or away from it
     toward = np.abs(dot(to, view)) / np.maximum(np.sqrt(dot(to, to) * dot(view, view)), TINY)
-    slope = np.sqrt(np.maximum(1.0 - slant**2, 0.0)) * patch.bend[rows] / slant**2
-    near = np.minimum(columns(patch.cross, rows) * slope, 1.0)
+    slope = np.sqrt(np.maximum(1.0 - slant**2, 0.0)) * patch.curvature[rows] / slant**2
+    near = np.minimum(columns(patch.view_steps, rows) * slope, 1.0)
     size = most[rows] * toward * CURVATURE_COEFFICIENT * np.minimum(columns(bent, rows) * near, 1.0)
     result[SMOOTH_KIND][:, rows] += np.where(near < LIMB_RATIO, size, 0.0)
     result[ROOT_KIND][:, rows] += np.where(near >= LIMB_RATIO, size, 0.0)

@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..geometry.camera import PinholeCamera, make_pinhole_camera
-from ..geometry.polygon.closed_boxes import find_boxes
 from ..geometry.polygon.shape import ParallelogramSet
 from ..geometry.registry import SHAPES, kind_of
 from ..geometry.shape_table import ShapeTable
@@ -52,7 +51,6 @@ class Plan:
     ----------
     settings : the settings of the render.  lens : the camera's rays.
     shapes : the objects, relative to the camera, metres.
-    solid : (quads,) the closed box that each quad is a face of: see `find_boxes`.
     color : (3, objects) albedo.
     moves : (objects,) bool, whether the object moves relative to the camera during the shutter.
     region : pixels (left, bottom, right, top) to render; picture : width and height of the image.
@@ -70,7 +68,6 @@ class Plan:
     region: tuple[int, int, int, int]
     picture: tuple[int, int]
     shapes: ShapeTable
-    solid: NDArray[np.int64]
     color: Array
     moves: NDArray[np.bool_]
     lights: tuple[Emitter, ...]
@@ -180,18 +177,15 @@ def make_plan(scene: Scene, settings: Settings) -> Plan:
     skipped += _skipped_effects(settings, motion, sum(counts))
     origin = lens.origin[:, None]
     table = _make_shape_table(records, origin, displacement)
-    count, flats = table.sets[0].count, table.sets[1]
-    assert isinstance(flats, ParallelogramSet)
     return Plan(
         settings=settings,
         lens=lens,
         region=camera.region,
         picture=camera.resolution,
         shapes=table,
-        solid=find_boxes(flats, _names(records[1])),
         color=_colors(shapes),
         moves=moves,
-        lights=tuple(_with_coplanar_quads(light, flats, origin, count) for light in lights),
+        lights=tuple(_with_coplanar_faces(light, table, origin) for light in lights),
         background=np.array(scene.background, dtype=np.float64),
         transparent=scene.transparent,
         penumbra=penumbra,
@@ -222,12 +216,6 @@ def _make_shape_table(
 def _count(record: ShapeRecord) -> int:
     """Number of shapes in a record."""
     return record.count if isinstance(record, Quads) else 1
-
-
-def _names(records: Sequence[ShapeRecord]) -> NDArray[np.str_]:
-    """Name (n,) of the object of each shape."""
-    names = np.array([record.name for record in records], dtype=np.str_)
-    return np.repeat(names, [_count(record) for record in records])
 
 
 def _colors(records: Sequence[ShapeRecord]) -> Array:
@@ -297,13 +285,14 @@ def _make_emitters(
     return tuple(kept)
 
 
-def _with_coplanar_quads(
-    light: Emitter, flats: ParallelogramSet, origin: Array, spheres: int
-) -> Emitter:
-    """The light with its list of the quads that lie in its plane, which occlude nothing of it."""
-    coplanar = np.concatenate(
-        [np.zeros(spheres, dtype=np.bool_), light.coplanar_quads(flats, origin)]
-    )
+def _with_coplanar_faces(light: Emitter, table: ShapeTable, origin: Array) -> Emitter:
+    """The light with its list of the planar objects in its plane, which occlude nothing of it."""
+    parts = []
+    for shapes in table.sets:
+        faces = shapes.faces
+        none = np.zeros(shapes.count, dtype=np.bool_)
+        parts.append(none if faces is None else light.coplanar_faces(faces, origin))
+    coplanar = np.concatenate(parts)
     return replace(light, coplanar=coplanar) if coplanar.any() else light
 
 

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,79 +11,19 @@ import pytest
 from adaptive_drt.detection.detect import detect, trace_center_rays
 from adaptive_drt.detection.shadow_discontinuities import patch_reach
 from adaptive_drt.geometry.camera import PinholeCamera
-from adaptive_drt.geometry.polygon.shape import ParallelogramSet, PolygonSet
-from adaptive_drt.geometry.shape import UNKNOWN_CURVATURE, ShapeSet
+from adaptive_drt.geometry.polygon.shape import ParallelogramSet
+from adaptive_drt.geometry.shape import UNKNOWN_CURVATURE
 from adaptive_drt.geometry.shape_table import ShapeTable
 from adaptive_drt.geometry.sphere.shape import SphereSet
 from adaptive_drt.geometry.surface_pairs import depth_order_may_change
-from adaptive_drt.numerics.vector import cross
 from adaptive_drt.scene.description import Camera, Motion, Quad, Scene, Sphere
 from adaptive_drt.scene.settings import Settings
 from adaptive_drt.tracing.compile import make_plan
 from adaptive_drt.tracing.intersect import Tile, find_candidates, screen_bounds
+from stand_in_shapes import EnclosedSet, TriangleSet
 
 SHAPES, RAYS = 2_000, 60
 ROUNDING = 1e-9
-
-
-@dataclass(frozen=True)
-class TriangleSet(PolygonSet):
-    """Triangles q, q + u, q + v: polygons whose number of edges is not four."""
-
-    @classmethod
-    def from_records(cls, records, origin, displacement):
-        raise NotImplementedError
-
-    @staticmethod
-    def vertices(q, u, v):
-        return q, q + u, q + v
-
-    @staticmethod
-    def edges(q, u, v):
-        return (q, q + u, q + v), (u, v - u, -v)
-
-    @staticmethod
-    def planes(q, u, v):
-        normal = cross(u, v)
-        height = (q * normal).sum(axis=0)
-        side = np.where(height < 0.0, -1.0, 1.0)
-        planes = tuple(
-            side * cross(start, edge)
-            for start, edge in zip(*TriangleSet.edges(q, u, v), strict=True)
-        )
-        return planes, side * normal, side * height
-
-    @staticmethod
-    def distance(q, u, v):
-        raise NotImplementedError
-
-
-@dataclass(frozen=True)
-class EnclosedSet(ShapeSet):
-    """A kind of shape with the required methods only; the shapes are spheres."""
-
-    spheres: SphereSet
-
-    @property
-    def displacement(self):
-        return self.spheres.displacement
-
-    @classmethod
-    def from_records(cls, records, origin, displacement):
-        return cls(SphereSet.from_records(records, origin, displacement))
-
-    @property
-    def bounding_spheres(self):
-        return self.spheres.bounding_spheres
-
-    def intersect(self, index, w, time):
-        return self.spheres.intersect(index, w, time)
-
-    def surface(self, index, w, point, time):
-        return self.spheres.surface(index, w, point, time)
-
-    def blocks(self, index, start, to, time):
-        return self.spheres.blocks(index, start, to, time)
 
 
 def small_camera(pixel):
@@ -306,7 +246,7 @@ def detected(plan):
     center = trace_center_rays(plan, tile.x, tile.y, pairs)
     flags = detect(plan, None, center, lambda name: None)
     reach = patch_reach(plan, center.hits, center.w[:, center.rows])
-    return flags.mask, flags.outline, center.hits, reach
+    return flags.mask, flags.silhouette, center.hits, reach
 
 
 @pytest.mark.parametrize("moving", (False, True))

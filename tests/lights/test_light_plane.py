@@ -6,11 +6,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from adaptive_drt.geometry.polygon.clipping import clip_polygons
+from adaptive_drt.geometry.sphere.plane_section import clipped_sphere_polygons
 from adaptive_drt.lights.emitter import LightMotion
-from adaptive_drt.lights.light_plane import clip_quads, clipped_sphere_polygons
 from adaptive_drt.lights.occluded_form_factor import visible_factor
 from adaptive_drt.lights.registry import make_emitter
 from adaptive_drt.scene.description import QuadLight
+from adaptive_drt.shading.partial_occlusion import SECTION_CORNERS
 
 SIDE = 400
 """Points on a side of the light, for brute force."""
@@ -40,10 +42,9 @@ def factor(point, balls, quads):
     if balls is not None:
         center, radius = balls
         v = (center - point)[None, :, None]
-        return visible_factor(
-            outline, up, none, clipped_sphere_polygons(plane, v, np.array([[radius]]))
-        )[0]
-    return visible_factor(outline, up, none, clip_quads(plane, quads[None, :, :, None]))[0]
+        cut = clipped_sphere_polygons(plane, v, np.array([[radius]]), SECTION_CORNERS)
+        return visible_factor(outline, up, none, cut)[0]
+    return visible_factor(outline, up, none, clip_polygons(plane, quads[None, :, :, None]))[0]
 
 
 @pytest.mark.parametrize("seed", range(25))

@@ -40,10 +40,10 @@ def plans_of(*shapes):
 
 
 def assert_same(many, single):
-    for name in ("corner", "edge_u", "edge_v", "displacement"):
+    for name in ("corner", "edge_u", "edge_v", "displacement", "boxes"):
         ours, theirs = (getattr(plan.quads, name) for plan in (many, single))
         np.testing.assert_array_equal(ours, theirs)
-    for name in ("color", "moves", "solid"):
+    for name in ("color", "moves"):
         np.testing.assert_array_equal(getattr(many, name), getattr(single, name))
     np.testing.assert_array_equal(many.spheres.center, single.spheres.center)
     assert many.skipped == single.skipped

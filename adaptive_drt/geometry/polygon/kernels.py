@@ -18,9 +18,11 @@ from ...numerics.floats import TINY
 from ...numerics.vector import cross, dot
 
 __all__ = [
+    "EDGE_FUNCTION_OPERATIONS",
     "PlaneNormals",
     "distance_at_closest_approach",
     "distance_to_edge",
+    "distance_to_polygon",
     "distance_to_quad",
     "edge_planes",
     "intersect_quad",
@@ -31,6 +33,10 @@ __all__ = [
     "snapped_height",
 ]
 
+EDGE_FUNCTION_OPERATIONS = 32
+"""Number of rounded operations behind one edge function w.plane.
+
+Its rounding error is at most so many unit roundoffs of |w| |plane|."""
 PlaneNormals: TypeAlias = tuple[Array, ...]
 """Normals (3, ...) of the planes through the origin and each edge of a polygon, inwards."""
 
@@ -143,6 +149,22 @@ def distance_to_quad(q: Array, a: Array, b: Array) -> Array:
         distance = np.minimum(distance, distance_to_edge(start, edge))
     found: Array = distance
     return found
+
+
+def distance_to_polygon(vertices: PlaneNormals) -> Array:
+    """Distance (m,) from the origin to convex polygons with vertices (3, m) in order, metres."""
+    first, count = vertices[0], len(vertices)
+    normal = cross(vertices[1] - first, vertices[2] - first)
+    distance = np.full(first.shape[1], np.inf)
+    left = right = np.ones(first.shape[1], dtype=np.bool_)
+    for k, start in enumerate(vertices):
+        edge = vertices[(k + 1) % count] - start
+        side = dot(cross(normal, edge), start)
+        left, right = left & (side <= 0.0), right & (side >= 0.0)
+        distance = np.minimum(distance, distance_to_edge(start, edge))
+    size = np.sqrt(np.maximum(dot(normal, normal), TINY))
+    over: Array = np.where(left | right, np.abs(dot(normal, first)) / size, distance)
+    return over
 
 
 def distance_to_edge(start: Array, edge: Array) -> Array:

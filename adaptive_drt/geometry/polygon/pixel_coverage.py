@@ -21,15 +21,9 @@ from ...numerics.taylor_range import clip_positive
 from ...numerics.vector import dot
 from ..camera import PinholeCamera
 from ..pixel_coverage import PixelCoverage
-from .kernels import PlaneNormals
+from .kernels import EDGE_FUNCTION_OPERATIONS, PlaneNormals
 
 __all__ = ["moving_polygon_coverage", "polygon_coverage"]
-
-
-EDGE_FUNCTION_OPERATIONS = 32
-"""Number of rounded operations behind one edge function w.plane.
-
-Its rounding error is at most so many unit roundoffs of |w| |plane|."""
 
 
 def polygon_coverage(

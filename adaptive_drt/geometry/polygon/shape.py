@@ -17,16 +17,26 @@ import numpy as np
 
 from ...numerics.arrays import Array, Ints, Mask
 from ...numerics.axes import SHUTTER_ENDS
+from ...numerics.box_polynomials import linear_coefficients
 from ...numerics.gather import columns
 from ...numerics.vector import cross, dot
 from ...scene.description import Quad, Quads
 from ..camera import PinholeCamera
 from ..implicit_surface import ImplicitPlane
+from ..light_protocol import AreaLight, LightShape
+from ..line_forms import BoxRays
+from ..occluder_outline import POLYGON, RAYS
 from ..pixel_coverage import PixelCoverage
+from ..planar_faces import NO_SOLID, PlanarFaces
+from ..receivers import Receivers
+from ..shaded_patches import ShadedPatches
+from ..shadow_edges import ShadowEdges
 from ..shape import ShapeSet, Span, shutter_ends
 from ..sphere.kernels import surface_tolerance
+from .closed_boxes import find_boxes, outward_sign
 from .kernels import (
     PlaneNormals,
+    distance_to_polygon,
     distance_to_quad,
     edge_planes,
     intersect_quad,
@@ -36,47 +46,25 @@ from .kernels import (
     quad_edges,
     snapped_height,
 )
+from .light_occlusion import (
+    moving_polygon_may_shadow,
+    polygon_casts_sharp_edge,
+    polygon_hides_from_patch,
+    polygon_occlusion,
+)
+from .line_polynomials import (
+    PolygonForms,
+    edge_functions,
+    parallelogram_edge_functions,
+    polygon_forms,
+)
 from .pixel_coverage import moving_polygon_coverage, polygon_coverage
+from .shadow_edges import polygon_shadow_edges
+from .view import PolygonView
 
 __all__ = ["ParallelogramSet", "PolygonSet", "PolygonView"]
 
 Polygons = TypeVar("Polygons", bound="PolygonSet")
-
-
-@dataclass(frozen=True)
-class PolygonView:
-    """Polygons of k edges as seen from points: vectors (3, ...) from the points, metres.
-
-    Attributes
-    ----------
-    corner, edge_u, edge_v : as those of `PolygonSet`, relative to the points.
-    vertices : the k vertices in order.
-    starts, edges : start points and vectors of the k edges, in the order of `planes`.
-    planes : the k inward normals of the planes through the point and each edge.
-    normal : edge_u x edge_v, turned away from the point.
-    height : (...) corner . normal >= 0: the distance of the plane times |normal|.
-    """
-
-    corner: Array
-    edge_u: Array
-    edge_v: Array
-    vertices: PlaneNormals
-    starts: PlaneNormals
-    edges: PlaneNormals
-    planes: PlaneNormals
-    normal: Array
-    height: Array
-
-    def take(self, rows: Ints) -> PolygonView:
-        """The polygons selected by an index, for arrays of shape (3, m)."""
-
-        def each(part: PlaneNormals) -> PlaneNormals:
-            return tuple(columns(vector, rows) for vector in part)
-
-        q, u, v, normal = each((self.corner, self.edge_u, self.edge_v, self.normal))
-        vertices, starts = each(self.vertices), each(self.starts)
-        edges, planes = each(self.edges), each(self.planes)
-        return PolygonView(q, u, v, vertices, starts, edges, planes, normal, self.height[rows])
 
 
 @dataclass(frozen=True)
@@ -87,12 +75,15 @@ class PolygonSet(ShapeSet):
     ----------
     corner : (3, n) metres, the first vertex.
     edge_u, edge_v : (3, n) metres, the edges that leave it.
+    boxes : (n,) index of the first face of the closed box that each polygon is a face of, or
+        `NO_SOLID`; None if there are no boxes.
     """
 
     corner: Array
     edge_u: Array
     edge_v: Array
     displacement: Array | None
+    boxes: Ints | None = None
     planar: ClassVar[bool] = True
 
     @staticmethod
@@ -115,6 +106,17 @@ class PolygonSet(ShapeSet):
     def distance(q: Array, u: Array, v: Array) -> Array:
         """Distances (m,), metres, from the origin to polygons with corner q and edges u, v."""
 
+    @staticmethod
+    def bounding_ball(q: Array, u: Array, v: Array) -> tuple[Array, Array]:
+        """Centres (3, ...) and radii (...) of balls around polygons with corner q and edges u, v.
+
+        They enclose the whole parallelogram q + x u + y v, x and y in 0..1; a kind of polygon that
+        reaches beyond it has to override them.
+        """
+        plus, minus = u + v, u - v
+        radius = 0.5 * np.sqrt(np.maximum(dot(plus, plus), dot(minus, minus)))
+        return q + 0.5 * plus, radius
+
     def corners_at(self, index: Ints, time: Array | float) -> Array:
         """First vertices (3, ...) of polygons `index` at shutter times that broadcast with it."""
         place: Array = columns(self.corner, index)
@@ -132,7 +134,7 @@ class PolygonSet(ShapeSet):
         )
 
     def take(self: Polygons, index: Ints) -> Polygons:
-        """The polygons selected by an index."""
+        """The polygons selected by an index, without their boxes."""
         q, u, v = (columns(each, index) for each in (self.corner, self.edge_u, self.edge_v))
         d = self.displacement
         return type(self)(q, u, v, None if d is None else columns(d, index))
@@ -144,12 +146,20 @@ class PolygonSet(ShapeSet):
         unit /= np.sqrt(dot(unit, unit))
         return unit
 
+    @cached_property
+    def faces(self) -> PlanarFaces:
+        """See `ShapeSet.faces`."""
+        q, u, v, normal = self.corner, self.edge_u, self.edge_v, self.unit_normal
+        solid = np.full(self.count, NO_SOLID) if self.boxes is None else self.boxes
+        if self.boxes is not None:
+            normal = normal * outward_sign(q, u, v, solid)
+        size = np.sqrt(np.minimum.reduce([dot(edge, edge) for edge in self.edges(q, u, v)[1]]))
+        return PlanarFaces(self.vertices(q, u, v), normal, size, self.displacement, solid)
+
     @property
     def bounding_spheres(self) -> tuple[Array, Array]:
         """Spheres around the middles of edge_u + edge_v: (3, n) and (n,), metres."""
-        center = self.corner + 0.5 * (self.edge_u + self.edge_v)
-        plus, minus = self.edge_u + self.edge_v, self.edge_u - self.edge_v
-        return center, 0.5 * np.sqrt(np.maximum(dot(plus, plus), dot(minus, minus)))
+        return self.bounding_ball(self.corner, self.edge_u, self.edge_v)
 
     def screen_span(self, camera: PinholeCamera) -> Span:
         """See `ShapeSet.screen_span`; from the vertices at both ends of the shutter."""
@@ -241,6 +251,98 @@ class PolygonSet(ShapeSet):
         graze = surface_tolerance(start, np.sqrt(dot(q, q)))
         return quad_blocks_segment(to, planes, normal, snapped_height(height, normal, graze))
 
+    def occlusion(
+        self,
+        index: Ints,
+        light: LightShape,
+        receivers: Receivers,
+        time: Array | float,
+        order: int,
+    ) -> tuple[Mask, Mask]:
+        """See `ShapeSet.occlusion`. Edge functions are linear, so jets are not needed."""
+        del order
+        point = receivers.point
+        q = self.corners_at(index, time) - point
+        u, v = columns(self.edge_u, index), columns(self.edge_v, index)
+        planes, normal, height = self.planes(q, u, v)
+        height = snapped_height(height, normal, surface_tolerance(point, np.sqrt(dot(q, q))))
+        to = light.to_center(point, time)
+        if not light.extended:
+            block = quad_blocks_segment(to, planes, normal, height)
+            return ~block, block
+        vertices, edges = self.vertices(q, u, v), self.edges(q, u, v)
+        return polygon_occlusion(light, to, vertices, edges, planes, normal, height)
+
+    def hides_from_patch(
+        self, index: Ints, light: LightShape, receivers: Receivers, time: float
+    ) -> Mask:
+        """See `ShapeSet.hides_from_patch`."""
+        point = receivers.point
+        q = self.corners_at(index, time) - point
+        u, v = columns(self.edge_u, index), columns(self.edge_v, index)
+        planes, normal, height = self.planes(q, u, v)
+        to, edges = light.to_center(point, time), self.edges(q, u, v)
+        return polygon_hides_from_patch(light, to, receivers.reach, edges, planes, normal, height)
+
+    def may_shadow(self, index: Ints, light: LightShape, receivers: Receivers) -> Mask:
+        """See `ShapeSet.may_shadow`."""
+        u, v = columns(self.edge_u, index), columns(self.edge_v, index)
+        q = columns(self.corner, index) - receivers.point
+        d = self.displacement
+        corners = [q if d is None else q + time * columns(d, index) for time in SHUTTER_ENDS]
+        planes = [self.planes(corner, u, v)[0] for corner in corners]
+        to, edges = light.to_center(receivers.point), self.edges(np.zeros_like(q), u, v)
+        return moving_polygon_may_shadow(
+            light, to, receivers.reach, corners, edges, planes, cross(u, v)
+        )
+
+    def casts_sharp_edge(
+        self, index: Ints, light: LightShape, receivers: Receivers, order: int
+    ) -> Mask:
+        """See `ShapeSet.casts_sharp_edge`."""
+        del order
+        q = columns(self.corner, index) - receivers.point
+        u, v = columns(self.edge_u, index), columns(self.edge_v, index)
+        planes, normal, height = self.planes(q, u, v)
+        return polygon_casts_sharp_edge(
+            light, receivers, self.edges(q, u, v), planes, normal, height
+        )
+
+    def may_reach_light(self, index: Ints, light: LightShape) -> Mask:
+        """See `ShapeSet.may_reach_light`; from the distance to the polygon's plane."""
+        normal = cross(columns(self.edge_u, index), columns(self.edge_v, index))
+        height = dot(light.to_center(columns(self.corner, index)), normal)
+        near: Mask = np.abs(height) <= light.radius * np.sqrt(dot(normal, normal))
+        return near
+
+    def shadow_edges(self, index: Ints, receivers: ShadedPatches, light: AreaLight) -> ShadowEdges:
+        """See `ShapeSet.shadow_edges`."""
+        view = self.view(index, receivers.places, receivers.time)
+        motion = self.displacements(index)
+        return polygon_shadow_edges(
+            view, motion, receivers, light, self.distance, self.bounding_ball
+        )
+
+    def outline_kind(
+        self, index: Ints, point: Array, own: Mask, light: AreaLight, time: Array | float
+    ) -> Ints:
+        """See `ShapeSet.outline_kind`: polygons that reach into a solid light have none."""
+        del point, own
+        kind = np.full(index.size, POLYGON)
+        if light.solid:
+            corner = -light.to_center(self.corners_at(index, time), time)
+            u, v = columns(self.edge_u, index), columns(self.edge_v, index)
+            away = distance_to_polygon(self.vertices(corner, u, v))
+            kind[away < light.radius] = RAYS
+        return kind
+
+    def polygonal_outline(
+        self, index: Ints, point: Array, time: Array | float
+    ) -> tuple[Array, ...]:
+        """See `ShapeSet.polygonal_outline`."""
+        q = self.corners_at(index, time) - point
+        return self.vertices(q, columns(self.edge_u, index), columns(self.edge_v, index))
+
     def closest_points(self, index: Ints, w: Array, time: Array | float) -> Array:
         """See `ShapeSet.closest_points`: here the hits on the polygons' planes."""
         q, u, v = (
@@ -249,6 +351,46 @@ class PolygonSet(ShapeSet):
             columns(self.edge_v, index),
         )
         return plane_hits(w, cross(u, v), q, self.vertices(q, u, v))
+
+    def plane(self, index: Ints) -> tuple[Array, Array]:
+        """See `ShapeSet.plane`: edge_u x edge_v and the corner."""
+        normal = cross(columns(self.edge_u, index), columns(self.edge_v, index))
+        return normal, columns(self.corner, index)
+
+    def extent(self, index: Ints, direction: Array, time: Array | float) -> tuple[Array, Array]:
+        """See `ShapeSet.extent`; from the vertices."""
+        u, v = columns(self.edge_u, index), columns(self.edge_v, index)
+        vertices = self.vertices(self.corners_at(index, time), u, v)
+        along = np.array([dot(vertex, direction) for vertex in vertices])
+        return along.min(axis=0), along.max(axis=0)
+
+    def line_forms(self, index: Ints, rows: Ints, rays: BoxRays) -> PolygonForms:
+        """See `ShapeSet.line_forms`."""
+        d = None if self.displacement is None else columns(self.displacement, index)
+        corner = rays.positions(columns(self.corner, index), d)
+        u, v = columns(self.edge_u, index), columns(self.edge_v, index)
+        normal = cross(u, v)
+        normal_dot = linear_coefficients(rays.directions, normal)[None]
+        edges = self.edge_functions(rays, corner, u, v, normal_dot)
+        return polygon_forms(rows, edges, normal_dot, corner, normal)
+
+    def edge_functions(
+        self,
+        rays: BoxRays,
+        corner: tuple[Array, Array | None],
+        u: Array,
+        v: Array,
+        normal_dot: Array,
+    ) -> tuple[Array, ...]:
+        """Edge functions of polygons in boxes: see `line_polynomials.edge_functions`.
+
+        Parameters
+        ----------
+        corner : (3, m) in the middle of the boxes, and its change over their times.
+        u, v : (3, m) the edges that leave the corner.  normal_dot : (1, 3, m) w.normal.
+        """
+        del normal_dot
+        return edge_functions(rays, self.vertices(corner[0], u, v), corner[1])
 
 
 @dataclass(frozen=True)
@@ -270,7 +412,10 @@ class ParallelogramSet(PolygonSet):
                 [r.edge_v for r in records],
             )
         )
-        return cls(q - origin, u, v, displacement)
+        counts = [r.count if isinstance(r, Quads) else 1 for r in records]
+        names = np.repeat(np.array([r.name for r in records], dtype=np.str_), counts)
+        boxes = find_boxes(q - origin, u, v, displacement, names)
+        return cls(q - origin, u, v, displacement, boxes)
 
     @staticmethod
     def vertices(q: Array, u: Array, v: Array) -> PlaneNormals:
@@ -291,3 +436,22 @@ class ParallelogramSet(PolygonSet):
     def distance(q: Array, u: Array, v: Array) -> Array:
         """See `PolygonSet.distance`."""
         return distance_to_quad(q, u, v)
+
+    def extent(self, index: Ints, direction: Array, time: Array | float) -> tuple[Array, Array]:
+        """See `ShapeSet.extent`."""
+        corner = dot(self.corners_at(index, time), direction)
+        u = dot(columns(self.edge_u, index), direction)
+        v = dot(columns(self.edge_v, index), direction)
+        low = corner + np.minimum(u, 0.0) + np.minimum(v, 0.0)
+        return low, corner + np.maximum(u, 0.0) + np.maximum(v, 0.0)
+
+    def edge_functions(
+        self,
+        rays: BoxRays,
+        corner: tuple[Array, Array | None],
+        u: Array,
+        v: Array,
+        normal_dot: Array,
+    ) -> tuple[Array, ...]:
+        """See `PolygonSet.edge_functions`; opposite edges share their products."""
+        return parallelogram_edge_functions(rays, corner, u, v, normal_dot)

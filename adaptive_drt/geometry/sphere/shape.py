@@ -15,10 +15,26 @@ from ...numerics.vector import dot
 from ...scene.description import Sphere
 from ..camera import PinholeCamera
 from ..implicit_surface import ImplicitSphere
+from ..light_plane import LightPlane
+from ..light_protocol import AreaLight, LightShape
+from ..line_forms import BoxRays
 from ..pixel_coverage import PixelCoverage
+from ..receivers import Receivers
+from ..shaded_patches import ShadedPatches
+from ..shadow_edges import ShadowEdges
 from ..shape import ShapeSet
 from .kernels import intersect_sphere, sphere_blocks_segment, surface_tolerance
+from .light_occlusion import (
+    sphere_casts_sharp_edge,
+    sphere_hides_from_footprint,
+    sphere_hides_from_patch,
+    sphere_occlusion,
+)
+from .line_polynomials import SphereForms, sphere_forms
+from .outline import sphere_outline_kinds
 from .pixel_coverage import moving_sphere_coverage, sphere_coverage
+from .plane_section import clipped_sphere_polygons
+from .shadow_edges import sphere_shadow_edges
 
 __all__ = ["SphereSet"]
 
@@ -68,6 +84,11 @@ class SphereSet(ShapeSet):
     def bounding_spheres(self) -> tuple[Array, Array]:
         """The spheres themselves."""
         return self.center, self.radius
+
+    @property
+    def inner_radii(self) -> Array:
+        """The radii: spheres are balls themselves."""
+        return self.radius
 
     @property
     def curvature(self) -> Array:
@@ -123,3 +144,64 @@ class SphereSet(ShapeSet):
         center, radius = self.moved(index, time), self.radius[index]
         graze = surface_tolerance(start, radius)
         return sphere_blocks_segment(to, center - start, radius, graze)
+
+    def line_forms(self, index: Ints, rows: Ints, rays: BoxRays) -> SphereForms:
+        """See `ShapeSet.line_forms`."""
+        d = None if self.displacement is None else columns(self.displacement, index)
+        return sphere_forms(rows, rays, columns(self.center, index), d, self.radius[index])
+
+    def occlusion(
+        self,
+        index: Ints,
+        light: LightShape,
+        receivers: Receivers,
+        time: Array | float,
+        order: int,
+    ) -> tuple[Mask, Mask]:
+        """See `ShapeSet.occlusion`."""
+        center = self.moved(index, time)
+        return sphere_occlusion(light, receivers, center, self.radius[index], time, order)
+
+    def hides_from_patch(
+        self, index: Ints, light: LightShape, receivers: Receivers, time: float
+    ) -> Mask:
+        """See `ShapeSet.hides_from_patch`."""
+        center = self.moved(index, time)
+        return sphere_hides_from_patch(light, receivers, center, self.radius[index], time)
+
+    def casts_sharp_edge(
+        self, index: Ints, light: LightShape, receivers: Receivers, order: int
+    ) -> Mask:
+        """See `ShapeSet.casts_sharp_edge`."""
+        center = columns(self.center, index)
+        return sphere_casts_sharp_edge(light, receivers, center, self.radius[index], order)
+
+    def hides_from_footprint(self, index: Ints, light: LightShape, receivers: Receivers) -> Mask:
+        """See `ShapeSet.hides_from_footprint`."""
+        center = columns(self.center, index)
+        return sphere_hides_from_footprint(light, receivers, center, self.radius[index])
+
+    def shadow_edges(self, index: Ints, receivers: ShadedPatches, light: AreaLight) -> ShadowEdges:
+        """See `ShapeSet.shadow_edges`."""
+        place, motion = self.moved(index, receivers.time), self.displacements(index)
+        return sphere_shadow_edges(place, self.radius[index], motion, receivers, light)
+
+    def outline_kind(
+        self, index: Ints, point: Array, own: Mask, light: AreaLight, time: Array | float
+    ) -> Ints:
+        """See `ShapeSet.outline_kind`."""
+        place, r = self.moved(index, time), self.radius[index]
+        return sphere_outline_kinds(place, r, point, own, light, time)
+
+    def circular_outline(
+        self, index: Ints, point: Array, time: Array | float
+    ) -> tuple[Array, Array]:
+        """See `ShapeSet.circular_outline`."""
+        return self.moved(index, time) - point, self.radius[index]
+
+    def outline_in_plane(
+        self, index: Ints, point: Array, time: Array | float, plane: LightPlane, corners: int
+    ) -> Array:
+        """See `ShapeSet.outline_in_plane`."""
+        v, radius = self.circular_outline(index, point, time)
+        return clipped_sphere_polygons(plane, v.swapaxes(0, 1), radius, corners)

@@ -1,5 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Angles by which the outlines of occluders move over a light, as seen from a patch, by axis."""
+"""Shadow edges that occluders cast over patches, and how outlines move over a light.
+
+The angles by which an outline moves over a light as the point moves over its patch tell whether the
+edge of the shadow lies in the patch, and how sharp it is there.
+"""
 
 from __future__ import annotations
 
@@ -7,15 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..geometry.patch import Patch
-from ..lights.emitter import Emitter
 from ..numerics.arrays import Array, Mask
 from ..numerics.axes import TIME
 from ..numerics.floats import TINY
-from ..numerics.gather import columns
 from ..numerics.vector import dot
-from ..tracing.compile import Plan
-from ..tracing.intersect import Pairs
+from .light_protocol import AreaLight
+from .shaded_patches import ShadedPatches
 
 __all__ = [
     "MARGIN_WEIGHT",
@@ -64,21 +65,21 @@ class ShadowEdges:
     shifts : (3, m) radians by which its outline moves over the light, by axis.
     width : (m,) radians between the beginning of the shadow edge and its end, where the shadow is
     complete.
-    ends : (m,) whether such a bound, a kink, lies within the patch.
-    power : (m,) coefficient of the shadow's beginning at the nearest bound: `power` u^(3/2) as a
+    has_kink : (m,) whether such a bound, a kink, lies within the patch.
+    coefficient : (m,) of the shadow's beginning at the nearest bound: `coefficient` u^(3/2) as a
     fraction of `depth`, with u in units of `width`; inf where it is a linear ramp.
-    away : (m,) radians from the middle of the patch to that bound, and no less than to the side of
-    the patch.
-    covers : (m,) whether the occluder hides the light from the whole patch.
+    bound_distance : (m,) radians from the middle of the patch to that bound, and no less than to
+    the side of the patch.
+    hides_all : (m,) whether the occluder hides the light from the whole patch.
     """
 
     depth: Array
     shifts: Array
     width: Array
-    ends: Mask
-    power: Array
-    away: Array
-    covers: Mask
+    has_kink: Mask
+    coefficient: Array
+    bound_distance: Array
+    hides_all: Mask
 
 
 def largest_shift(angle: Array) -> Array:
@@ -112,25 +113,26 @@ def outline_shifts(
 
 
 def outline_rates(
-    plan: Plan, light: Emitter, patch: Patch, pairs: Pairs, near: Array, far: Array
+    receivers: ShadedPatches,
+    light: AreaLight,
+    displacement: Array | None,
+    near: Array,
+    far: Array,
 ) -> tuple[Array, dict[int, Array]]:
     """Rates, in radians per metre, at which an outline at a distance `near` moves over a light at
     `far`.
 
     Returns with them the steps by axis, (3, m) each: where objects move, the equivalent step of a
     point that alone moves.
+
+    displacement : (3, m) metres over the shutter, of the occluders; None if none of them moves.
     """
     rate = np.abs(1.0 / np.maximum(near, TINY) - 1.0 / far)
-    steps = {axis: columns(patch.steps[axis], pairs.pixel) for axis in patch.axes}
+    steps = {axis: receivers.step(axis) for axis in receivers.patch.axes}
     if TIME not in steps:
         return rate, steps
-    half = patch.time[pairs.pixel]
-    moved = np.zeros((3, pairs.item.size))
-    for part, first in ((plan.spheres, 0), (plan.quads, plan.sphere_count)):
-        d = part.displacement
-        ids = pairs.item - first
-        if d is not None and ids.size and 0 <= ids[0] < d.shape[1]:
-            moved = columns(d, ids)
+    half = receivers.half_time
+    moved = np.zeros((3, half.size)) if displacement is None else displacement
     carried = 0.0 if light.displacement is None else light.displacement
     # (occluder - point) / near - (light - point) / far, as a step of the point times the rate
     own = steps[TIME]

@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 
 from adaptive_drt.geometry.polygon.kernels import distance_to_quad, quad_edges
+from adaptive_drt.geometry.polygon.standing import shadowing_edges
 from adaptive_drt.render import render_image
 from adaptive_drt.scene.description import Material, Quad, Scene, SphereLight
 from adaptive_drt.scene.settings import Settings
 from adaptive_drt.shading.footprint import make_patch
-from adaptive_drt.shading.standing_quads import shadowing_edges
+from adaptive_drt.shading.variation import pair_receivers
 from adaptive_drt.tracing.compile import make_plan
 from adaptive_drt.tracing.intersect import Pairs, intersect_pairs, surface
 from oracle.converged import relative_rmse
@@ -63,7 +64,8 @@ def standing(rng, foot=0.0, above=False):
     pairs = Pairs(np.arange(rows.size), floor + 1)
     through = np.abs((patch.steps * normal).sum(axis=1))
     edges, still = quad_edges(corner, u, v), 0.0 * corner
-    found = shadowing_edges(hits, patch, pairs, edges, normal, height, still, through)
+    receivers = pair_receivers(hits, patch, pairs, 0.0)
+    found = shadowing_edges(receivers, edges, normal, height, still, through)
     touched = distance_to_quad(corner, u, v) <= patch.reach
     return quad, camera, (x[rows], y[rows]), touched, found
 
