@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from ..scene.description import Quad, Quads, Sphere
+from ..scene.description import Quad, ShapeBatch, Sphere
 from .polygon.shape import ParallelogramSet
 from .shape import ShapeSet
 from .sphere.shape import SphereSet
@@ -20,4 +20,4 @@ their bounding spheres come first: embree's proxies are those of the first objec
 
 def kind_of(record: object) -> type:
     """The record of a single shape that a record is, or is many of."""
-    return Quad if isinstance(record, Quads) else type(record)
+    return record.single if isinstance(record, ShapeBatch) else type(record)

@@ -9,9 +9,10 @@ from __future__ import annotations
 
 import hashlib
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
-from typing import Protocol, TypeAlias, TypeVar
+from typing import ClassVar, Protocol, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +31,7 @@ __all__ = [
     "Scene",
     "SceneError",
     "Shape",
+    "ShapeBatch",
     "ShapeRecord",
     "Sphere",
     "SphereLight",
@@ -55,7 +57,7 @@ MIN_EDGE_SINE = 2.0**-50
 error."""
 UNSUSPECTED_SIZE, UNSUSPECTED_SINE = 1e-30, 2.0**-40
 """Edge length in metres, and sine of the angle between edges, above which the area of one of many
-parallelograms is not tested closely: they are far above `SMALLEST_SIZE` and `MIN_EDGE_SINE`."""
+shapes is not tested closely: they are far above `SMALLEST_SIZE` and `MIN_EDGE_SINE`."""
 LARGEST_RATIO = 1e9
 """Largest ratio of sensor size to focal length and of a pixel's sides, the inverse ratios included,
 and largest shift of the camera. Beyond it the directions of neighbouring pixels cannot be
@@ -156,14 +158,92 @@ class Quad:
         return np.array([*self.corner, *self.edge_u, *self.edge_v])[:, None]
 
 
+class ShapeBatch(ABC):
+    """n shapes of one kind and one object, as arrays, which must not be changed.
+
+    Attributes
+    ----------
+    single : the record of one such shape.
+    arrays : names of the arrays (..., n) float64, metres, that tell the place and size of each.
+    slot : (n,) int64, index of the material of each among `materials`.
+    """
+
+    single: ClassVar[type]
+    arrays: ClassVar[tuple[str, ...]]
+    slot: NDArray[np.int64]
+    materials: tuple[Material, ...]
+    motion: Motion | None
+    name: str
+
+    @abstractmethod
+    def edges(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return two edges (3, n) of each shape that span its area, metres."""
+
+    @abstractmethod
+    def record(self, index: int) -> Shape:
+        """Return one of the shapes as a record of its own."""
+
+    def __eq__(self, other: object) -> bool:
+        """Whether all shapes are the same, in the same order."""
+        return isinstance(other, ShapeBatch) and repr(self) == repr(other)
+
+    def __hash__(self) -> int:
+        """Hash of all the content."""
+        return hash(repr(self))
+
+    def __repr__(self) -> str:
+        """Text that stands for all the content: arrays are given by a digest."""
+        digest = hashlib.blake2b(digest_size=16)
+        for name in (*self.arrays, "slot"):
+            digest.update(getattr(self, name).tobytes())
+        rest = f"{self.materials!r}, {self.motion!r}, {self.name!r}"
+        return f"{type(self).__name__}({self.count}, {digest.hexdigest()}, {rest})"
+
+    @property
+    def count(self) -> int:
+        """Number of shapes."""
+        return int(self.slot.size)
+
+    def take(self: Batch, kept: NDArray[np.bool_] | NDArray[np.int64]) -> Batch:
+        """Return the shapes selected by a mask or an index array."""
+        some = {name: getattr(self, name)[..., kept] for name in (*self.arrays, "slot")}
+        return replace(self, **some)  # type: ignore[type-var]  # each subclass is a dataclass
+
+    def records(self) -> Iterator[Shape]:
+        """Yield each shape as a record of its own."""
+        for index in range(self.count):
+            yield self.record(index)
+
+    def numbers(self) -> NDArray[np.float64]:
+        """Return numbers (9, n) that tell the place and size of each."""
+        parts = [np.reshape(getattr(self, name), (-1, self.count)) for name in self.arrays]
+        return np.concatenate(parts)
+
+    def suspects(self) -> NDArray[np.int64]:
+        """Indices, ascending, of all shapes that may have a defect."""
+        if _motion_defect(self.motion) or any(map(_color_defect, self.materials)):
+            return np.arange(self.count)
+        with np.errstate(all="ignore"):
+            finite = (np.abs(self.numbers()) <= LARGEST_COORDINATE).all(axis=0)
+            u, v = self.edges()
+            size_u, size_v = np.sqrt((u * u).sum(axis=0)), np.sqrt((v * v).sum(axis=0))
+            sine = np.linalg.norm(np.cross(u / size_u, v / size_v, axis=0), axis=0)
+            fine = finite & (np.minimum(size_u, size_v) > UNSUSPECTED_SIZE)
+            fine &= sine > UNSUSPECTED_SINE
+        index: NDArray[np.int64] = (~fine).nonzero()[0]
+        return index
+
+
+Batch = TypeVar("Batch", bound=ShapeBatch)
+
+
 @dataclass(frozen=True, eq=False, repr=False)
-class Quads:
-    """n parallelograms of one object, as `Quad` describes one. The arrays must not be changed.
+class Quads(ShapeBatch):
+    """n parallelograms of one object, as `Quad` describes one: see `ShapeBatch`.
 
     Attributes
     ----------
     corner, edge_u, edge_v : (3, n) float64, metres.
-    slot : (n,) int64, index of the material of each among `materials`.
     """
 
     corner: NDArray[np.float64]
@@ -173,59 +253,17 @@ class Quads:
     materials: tuple[Material, ...]
     motion: Motion | None = None
     name: str = "Quads"
+    single: ClassVar[type] = Quad
+    arrays: ClassVar[tuple[str, ...]] = ("corner", "edge_u", "edge_v")
 
-    def __eq__(self, other: object) -> bool:
-        """Whether all parallelograms are the same, in the same order."""
-        return isinstance(other, Quads) and repr(self) == repr(other)
+    def edges(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the edges (3, n) that leave the corners, metres."""
+        return self.edge_u, self.edge_v
 
-    def __hash__(self) -> int:
-        """Hash of all the content."""
-        return hash(repr(self))
-
-    def __repr__(self) -> str:
-        """Text that stands for all the content: arrays are given by a digest."""
-        digest = hashlib.blake2b(digest_size=16)
-        for array in (self.corner, self.edge_u, self.edge_v, self.slot):
-            digest.update(array.tobytes())
-        rest = f"{self.materials!r}, {self.motion!r}, {self.name!r}"
-        return f"Quads({self.count}, {digest.hexdigest()}, {rest})"
-
-    @property
-    def count(self) -> int:
-        """Number of parallelograms."""
-        return int(self.slot.size)
-
-    def take(self, kept: NDArray[np.bool_] | NDArray[np.int64]) -> Quads:
-        """Return the parallelograms selected by a mask or an index array."""
-        corner, u, v = (each[:, kept] for each in (self.corner, self.edge_u, self.edge_v))
-        return replace(self, corner=corner, edge_u=u, edge_v=v, slot=self.slot[kept])
-
-    def records(self) -> Iterator[Quad]:
-        """Yield each parallelogram as a record of its own."""
-        for k, slot in enumerate(self.slot.tolist()):
-            corner, u, v = (
-                vector_of(each[:, k]) for each in (self.corner, self.edge_u, self.edge_v)
-            )
-            yield Quad(corner, u, v, self.materials[slot], self.motion, self.name)
-
-    def numbers(self) -> NDArray[np.float64]:
-        """Return numbers (9, n) that tell the place and size of each."""
-        return np.concatenate([self.corner, self.edge_u, self.edge_v])
-
-    def suspects(self) -> NDArray[np.int64]:
-        """Indices, ascending, of all parallelograms that may have a defect."""
-        if _motion_defect(self.motion) or any(map(_color_defect, self.materials)):
-            return np.arange(self.count)
-        vectors = self.numbers()
-        u, v = self.edge_u, self.edge_v
-        with np.errstate(all="ignore"):
-            finite = (np.abs(vectors) <= LARGEST_COORDINATE).all(axis=0)
-            size_u, size_v = np.sqrt((u * u).sum(axis=0)), np.sqrt((v * v).sum(axis=0))
-            sine = np.linalg.norm(np.cross(u / size_u, v / size_v, axis=0), axis=0)
-            fine = finite & (np.minimum(size_u, size_v) > UNSUSPECTED_SIZE)
-            fine &= sine > UNSUSPECTED_SINE
-        index: NDArray[np.int64] = (~fine).nonzero()[0]
-        return index
+    def record(self, index: int) -> Quad:
+        """Return one of the parallelograms as a record of its own."""
+        corner, u, v = (vector_of(getattr(self, name)[:, index]) for name in self.arrays)
+        return Quad(corner, u, v, self.materials[self.slot[index]], self.motion, self.name)
 
 
 @dataclass(frozen=True)
@@ -352,9 +390,9 @@ class SunLight:
 
 
 Shape: TypeAlias = Sphere | Quad
-ShapeRecord: TypeAlias = Shape | Quads
+"""Record of one shape."""
+ShapeRecord: TypeAlias = Shape | ShapeBatch
 """Record of one shape, or of several."""
-"""A record of a shape."""
 
 
 class Light(Protocol):
@@ -466,10 +504,10 @@ def checked_camera(scene: Scene) -> Camera:
 
 
 def single_shapes(shapes: Iterable[ShapeRecord]) -> tuple[Shape, ...]:
-    """Return shapes with each of `Quads` as a record of its own."""
+    """Return shapes with each of a `ShapeBatch` as a record of its own."""
     singles: list[Shape] = []
     for shape in shapes:
-        singles.extend(shape.records() if isinstance(shape, Quads) else [shape])
+        singles.extend(shape.records() if isinstance(shape, ShapeBatch) else [shape])
     return tuple(singles)
 
 
@@ -477,9 +515,9 @@ def _renderable_shapes(shapes: Iterable[ShapeRecord], issues: list[Issue]) -> li
     """Return the shapes that can be rendered, and append an issue for each other one."""
     kept: list[ShapeRecord] = []
     for shape in shapes:
-        if not isinstance(shape, Quads):
+        if not isinstance(shape, ShapeBatch):
             kept += _renderable_items([shape], issues)
-        elif (whole := _renderable_quads(shape, issues)).count:
+        elif (whole := _renderable_batch(shape, issues)).count:
             kept.append(whole)
     return kept
 
@@ -499,16 +537,16 @@ def _renderable_items(things: Iterable[Item], issues: list[Issue]) -> list[Item]
     return kept
 
 
-def _renderable_quads(quads: Quads, issues: list[Issue]) -> Quads:
-    """Return those of many parallelograms that can be rendered, and append issues."""
-    suspects = quads.suspects()
-    kept = np.ones(quads.count, dtype=np.bool_)
-    for index, quad in zip(suspects.tolist(), quads.take(suspects).records(), strict=True):
-        reason = quad.defect()
+def _renderable_batch(batch: Batch, issues: list[Issue]) -> Batch:
+    """Return those of many shapes that can be rendered, and append issues."""
+    suspects = batch.suspects()
+    kept = np.ones(batch.count, dtype=np.bool_)
+    for index, shape in zip(suspects.tolist(), batch.take(suspects).records(), strict=True):
+        reason = shape.defect()
         if reason:
-            issues.append(Issue(quad.name, reason, missing=True))
+            issues.append(Issue(shape.name, reason, missing=True))
             kept[index] = False
-    return quads if kept.all() else quads.take(kept)
+    return batch if kept.all() else batch.take(kept)
 
 
 def _vector_defect(record: object, *names: str) -> str | None:

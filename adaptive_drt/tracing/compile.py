@@ -23,7 +23,7 @@ from ..lights.emitter import Emitter, LightMotion
 from ..lights.registry import make_emitter
 from ..numerics.arrays import Array
 from ..parallel.cancellation import RenderCancelled
-from ..scene.description import Motion, Quads, Scene, ShapeRecord
+from ..scene.description import Motion, Scene, ShapeBatch, ShapeRecord
 from ..scene.settings import Settings
 
 __all__ = ["Plan", "make_plan"]
@@ -215,14 +215,14 @@ def _make_shape_table(
 
 def _count(record: ShapeRecord) -> int:
     """Number of shapes in a record."""
-    return record.count if isinstance(record, Quads) else 1
+    return record.count if isinstance(record, ShapeBatch) else 1
 
 
 def _colors(records: Sequence[ShapeRecord]) -> Array:
     """Albedo (3, n) of each shape."""
     colors = [
         _columns([m.color for m in record.materials])[:, record.slot]
-        if isinstance(record, Quads)
+        if isinstance(record, ShapeBatch)
         else np.reshape(record.material.color, (3, 1))
         for record in records
     ]
@@ -247,7 +247,7 @@ def _without_duplicates(
         skipped += [why] * int(again.sum())
         if not again.any():
             kept.append(record)
-        elif isinstance(record, Quads) and not again.all():
+        elif isinstance(record, ShapeBatch) and not again.all():
             kept.append(record.take(~again))
     return kept
 

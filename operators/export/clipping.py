@@ -13,7 +13,7 @@ from ...adaptive_drt.scene.description import (
     Camera,
     Issue,
     Motion,
-    Quads,
+    ShapeBatch,
     ShapeRecord,
     Sphere,
     Vector,
@@ -85,7 +85,7 @@ def _reach(camera: Camera, shapes: Sequence[ShapeRecord]) -> tuple[Matrix, Matri
 
 def _count(shape: ShapeRecord) -> int:
     """Return of how many shapes a record is."""
-    return shape.count if isinstance(shape, Quads) else 1
+    return shape.count if isinstance(shape, ShapeBatch) else 1
 
 
 def _parts(shape: ShapeRecord) -> tuple[Matrix, Matrix, Matrix]:
