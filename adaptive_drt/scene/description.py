@@ -193,9 +193,8 @@ class ShapeBatch(ABC):
 
     def __repr__(self) -> str:
         """Text that stands for all the content: arrays are given by a digest."""
-        digest = hashlib.blake2b(digest_size=16)
-        for name in (*self.arrays, "slot"):
-            digest.update(getattr(self, name).tobytes())
+        content = b"".join(getattr(self, name).tobytes() for name in (*self.arrays, "slot"))
+        digest = hashlib.blake2b(content, digest_size=16)
         rest = f"{self.materials!r}, {self.motion!r}, {self.name!r}"
         return f"{type(self).__name__}({self.count}, {digest.hexdigest()}, {rest})"
 
@@ -211,27 +210,23 @@ class ShapeBatch(ABC):
 
     def records(self) -> Iterator[Shape]:
         """Yield each shape as a record of its own."""
-        for index in range(self.count):
-            yield self.record(index)
+        yield from map(self.record, range(self.count))
 
     def numbers(self) -> NDArray[np.float64]:
         """Return numbers (9, n) that tell the place and size of each."""
-        parts = [np.reshape(getattr(self, name), (-1, self.count)) for name in self.arrays]
-        return np.concatenate(parts)
+        parts = (getattr(self, name) for name in self.arrays)
+        return np.vstack([np.reshape(part, (-1, self.count)) for part in parts])
 
     def suspects(self) -> NDArray[np.int64]:
         """Indices, ascending, of all shapes that may have a defect."""
         if _motion_defect(self.motion) or any(map(_color_defect, self.materials)):
             return np.arange(self.count)
         with np.errstate(all="ignore"):
-            finite = (np.abs(self.numbers()) <= LARGEST_COORDINATE).all(axis=0)
-            u, v = self.edges()
+            fine, (u, v) = (abs(self.numbers()) <= LARGEST_COORDINATE).all(axis=0), self.edges()
             size_u, size_v = np.sqrt((u * u).sum(axis=0)), np.sqrt((v * v).sum(axis=0))
             sine = np.linalg.norm(np.cross(u / size_u, v / size_v, axis=0), axis=0)
-            fine = finite & (np.minimum(size_u, size_v) > UNSUSPECTED_SIZE)
-            fine &= sine > UNSUSPECTED_SINE
-        index: NDArray[np.int64] = (~fine).nonzero()[0]
-        return index
+            fine &= (np.minimum(size_u, size_v) > UNSUSPECTED_SIZE) & (sine > UNSUSPECTED_SINE)
+        return np.flatnonzero(~fine)
 
 
 Batch = TypeVar("Batch", bound=ShapeBatch)
@@ -579,7 +574,7 @@ def _radius_defect(radius: float) -> str | None:
 
 
 def _area_defect(u: Vector, v: Vector) -> str | None:
-    """Return what is wrong with the edges of a parallelogram, or None."""
+    """Return what is wrong with the edges that span an area, or None."""
     return None if _has_area(u, v) else "it has no area"
 
 
@@ -598,17 +593,12 @@ def _has_area(u: Vector, v: Vector) -> bool:
     size = math.hypot(*u), math.hypot(*v)
     if min(size) < SMALLEST_SIZE:
         return False
-    u, v = _divided(u, size[0]), _divided(v, size[1])
+    u, v = vector_of(x / size[0] for x in u), vector_of(x / size[1] for x in v)
     sine = math.hypot(
         u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]
     )
     # the normal's length is squared once more
     return sine > MIN_EDGE_SINE and sine * size[0] * size[1] > SMALLEST_SIZE * SMALLEST_SIZE
-
-
-def _divided(vector: Vector, length: float) -> Vector:
-    """Return a vector divided by a length."""
-    return vector[0] / length, vector[1] / length, vector[2] / length
 
 
 def _check_camera(camera: Camera) -> None:
@@ -624,7 +614,7 @@ def _check_camera(camera: Camera) -> None:
     sizes = [math.hypot(*axis) for axis in axes]
     if not all(sizes):
         raise SceneError("The camera is scaled to zero: set its scale to 1")
-    x, y, z = (_divided(axis, size) for axis, size in zip(axes, sizes, strict=True))
+    x, y, z = (vector_of(c / n for c in axis) for axis, n in zip(axes, sizes, strict=True))
     turn = (y[1] * z[2] - y[2] * z[1], y[2] * z[0] - y[0] * z[2], y[0] * z[1] - y[1] * z[0])
     if not abs(x[0] * turn[0] + x[1] * turn[1] + x[2] * turn[2]) > 1.0 / LARGEST_RATIO:
         raise SceneError("The camera is squashed flat: check the scale and shear of its parents")
