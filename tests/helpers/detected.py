@@ -35,7 +35,7 @@ def in_order(scene):
 
 
 def depths(scene, x, y, t):
-    """How far off each shape (s, n) is along rays through x, y at t, and those rays: (3, n) each."""
+    """Distances (s, n) of all shapes along rays through x, y at t, and those rays: (3, n) each."""
     origin, ray = rays(scene.camera, x, y, t)
     far = [oracle_depth(shape, ray.T, t, origin.T) for shape in in_order(scene)]
     return np.array(far), origin.T, ray.T
