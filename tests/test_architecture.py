@@ -180,6 +180,24 @@ def test_the_root_imports_nothing_of_blender_when_it_is_imported():
 
 
 @pytest.mark.parametrize("path", CORE_FILES, ids=name_of)
+def test_each_module_has_tests_of_its_own(path):
+    """`tests/<package>/test_<module>.py`, where `driver` holds those of modules in no package."""
+    if path.name == "__init__.py":
+        return
+    package = "driver" if path.parent == CORE else path.parent.name
+    own = ROOT / "tests" / package / f"test_{path.stem}.py"
+    assert own.exists(), f"{name_of(path)} has no {name_of(own)}"
+    module = ".".join(path.relative_to(ROOT).with_suffix("").parts)
+    imported = {
+        f"{node.module}.{alias.name}" if isinstance(node, ast.ImportFrom) else alias.name
+        for node in ast.walk(tree_of(own))
+        if isinstance(node, ast.Import | ast.ImportFrom)
+        for alias in node.names
+    }
+    assert any(f"{each}.".startswith(f"{module}.") for each in imported), f"of {module}"
+
+
+@pytest.mark.parametrize("path", CORE_FILES, ids=name_of)
 def test_core_uses_no_einsum_and_prints_nothing(path):
     for node in ast.walk(tree_of(path)):
         name = getattr(node, "attr", getattr(node, "id", ""))

@@ -14,7 +14,8 @@ from adaptive_drt.render import render_image
 from adaptive_drt.scene.description import Motion, PointLight, Quad, QuadLight, Scene, Sphere
 from adaptive_drt.scene.settings import Settings
 from moving_floor import LAMP, moving_scene, points_of, settled
-from oracle.converged import converged, relative_rmse
+from oracle.converged import relative_rmse
+from oracle.kept import converged_color
 from random_scenes import look_at
 
 
@@ -69,10 +70,10 @@ def test_what_moves_is_within_the_tolerance_and_is_interpolated(thing, tolerance
     rng = np.random.default_rng(5)
     chosen = rng.choice(96 * 64, 200, replace=False)
     x, y = chosen % 96, chosen // 96
-    truth = converged(scene, np.stack([x, y], axis=1), goal=0.2 * tolerance)
+    truth = converged_color(scene, np.stack([x, y], axis=1), 0.2 * tolerance)
     settings = Settings(tolerance=tolerance, threads=1)
     film = render_image(scene, settings)
-    assert relative_rmse(film.color[:, y, x].T, truth.color) < tolerance
+    assert relative_rmse(film.color[:, y, x].T, truth) < tolerance
     if tolerance > 1e-3:  # at 1e-3 a picture this small has few blocks that are smooth enough
         monkeypatch.setattr(ExactRender, "_interpolate", lambda *_: iter(()))
         alone = render_image(scene, settings)
@@ -104,6 +105,6 @@ def test_a_kink_before_the_first_node_is_seen():
     )  # fmt: skip
     scene = Scene(camera, (floor, ball), (light,))
     film = render_image(scene, Settings(tolerance=1e-4))
-    truth = converged(scene, np.array([[113, 160]]), goal=1e-3, scale=0.01).color[0]
+    truth = converged_color(scene, np.array([[113, 160]]), 1e-3, 0.01)[0]
     assert truth.mean() > 5e-4
     assert abs(film.color[:, 0, 1].mean() / truth.mean() - 1.0) < 0.05

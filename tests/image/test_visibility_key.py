@@ -12,7 +12,8 @@ from adaptive_drt.scene.settings import Settings
 from adaptive_drt.tracing.compile import make_plan
 from adaptive_drt.tracing.intersect import Pairs
 from moving_floor import moving_scene
-from oracle.converged import converged, relative_rmse
+from oracle.converged import relative_rmse
+from oracle.kept import converged_color
 
 
 def sights_of(shapes, places):
@@ -56,5 +57,5 @@ def test_what_moves_along_its_own_edge_has_an_outline_that_stands_still():
     # its upper edge and the lower one, and the floor's
     assert (found == NO_KEY).sum() == 3
     film = render_image(scene, Settings(tolerance=1e-3, threads=1))
-    truth = converged(scene, np.stack([x, y], axis=1), goal=1e-4)
-    assert relative_rmse(film.color[:, y, x].T, truth.color) < 1e-3
+    truth = converged_color(scene, np.stack([x, y], axis=1), 1e-4)
+    assert relative_rmse(film.color[:, y, x].T, truth) < 1e-3
