@@ -8,11 +8,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from adaptive_drt.exact import ExactRender
 from adaptive_drt.render import render_image
 from adaptive_drt.scene.description import Sphere
 from adaptive_drt.scene.settings import Settings, SettingsError
 from adaptive_drt.tracing.compile import make_plan
 from adaptive_drt.tracing.intersect import Pairs
+from adaptive_drt.tracing.occluder_culling import Occluders
 from adaptive_drt.visibility.fragments import Boxes, find_fragments
 from oracle.converged import relative_rmse
 from oracle.kept import converged_color
@@ -134,3 +136,9 @@ def test_a_seam_seen_from_its_own_plane():
     found = find_fragments(plan, boxes, pairs, 1e-4)
     np.testing.assert_array_equal(found.item, np.tile([0, 1], 5))
     np.testing.assert_allclose(found.weight, np.tile([0.7, 0.3], 5), atol=1e-6)
+
+
+def test_a_render_that_has_not_begun_estimates_nothing():
+    plan = make_plan(random_scene(4), exact())
+    work = ExactRender(plan, Occluders(plan))
+    assert work.error_estimate == 0.0 and work.goal.error == 0.0 and work.stage

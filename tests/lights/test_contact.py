@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from adaptive_drt.lights.contact import coplanar_quads
 from adaptive_drt.scene.description import (
     Motion,
     PointLight,
@@ -30,6 +31,8 @@ def touching(quad, light):
     plan = make_plan(Scene(EYE, (Sphere((9.0, 9.0, 9.0), 0.1), quad), (light,)), Settings())
     found = plan.lights[0].touches(np.array([0, 1, -1]))
     assert not found[0] and not found[2]
+    alone = coplanar_quads(plan.lights[0], plan.quads, plan.lens.origin[:, None])
+    assert alone.shape == (1,) and alone[0] == found[1]
     return bool(found[1])
 
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from adaptive_drt.scene.description import Motion, PointLight, Sphere
+from adaptive_drt.shading.footprint import MIN_PLANE_COSINE, Patch
 from shaded import hits_at, patches_at, plan_of
 
 LIGHT = PointLight((1.0, 0.0, 5.0), (1.0, 1.0, 1.0))
@@ -66,6 +67,7 @@ def test_steps_at_the_limb_are_no_longer_than_a_chord():
         except AssertionError:
             high = at
     _, patch = patches_at(plan, middle[:1] + low, middle[1:2], 0, (0.5, 0.5, 0.0))
+    assert isinstance(patch, Patch) and (patch.slant >= MIN_PLANE_COSINE).all()
     assert (patch.slides <= 2.0).all() and np.isfinite(patch.steps).all()
 
 
