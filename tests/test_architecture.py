@@ -24,7 +24,8 @@ LAYERS = (
     ("shading",),
     ("cubature",),
     ("image",),
-    ("exact", "distributed", "cost_model"),
+    ("exact", "distributed"),
+    ("cost_model",),
     ("render",),
 )
 """The core's packages, and the modules of the driver, by rank: each imports only what is of a lower
@@ -179,22 +180,88 @@ def test_the_root_imports_nothing_of_blender_when_it_is_imported():
         )
 
 
+TESTED_BY = {
+    "geometry": {
+        "depth_pairs": "visibility/test_depth_events.py",
+        "implicit_surface": "geometry/test_surface_pairs.py",
+        "light_plane": "geometry/test_light_plane.py",
+        "light_protocol": "geometry/test_light_occlusion.py",
+        "line_forms": "visibility/test_line_forms.py",
+        "occluder_outline": "shading/test_partial_occlusion.py",
+        "patch": "shading/test_footprint.py",
+        "pixel_coverage": "geometry/test_pixel_coverage.py",
+        "planar_faces": "geometry/polygon/test_closed_boxes.py",
+        "quadric_lines": "visibility/test_line_forms.py",
+        "receivers": "geometry/test_light_occlusion.py",
+        "registry": "geometry/test_shape_table.py",
+        "shaded_patches": "geometry/test_shadow_edges.py",
+        "shadow_edges": "geometry/test_outline_rates.py",
+        "shape": "geometry/test_pixel_coverage.py",
+    },
+    "geometry/polygon": {
+        "clipping": "geometry/test_light_plane.py",
+        "closed_boxes": "geometry/polygon/test_closed_boxes.py",
+        "light_occlusion": "geometry/test_light_occlusion.py",
+        "line_polynomials": "visibility/test_line_forms.py",
+        "pixel_coverage": "geometry/test_pixel_coverage.py",
+        "shadow_edges": "geometry/polygon/test_shadow_edges.py",
+        "shape": "geometry/test_pixel_coverage.py",
+        "view": "geometry/polygon/test_shadow_edges.py",
+    },
+    "geometry/sphere": {
+        "light_occlusion": "geometry/test_light_occlusion.py",
+        "line_polynomials": "visibility/test_line_forms.py",
+        "outline": "lights/test_occluded_form_factor.py",
+        "pixel_coverage": "geometry/test_pixel_coverage.py",
+        "plane_section": "geometry/test_light_plane.py",
+        "shadow_edges": "geometry/sphere/test_shadow_edges.py",
+        "shape": "geometry/test_pixel_coverage.py",
+    },
+    "lights": {
+        "bounds": "lights/test_emitter.py",
+        "disk_light": "lights/test_emitter.py",
+        "form_factor": "lights/test_form_factor.py",
+        "point_light": "lights/test_emitter.py",
+        "quad_light": "lights/test_emitter.py",
+        "registry": "lights/test_emitter.py",
+        "round_light": "lights/test_emitter.py",
+        "sphere_light": "lights/test_emitter.py",
+        "sun_light": "lights/test_sun_light.py",
+    },
+}
+"""Test files of modules that are tested through an interface, as kinds of shapes and lights are:
+each question of `ShapeSet` and `Emitter` has a file, which asks it of all kinds."""
+
+
+def imported_by(path: Path) -> set[str]:
+    """Dotted names of the modules, and of what is in them, that a file imports."""
+    return {
+        f"{node.module}.{alias.name}" if isinstance(node, ast.ImportFrom) else alias.name
+        for node in ast.walk(tree_of(path))
+        if isinstance(node, ast.Import | ast.ImportFrom)
+        for alias in node.names
+    }
+
+
 @pytest.mark.parametrize("path", CORE_FILES, ids=name_of)
 def test_each_module_has_tests_of_its_own(path):
     """`tests/<package>/test_<module>.py`, where `driver` holds those of modules in no package."""
     if path.name == "__init__.py":
         return
-    package = "driver" if path.parent == CORE else path.parent.name
-    own = ROOT / "tests" / package / f"test_{path.stem}.py"
+    package = "driver" if path.parent == CORE else path.parent.relative_to(CORE).as_posix()
+    through = TESTED_BY.get(package, {}).get(path.stem)
+    own = ROOT / "tests" / (through or f"{package}/test_{path.stem}.py")
     assert own.exists(), f"{name_of(path)} has no {name_of(own)}"
     module = ".".join(path.relative_to(ROOT).with_suffix("").parts)
-    imported = {
-        f"{node.module}.{alias.name}" if isinstance(node, ast.ImportFrom) else alias.name
-        for node in ast.walk(tree_of(own))
-        if isinstance(node, ast.Import | ast.ImportFrom)
-        for alias in node.names
-    }
-    assert any(f"{each}.".startswith(f"{module}.") for each in imported), f"of {module}"
+    assert through or any(f"{each}.".startswith(f"{module}.") for each in imported_by(own)), (
+        f"{name_of(own)} does not import {module}"
+    )
+
+
+def test_modules_tested_through_an_interface_exist():
+    for package, modules in TESTED_BY.items():
+        for name in modules:
+            assert (CORE / package / f"{name}.py").exists(), f"{package}/{name}.py"
 
 
 @pytest.mark.parametrize("path", CORE_FILES, ids=name_of)

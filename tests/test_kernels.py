@@ -13,7 +13,7 @@ import kernel_hidden
 import kernel_lights
 import kernel_ranges
 import kernel_spots
-from adaptive_drt.geometry import sphere as quadric
+from adaptive_drt.geometry.sphere import kernels as quadric
 from kernel_families import Family
 from oracle.numbers import EXACT, LONG
 

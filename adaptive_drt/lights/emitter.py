@@ -1,281 +1,287 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Lights prepared for tracing: one record for all kinds, bounding cones, and sampling."""
+"""What the tracer asks of a light: the interface that each kind of light implements."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from ..geometry.sphere import surface_tolerance
+from ..geometry.light_plane import LightPlane
+from ..geometry.planar_faces import PlanarFaces
+from ..geometry.silhouettes import CircularSilhouette
 from ..numerics.arrays import Array, Ints, Mask
-from ..numerics.vector import cross, dot
-from ..scene.description import DiskLight, Light, PointLight, QuadLight
+from ..numerics.vector import dot
+from ..scene.description import Light, Motion
+from .bounds import LightBounds
+from .coplanarity import planes_through_ball
 
-__all__ = ["Emitter", "height_above_quad_light", "make_emitter", "sample_emitter", "view_cone"]
-
-QUAD, SPHERE, DISK, POINT = "QUAD", "SPHERE", "DISK", "POINT"
-"""Kinds of lights, values of `Emitter.kind`."""
+__all__ = ["Emitter", "LightMotion", "column"]
 
 
-@dataclass(frozen=True)
-class Emitter:
+@dataclass(frozen=True, kw_only=True)
+class Emitter(LightBounds, ABC):
     """A light, relative to the tracer's origin, at the middle of the shutter.
+
+    No caller may assume that the light is at a finite distance: vectors to its centre come from
+    `to_center`. Methods take arrays, components first. In their parameters,
+
+    - to : (3, ...) metres, vectors from points to the light's centre, at the time of each point.
+    - point : (3, ...) metres, the points.  normal : (3, ...) unit normals on their lit side.
+    - reach : (n,) metres; an answer then holds for all surface points within it of each point.
+    - bend : (n,) curvature of the surfaces, 1 / m; 0 for planes.
 
     Attributes
     ----------
-    kind : 'QUAD', 'SPHERE', 'DISK' (always faces the shaded point) or 'POINT'.
-    center : (3, 1) metres.
-    half_u, half_v : (3, 1) metres, from a quad's centre to the middles of its sides; 0 otherwise.
-    normal : (3, 1) unit vector of the side that a quad emits to; 0 otherwise.
-    radius : metres, of a ball around the centre that encloses the light.
-    power : (3,) radiance (W / m^2 / sr); a point light's intensity (W / sr).
-    displacement : (3, 1) metres over the shutter, or None for a static light.
-    touching : (objects,) which objects are quads in the light's plane, which cannot occlude it;
-        None if there are none.
+    name : the light's name in the scene.
+    power : (3,) radiance (W / m^2 / sr) of an extended light; intensity (W / sr) of a point.
+    casts_shadow : whether occluders hide it.
+    coplanar : (objects,) which objects are planar and lie in the light's plane, so that they
+        cannot occlude it; None if there are none.
     """
 
     name: str
-    kind: str
-    center: Array
-    half_u: Array
-    half_v: Array
-    normal: Array
-    radius: float
     power: Array
-    displacement: Array | None
-    casts_shadow: bool
-    touching: Mask | None = None
+    casts_shadow: bool = True
+    coplanar: Mask | None = None
 
-    def touches(self, item: Ints) -> Mask:
+    # --- distance -------------------------------------------------------------------------
+
+    def distance_or(self, distance: Array, local: Array) -> Array:
+        """Length (n,) metres by which lengths on the way to the light count as small.
+
+        It is the distance to the light; a light at infinity has none, and `local` is returned.
+        """
+        return distance
+
+    @property
+    def occluder_inflation(self) -> float:
+        """By how much (metres) to enlarge occluders so that lines to the light's centre meet them.
+
+        All balls that may occlude some of the light then do; inf where no enlargement suffices.
+        """
+        return self.swept_radius
+
+    # --- lights that replace this one in some questions -----------------------------------
+
+    @abstractmethod
+    def as_point(self) -> Emitter:
+        """Return the light reduced to its centre, whose shadows have no penumbrae."""
+
+    @abstractmethod
+    def point_at(self, *offsets: Array) -> Emitter:
+        """Return the same for other points of the light, at its centre plus each of the offsets.
+
+        offsets : (3, n) metres.
+        """
+
+    def swept_bounds(self) -> LightBounds:
+        """Return bounds at rest whose view cones enclose the light during the whole shutter."""
+        return LightBounds(center=self.center, radius=self.swept_radius)
+
+    def bounds_from_anywhere(self) -> LightBounds:
+        """Return bounds that contain the light as every point sees it.
+
+        They are the light itself unless that turns towards each point.
+        """
+        return self
+
+    # --- extent ---------------------------------------------------------------------------
+
+    @property
+    def fills_cone(self) -> bool:
+        """Whether the light is seen as a circle, which fills its view cone."""
+        return False
+
+    @property
+    def solid(self) -> bool:
+        """Whether the light is a ball, which points and occluders may lie within."""
+        return False
+
+    @abstractmethod
+    def extent(self, vector: Array) -> Array:
+        """Largest |(L - centre).vector| over points L of the light, for vectors (3, n): (n,)."""
+
+    @abstractmethod
+    def half_angle(self, distance: Array) -> Array:
+        """Half the angle (n,), in radians, of the light's view cone, at distances of its centre."""
+
+    def half_angle_along(self, toward: Array, distance: Array) -> Array:
+        """Half the angle (n,) of the light along unit vectors (3, n) across the line of sight."""
+        return self.half_angle(distance)
+
+    def outline_clearance(self, axis: Array, direction: Array, distance: Array) -> Array | None:
+        """Angles (n,) from directions (3, n) to the nearest side of the light, negative outside.
+
+        None where the light's extent towards the direction tells it, as for round lights.
+
+        axis : (3, n) unit vectors to the centre.  distance : (n,) metres to it.
+        """
+        return None
+
+    def falloff_offset(self, point: Array, time: float | None = None) -> tuple[Array, Array]:
+        """Vectors (3, n) metres, by whose length irradiance falls off, and clear distances (n,).
+
+        The vectors lead to the points from the part of the light that is nearest, or from the
+        centre of a round light. The clear distances are those to the light's surface.
+        """
+        away = -self.to_center(point, time)
+        return away, np.maximum(np.sqrt(dot(away, away)) - self.radius, 0.0)
+
+    def coplanar_faces(self, faces: PlanarFaces, origin: Array) -> Mask:
+        """Which planar shapes lie in the plane of the light, during the whole shutter: (n,).
+
+        See `coplanarity`. `origin` (3, 1) metres is the tracer's origin in world space.
+        """
+        return planes_through_ball(self.center, self.radius, self.displacement, faces, origin)
+
+    def is_coplanar(self, item: Ints) -> Mask:
         """Which of objects (...), given by index, lie in the light's plane; never for index -1."""
-        if self.touching is None:
+        if self.coplanar is None:
             return np.zeros(item.shape, dtype=np.bool_)
-        found: Mask = self.touching[item] & (item >= 0)
+        found: Mask = self.coplanar[item] & (item >= 0)
         return found
 
-    def moved(self, time: Array | float) -> Array:
-        """Centre at shutter times (...): (3, ...), or (3, 1, ...) for a static light."""
-        shape = (3,) + (1,) * max(np.ndim(time), 1)
-        center = self.center.reshape(shape)
-        if self.displacement is None:
-            return center
-        return center + time * self.displacement.reshape(shape)
+    # --- sides ----------------------------------------------------------------------------
 
-    @property
-    def extended(self) -> bool:
-        """Whether the light has a size, so that it casts penumbrae."""
-        return self.kind != POINT
+    def edge_on(self, item: Ints) -> Mask:
+        """Which of objects (...), given by index, see the light edge-on: they receive nothing."""
+        return np.zeros(item.shape, dtype=np.bool_)
 
-    @property
-    def ball(self) -> float:
-        """Radius (metres) of a ball around the centre that encloses the light and its motion."""
-        d = self.displacement
-        return self.radius if d is None else self.radius + 0.5 * _length(d)
+    def front_sine(self, to: Array, distance: Array) -> Array | None:
+        """Sine (n,) of the points' elevations over the plane of a light that emits to one side.
 
-    def pinpoint(self) -> Emitter:
-        """Return the light reduced to a point at its centre, whose shadows have no penumbrae."""
-        return replace(self, kind=POINT, radius=0.0)
+        distance : (n,) the length of `to`.  None for other lights.
+        """
+        return None
+
+    @abstractmethod
+    def plane(self, to: Array) -> LightPlane:
+        """Return the plane behind which occluders block none of the light, seen from points."""
+
+    @abstractmethod
+    def horizon(
+        self,
+        to: Array,
+        point: Array,
+        normal: Array,
+        reach: Array | float = 0.0,
+        bend: Array | float = 0.0,
+    ) -> tuple[Mask, Mask]:
+        """Where the light contributes nothing, and where the horizon cuts it: (n,) each.
+
+        A light that lies in the horizon up to rounding contributes nothing. The first answer holds
+        for all points within reach, the second for the points themselves.
+        """
+
+    @abstractmethod
+    def is_above_horizon(
+        self, to: Array, point: Array, normal: Array, reach: Array, bend: Array
+    ) -> Mask:
+        """Where all of the light is above the horizon of all surface points within reach: (n,).
+
+        A light that emits to one side must also face all of them.
+        """
+
+    def height_variation(self, to: Array, reach: Array | float, bend: Array | float) -> Array:
+        """Bound (n,) in metres on the change of the light's height above the horizon within reach.
+
+        On a plane the height does not change. On a sphere of centre C and radius r the height of a
+        point L is n.(L - C) - r, and the normal n turns by reach / r.
+        """
+        if isinstance(reach, float) and reach == 0.0:
+            return np.zeros(to.shape[1:])
+        turn = np.minimum(reach * bend, 2.0)
+        safe = np.where(np.asarray(bend) > 0.0, bend, 1.0)
+        radius = np.where(np.asarray(bend) > 0.0, 1.0 / safe, 0.0)
+        tilt: Array = turn * (np.sqrt(dot(to, to)) + self.radius + radius)
+        return tilt
+
+    # --- radiometry -----------------------------------------------------------------------
+
+    @abstractmethod
+    def irradiance_factor(self, to: Array, point: Array, normal: Array) -> Array:
+        """Irradiance from the unoccluded light over its power, (n,); 0 where it is not visible.
+
+        Error bounds are relative to exact arithmetic on the float64 inputs, in units of u = 2^-53,
+        and hold for sizes and distances of 1e-6 to 1e6 and aspect ratios to 1e6.
+        """
+
+    @abstractmethod
+    def normal_incidence_factor(self, square: Array, half: Array) -> Array:
+        """Approximate irradiance factor (n,) of the light if it faced the point, from the zenith.
+
+        square : (n,) squared distances of the centre.  half : (n,) of `half_angle`.
+        """
+
+    @abstractmethod
+    def sample(
+        self, to: Array, point: Array, normal: Array, a: Array, b: Array
+    ) -> tuple[Array, Array]:
+        """Sample points of an extended light as seen from surface points, with weights.
+
+        Parameters
+        ----------
+        to, point, normal : (3, n, 1), or `to` (3, n, k).  a, b : (n, k) in [0, 1).
+
+        Returns
+        -------
+        to : (3, n, k) vectors from the points to points of the light.
+        weight : (n, k) >= 0, the sample's contribution to the irradiance factor if it is visible;
+            the factor is the mean of the weights. Samples are uniform over a quad's area and over
+            the solid angle of a round light, at most 32 u (distance + size) metres off the light,
+            u = 2^-53.
+        """
+
+    def silhouette(self, to: Array) -> Array | CircularSilhouette:
+        """Return the light's outline: the corners (4, 3, n) metres from the points, or a circle.
+
+        It is asked only where `has_silhouette`.
+        """
+        raise NotImplementedError
+
+    def has_silhouette(self, to: Array) -> Mask:
+        """Where the light's outline is known (n,); elsewhere rays are distributed over it."""
+        return np.zeros(to.shape[1:], dtype=np.bool_)
 
 
-def make_emitter(light: Light, origin: Array, drift: Array, moving: bool = True) -> Emitter:
-    """Return a validated light as an emitter.
+@dataclass(frozen=True)
+class LightMotion:
+    """How light records become emitters: relative to the camera, which then is at the origin.
 
-    Parameters
+    Attributes
     ----------
     origin, drift : (3,) metres, the camera's position and its displacement over the shutter. Both
         are subtracted, so that the camera is static at the origin.
     moving : False ignores the light's own motion, leaving it at its position at mid-shutter.
     """
-    move = -drift
-    if moving and light.motion is not None:
-        move = move + np.array(light.motion.displacement, dtype=np.float64)
-    zero = np.zeros((3, 1))
-    half_u = half_v = normal = zero
-    if isinstance(light, QuadLight):
-        half_u, half_v = _column(light.half_u), _column(light.half_v)
-        normal = cross(half_u, half_v)
-        normal = normal / np.sqrt(dot(normal, normal))
-        corner = max(_length(half_u + half_v), _length(half_u - half_v))
-        kind, radius = QUAD, corner
-    elif isinstance(light, PointLight):
-        kind, radius = POINT, 0.0
-    else:
-        kind, radius = (DISK if isinstance(light, DiskLight) else SPHERE), light.radius
-    power = light.intensity if isinstance(light, PointLight) else light.radiance
-    return Emitter(
-        name=light.name,
-        kind=kind,
-        center=_column(light.center) - origin[:, None],
-        half_u=half_u,
-        half_v=half_v,
-        normal=normal,
-        radius=radius,
-        power=np.array(power, dtype=np.float64),
-        displacement=move[:, None] if move.any() else None,
-        casts_shadow=light.casts_shadow,
-    )
+
+    origin: Array
+    drift: Array
+    moving: bool = True
+
+    def placed(
+        self, light: Light, center: tuple[float, float, float], power: tuple[float, float, float]
+    ) -> dict[str, Any]:
+        """Return the fields of an emitter at a finite distance that do not depend on its kind."""
+        move = -self.drift
+        if self.moving and light.motion is not None:
+            move = move + _displacement(light.motion)
+        return {
+            "name": light.name,
+            "center": column(center) - self.origin[:, None],
+            "power": np.array(power, dtype=np.float64),
+            "displacement": move[:, None] if move.any() else None,
+            "casts_shadow": light.casts_shadow,
+        }
 
 
-@dataclass(frozen=True)
-class ViewCone:
-    """Circular cones of directions that enclose a light as seen from a batch of points.
-
-    Attributes
-    ----------
-    axis : (3, ...) unit vectors to the light's centre.  distance : (...) metres to it.
-    cosine, sine : of the half angle; (-1, 1) where the point lies inside the enclosing ball.
-    near, far : (...) metres, bounds on the distance to the visible points of the light.
-
-    For round lights the cone is the light's exact silhouette; a quad lies inside it.
-    """
-
-    axis: Array
-    distance: Array
-    cosine: Array
-    sine: Array
-    near: Array
-    far: Array
+def _displacement(motion: Motion) -> Array:
+    return np.array(motion.displacement, dtype=np.float64)
 
 
-def view_cone(emitter: Emitter, center: Array, point: Array) -> ViewCone:
-    """Return the cones of directions that enclose a light, seen from points.
-
-    Parameters
-    ----------
-    center : (3, ...) the light's centre at the time of each point.  point : (3, ...) metres.
-
-    With u = 2^-53 and t the half angle, errors are at most 4 u: of the distance for it and `near`,
-    of the sine, of 1 / cos t for the cosine, of (distance + radius) / cos t for `far`.
-    """
-    to = center - point
-    dd = dot(to, to)
-    distance = np.sqrt(dd)
-    safe = np.where(distance > 0.0, distance, 1.0)
-    axis = to / safe
-    r = emitter.radius
-    if emitter.kind == DISK:
-        slant = np.sqrt(dd + r * r)
-        return ViewCone(axis, distance, distance / slant, r / slant, distance, slant)
-    inside = distance <= r if r > 0.0 else np.zeros(distance.shape, dtype=np.bool_)
-    sine = np.where(inside, 1.0, r / safe)
-    tangent = np.sqrt(np.maximum((distance - r) * (distance + r), 0.0))
-    cosine = np.where(inside, -1.0, tangent / safe)
-    near = np.where(inside, 0.0, distance - r)
-    far = tangent if emitter.kind == SPHERE else distance + r
-    return ViewCone(axis, distance, cosine, sine, near, np.where(inside, distance + r, far))
-
-
-def height_above_quad_light(emitter: Emitter, to: Array, point: Array) -> Array:
-    """Signed distance (metres) of points in front of a quad light's plane, negative behind it.
-
-    It is 0 for points within the surface tolerance of the plane: a surface in the plane of a light,
-    on or beside it, receives nothing from it.
-
-    Parameters
-    ----------
-    to : (3, ...) from the points to the light's centre.  point : (3, n) the points.
-    """
-    normal = emitter.normal.reshape((3,) + (1,) * (to.ndim - 1))
-    height = -dot(normal, to)
-    graze = surface_tolerance(point, emitter.radius)
-    return np.where(np.abs(height) > graze, height, 0.0)
-
-
-def sample_emitter(
-    emitter: Emitter, center: Array, point: Array, normal: Array, a: Array, b: Array
-) -> tuple[Array, Array]:
-    """Sample points of an extended light as seen from surface points, with weights.
-
-    Parameters
-    ----------
-    center, point, normal : (3, n, 1) metres; unit normals on the lit side.
-    a, b : (n, k) in [0, 1).
-
-    Returns
-    -------
-    to : (3, n, k) vectors from the points to points of the light.
-    weight : (n, k) >= 0, the sample's contribution to the irradiance factor if it is visible; the
-        factor is the mean of the weights. Samples are uniform over a quad's area and over the solid
-        angle of a round light, at most 32 u (distance + size) metres off the light, u = 2^-53.
-    """
-    if emitter.kind == QUAD:
-        half_u, half_v = emitter.half_u[:, :, None], emitter.half_v[:, :, None]
-        to = (center - point) + ((2.0 * a - 1.0) * half_u + (2.0 * b - 1.0) * half_v)
-        square = dot(to, to)
-        away = np.maximum(height_above_quad_light(emitter, to, point), 0.0)
-        edge = cross(half_u, half_v)
-        area = 4.0 * np.sqrt(dot(edge, edge))
-        return to, np.maximum(dot(normal, to), 0.0) * away * area / (square * square)
-    direction, cosine, opening = _cone_directions(emitter, center, point, normal, a, b)
-    d = np.sqrt(dot(center - point, center - point))
-    r = emitter.radius
-    if emitter.kind == DISK:
-        length = d / cosine
-    else:
-        # the hit on the ball: its near side from outside, its far side from inside; from 1 - cosine
-        # as sampled, since the cosine of a small ball has lost those digits
-        drop = a * opening
-        half = np.sqrt(np.maximum(r * r - d * d * (drop * (2.0 - drop)), 0.0))
-        length = d * cosine + np.where(d > r, -half, half)
-    return direction * length, (2.0 * np.pi) * opening * np.maximum(dot(normal, direction), 0.0)
-
-
-def _cone_directions(
-    emitter: Emitter, center: Array, point: Array, normal: Array, a: Array, b: Array
-) -> tuple[Array, Array, Array]:
-    """Unit directions (3, n, k), uniform over a round light's solid angle, and their cosines.
-
-    The third result is 1 less the cosine of the cone's half angle.
-    """
-    cone = view_cone(emitter, center, point)
-    # 1 - cos without cancellation; every direction where the point lies inside the light
-    opening = np.where(cone.cosine < 0.0, 2.0, cone.sine**2 / (1.0 + np.abs(cone.cosine)))
-    drop = a * opening
-    cosine = 1.0 - drop
-    sine = np.sqrt(np.maximum(drop * (2.0 - drop), 0.0))
-    u, v = _frame(cone.axis, normal, point)
-    turn = (2.0 * np.pi) * b
-    direction = cosine * cone.axis + (sine * np.cos(turn)) * u + (sine * np.sin(turn)) * v
-    return direction, cosine, opening
-
-
-MIN_FRAME_SINE = 2.0**-26
-"""Smallest sine of the angle between an axis and a normal at which a frame is aligned with the
-normal: below it rounding decides the direction, and the frame uses the world's axes instead. Also
-the smallest distance from the camera, as a fraction of the point's, of the plane of axis and normal
-at which the camera's side of that plane is certain."""
-
-
-def _frame(axis: Array, normal: Array, point: Array) -> tuple[Array, Array]:
-    """Unit vectors that complete frames with axes (3, ...), covariant with rotation and reflection.
-
-    The first is the normal's part perpendicular to the axis, the second points away from the
-    camera, which is the origin. Where the axis is along the normal, the frame is built from world
-    axes: Duff and others 2017, "Building an orthonormal basis, revisited".
-    """
-    x, y, z = axis
-    sign = np.where(z < 0.0, -1.0, 1.0)
-    p = -1.0 / (sign + z)
-    q = x * y * p
-    u = np.array([1.0 + sign * x * x * p, sign * q, -sign * x])
-    v = np.array([q, sign + y * y * p, -y])
-    lean = normal - dot(normal, axis) * axis
-    size = np.sqrt(dot(lean, lean))
-    leans = size > MIN_FRAME_SINE
-    lean = lean / np.where(leans, size, 1.0)
-    # again: where the vector was short, rounding left a component along the axis
-    lean = lean - dot(lean, axis) * axis
-    lean = lean / np.where(leans, np.sqrt(dot(lean, lean)), 1.0)
-    aside = cross(axis, lean)
-    far = np.sqrt(dot(point, point))
-    aside = aside * np.where(dot(aside, point) < -MIN_FRAME_SINE * far, -1.0, 1.0)
-    return np.where(leans, lean, u), np.where(leans, aside, v)
-
-
-def _column(vector: tuple[float, float, float]) -> Array:
+def column(vector: tuple[float, float, float]) -> Array:
+    """Return three numbers as a column (3, 1)."""
     return np.array(vector, dtype=np.float64)[:, None]
-
-
-def _length(column: Array) -> float:
-    return float(np.sqrt(dot(column, column))[0])

@@ -14,9 +14,8 @@ from ..numerics.arrays import Array, Mask
 from ..numerics.floats import TINY
 from ..numerics.gather import columns
 from ..numerics.vector import cross, dot
-from .emitter import DISK, POINT, QUAD, Emitter, height_above_quad_light
 
-__all__ = ["cap_factor", "irradiance_factor", "polygon_factor"]
+__all__ = ["QUAD_CORNERS", "cap_factor", "parallelogram_factor", "polygon_factor"]
 
 
 SMALL_QUAD_RATIO = 2.0**-8
@@ -31,55 +30,21 @@ SERIES_TERMS = 13
 """Number of terms that reach roundoff: the limit 0.25 to the power 26 is 2^-52."""
 
 
-def irradiance_factor(emitter: Emitter, center: Array, point: Array, normal: Array) -> Array:
-    """Irradiance from an unoccluded light over its radiance (over its intensity, for a point).
-
-    Parameters
-    ----------
-    center : (3, ...) the light's centre.  point : (3, n) metres.  normal : (3, n) unit vectors.
-
-    Returns
-    -------
-    (n,) in sr (1 / m^2 for a point), 0 where the light is below the horizon or faces away. With
-    to = center - point as rounded, its length d, and half edges a, b, the error is at most
-
-    - quad: 16 u (|a| + |b|) / h sr, h the distance of the nearest point of its outline or of the
-      horizon's line on it; 48 u |a||b| / d^2 where (|a| + |b|) / d is below `SMALL_QUAD_RATIO`;
-    - sphere seen at half angle t: 32 u sin^2 t / cos t sr;  disk: 32 u sin^2 t sr;
-    - point: 8 u / d^2.
-    """
-    to = center - point
-    if emitter.kind == QUAD:
-        lit = height_above_quad_light(emitter, to, point) > 0.0
-        return np.where(lit, _quad_factor(to, emitter.half_u, emitter.half_v, normal), 0.0)
-    dd = dot(to, to)
-    distance = np.sqrt(dd)
-    cosine = dot(normal, to) / np.maximum(distance, TINY)
-    if emitter.kind == POINT:
-        with np.errstate(over="ignore"):  # infinite on the light itself; `Film.pixels` clips
-            bright: Array = np.maximum(cosine, 0.0) / np.maximum(dd, TINY)
-        return bright
-    r = emitter.radius
-    if emitter.kind == DISK:
-        slant = np.sqrt(dd + r * r)
-        return cap_factor(cosine, r / slant, distance / slant)
-    tangent = np.sqrt(np.maximum((distance - r) * (distance + r), 0.0))
-    safe = np.maximum(distance, TINY)
-    outside = cap_factor(cosine, np.minimum(r / safe, 1.0), tangent / safe)
-    # from inside the ball the light fills the whole hemisphere
-    return np.where(distance <= r, np.pi, outside)
-
-
 QUAD_CORNERS = ((1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0))
 """Corners of a quad light in units of its half edges, anticlockwise seen from its lit side."""
 
 
-def _quad_factor(to: Array, a: Array, b: Array, normal: Array) -> Array:
-    """Factor (n,) of a parallelogram, 0 from behind.
+def parallelogram_factor(to: Array, a: Array, b: Array, normal: Array) -> Array:
+    """Integral of max(0, n.w) over the directions to a parallelogram: (n,) in sr, 0 from behind.
 
     Parameters
     ----------
-    to : (3, n) metres from the points to its centre.  a, b : (3, 1) half edges.
+    to : (3, n) metres from the points to its centre.  a, b : (3, 1) metres, half edges.
+    normal : (3, n) unit vectors.
+
+    With d the length of `to`, the error is at most 16 u (|a| + |b|) / h sr, h the distance of the
+    nearest point of its outline or of the horizon's line on it; 48 u |a||b| / d^2 where
+    (|a| + |b|) / d is below `SMALL_QUAD_RATIO`.
     """
     height, rise_a, rise_b = dot(normal, to), dot(normal, a), dot(normal, b)
     reach = np.abs(rise_a) + np.abs(rise_b)
@@ -179,7 +144,7 @@ def polygon_factor(corners: list[Array], normal: Array) -> Array:
     -------
     (n,) in sr. Source: Lambert 1760; the horizon clips each edge, and an arc along the horizon
     closes the outline (Arvo 1995, chapter 3). The error is at most 16 u (|a| + |b|) / h sr, half
-    edges a, b and h as for `irradiance_factor`: relative to the factor, u over the least width.
+    edges a, b and h as for `parallelogram_factor`: relative to the factor, u over the least width.
     """
     heights = [dot(normal, corner) for corner in corners]
     lowest, highest = heights[0], heights[0]

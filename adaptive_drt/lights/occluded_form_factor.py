@@ -50,20 +50,20 @@ make threads wait for each other."""
 
 
 @dataclass(frozen=True)
-class _OcclusionInput:
-    """A light's outline, occluding spheres and polygons, and normals, at n points."""
+class _Silhouettes:
+    """A light's outline, circles and polygons that occlude it, and normals, at n points."""
 
     normal: Array
     light: LightSilhouette
-    balls: Circles
-    quads: PolygonSilhouettes | None
+    circles: Circles
+    polygons: PolygonSilhouettes | None
 
 
 def visible_factor(
     light: Array | CircularSilhouette,
     normal: Array,
     spheres: tuple[Array, Array],
-    quads: Array,
+    polygons: Array,
 ) -> Array:
     """Integral of max(0, n.w) over the directions in which a light is visible.
 
@@ -73,19 +73,20 @@ def visible_factor(
     normal : (3, n) unit vectors.
     spheres : (k, 3, n) and (k, n) metres, centres from the points, and radii; the points lie
         outside, the spheres between points and light.
-    quads : (m, j, 3, n) metres, corners in order of convex polygons between points and light;
+    polygons : (m, j, 3, n) metres, corners in order of convex polygons between points and light;
         a corner may be repeated.
 
     Returns
     -------
     (n,) in sr, at least 0, bitwise independent of the rest of the batch. Source: see
     `spherical_curves`. Error of an open light: 32 u (|a| + |b|) / h sr, half edges a, b and h as
-    for `form_factor.irradiance_factor`, and 32 u sin t for a round one of half angle t, u = 2^-53.
-    If it is partly occluded, the visible and the occluded part sum to it to 64 u (|a| + |b|) / d
-    sr. Coincident thin quads may count as distinct: their length over their width, as seen, times
-    64 u sr. Measured, relative to the unoccluded factor (or 1e-5 sr where that is less): at most
-    1.3e-12 over 11,800 random cases of quads with half edges of 0.2 to 1 at distances of about 2.5,
-    and round lights with half angles of 0.05 to 1.3 rad; 3e-10 for squares about 1e-6 rad wide.
+    for `form_factor.parallelogram_factor`, and 32 u sin t for a round one of half angle t,
+    u = 2^-53. If it is partly occluded, the visible and the occluded part sum to it to
+    64 u (|a| + |b|) / d sr. Coincident thin quads may count as distinct: their length over their
+    width, as seen, times 64 u sr. Measured, relative to the unoccluded factor (or 1e-5 sr where
+    that is less): at most 1.3e-12 over 11,800 random cases of quads with half edges of 0.2 to 1 at
+    distances of about 2.5, and round lights with half angles of 0.05 to 1.3 rad; 3e-10 for squares
+    about 1e-6 rad wide.
 
     Occluders that intersect the light's surface must be passed as polygons clipped by the caller.
     """
@@ -96,7 +97,7 @@ def visible_factor(
         part = _take_silhouette(light, rows)
         v, radius = columns(spheres[0], rows, -1), columns(spheres[1], rows, -1)
         total[rows] = _block_factor(
-            part, columns(normal, rows), v, radius, columns(quads, rows, -1)
+            part, columns(normal, rows), v, radius, columns(polygons, rows, -1)
         )
     return total
 
@@ -111,7 +112,7 @@ def _take_silhouette(
 
 
 def _block_factor(
-    light: Array | CircularSilhouette, normal: Array, v: Array, radius: Array, quads: Array
+    light: Array | CircularSilhouette, normal: Array, v: Array, radius: Array, polygons: Array
 ) -> Array:
     """The factor, separately for points with the light cut by the horizon and wholly above it."""
     total = np.zeros(normal.shape[1])
@@ -126,26 +127,26 @@ def _block_factor(
         n = columns(normal, rows)
         if n.shape[1]:
             outline = _take_silhouette(light, rows)
-            view = _occlusion_input(
+            outlines = _make_silhouettes(
                 outline,
                 n,
                 columns(v, rows, -1),
                 columns(radius, rows, -1),
-                columns(quads, rows, -1),
+                columns(polygons, rows, -1),
                 cut,
             )
-            total[rows] = _integrate(view)
+            total[rows] = _integrate(outlines)
     return total
 
 
-def _occlusion_input(
+def _make_silhouettes(
     light: Array | CircularSilhouette,
     normal: Array,
     v: Array,
     radius: Array,
-    quads: Array,
+    polygons: Array,
     cut: bool,
-) -> _OcclusionInput:
+) -> _Silhouettes:
     """Return the outlines of the light and its occluders; arguments as for `visible_factor`.
 
     cut : whether the horizon cuts the light for all points, or for none.
@@ -158,37 +159,41 @@ def _occlusion_input(
     length = np.sqrt(dot(place, place))
     sine = radius / length
     cosine = np.sqrt(np.maximum((length - radius) * (length + radius), 0.0)) / length
-    balls = make_circles(place / length, sine, cosine, outline.center)
-    polygons = make_polygon_silhouettes(quads, outline.center) if quads.shape[0] else None
-    return _OcclusionInput(normal, outline, balls, polygons)
+    circles = make_circles(place / length, sine, cosine, outline.center)
+    flat = make_polygon_silhouettes(polygons, outline.center) if polygons.shape[0] else None
+    return _Silhouettes(normal, outline, circles, flat)
 
 
-def _integrate(view: _OcclusionInput) -> Array:
+def _integrate(outlines: _Silhouettes) -> Array:
     """Sum the boundary integrals of all visible arcs of the light and of its occluders: (n,)."""
-    edges, cone = view.light.edges, view.light.cone
-    double = np.zeros(view.normal.shape[1])
+    edges, cone = outlines.light.edges, outlines.light.cone
+    double = np.zeros(outlines.normal.shape[1])
     if edges.half.shape[0]:
-        double += _integral_along(view, edges, _unoccluded_intervals(view, edges, None))
+        double += _integral_along(outlines, edges, _unoccluded_intervals(outlines, edges, None))
     if cone is not None:
-        double += _integral_along(view, cone, _visible_light_silhouette(view, cone))
-    if view.balls.sine.shape[0]:
-        double -= _integral_along(view, view.balls, _visible_sphere_silhouettes(view))
-    if view.quads is not None:
+        double += _integral_along(outlines, cone, _visible_light_silhouette(outlines, cone))
+    if outlines.circles.sine.shape[0]:
+        double -= _integral_along(outlines, outlines.circles, _visible_sphere_silhouettes(outlines))
+    if outlines.polygons is not None:
         double -= _integral_along(
-            view, view.quads.segments, _visible_polygon_edges(view, view.quads)
+            outlines,
+            outlines.polygons.segments,
+            _visible_polygon_edges(outlines, outlines.polygons),
         )
     return np.maximum(0.5 * double, 0.0)
 
 
 def _integral_along(
-    view: _OcclusionInput, curve: Circles | GreatCircleArcs, spans: Intervals
+    outlines: _Silhouettes, curve: Circles | GreatCircleArcs, spans: Intervals
 ) -> Array:
     """Integral of n.(w x dw) along intervals of a curve: (n,), twice its part of the factor."""
-    return boundary_integral(make_antiderivative(view.normal, view.light.center, curve), spans)
+    return boundary_integral(
+        make_antiderivative(outlines.normal, outlines.light.center, curve), spans
+    )
 
 
 def _unoccluded_intervals(
-    view: _OcclusionInput, segments: GreatCircleArcs, base: Intervals | None
+    outlines: _Silhouettes, segments: GreatCircleArcs, base: Intervals | None
 ) -> Intervals:
     """Intervals of arcs that no occluder covers.
 
@@ -197,13 +202,15 @@ def _unoccluded_intervals(
     """
     low, high = (-segments.half, segments.half) if base is None else base
     starts, ends = [], []
-    if view.balls.sine.shape[0]:
-        start, end = arcs_inside_cones(segments, view.balls)
+    if outlines.circles.sine.shape[0]:
+        start, end = arcs_inside_cones(segments, outlines.circles)
         starts.append(start)
         ends.append(end)
-    if view.quads is not None:
-        for i in range(view.quads.flat.shape[0]):
-            start, end = _arcs_behind_polygon(view, view.quads, i, segments, base is not None)
+    if outlines.polygons is not None:
+        for i in range(outlines.polygons.flat.shape[0]):
+            start, end = _arcs_behind_polygon(
+                outlines, outlines.polygons, i, segments, base is not None
+            )
             starts.append(start[None])
             ends.append(end[None])
     if not starts:
@@ -212,37 +219,41 @@ def _unoccluded_intervals(
 
 
 def _arcs_behind_polygon(
-    view: _OcclusionInput, quads: PolygonSilhouettes, i: int, segments: GreatCircleArcs, own: bool
+    outlines: _Silhouettes,
+    polygons: PolygonSilhouettes,
+    i: int,
+    segments: GreatCircleArcs,
+    own: bool,
 ) -> Intervals:
     """Intervals (j, n) of arcs that run behind polygon i.
 
-    own : whether the arcs are the edges of `quads` themselves, so that i's own are left out.
+    own : whether the arcs are the edges of `polygons` themselves, so that i's own are left out.
     """
     start, end = np.zeros_like(segments.half), np.zeros_like(segments.half)
-    rows, count = quads.rows_of(i), segments.half.shape[0]
+    rows, count = polygons.rows_of(i), segments.half.shape[0]
     parts = (slice(0, rows.start), slice(rows.stop, count)) if own else (slice(0, count),)
     for part in parts:
         if part.start == part.stop:
             continue
         # of coincident edges with equal directions, the first polygon's is the outer one
         alike = np.full((part.stop - part.start, 1), not own or part.start > 0)
-        outline = _take_arcs(quads.segments, rows)
+        outline = _take_arcs(polygons.segments, rows)
         low, high = arcs_inside_outline(
-            _take_arcs(segments, part), outline, alike, view.light.reach
+            _take_arcs(segments, part), outline, alike, outlines.light.reach
         )
         start[part] = low
-        end[part] = np.where(quads.flat[i], low, np.maximum(high, low))
+        end[part] = np.where(polygons.flat[i], low, np.maximum(high, low))
     return start, end
 
 
-def _visible_sphere_silhouettes(view: _OcclusionInput) -> Intervals:
+def _visible_sphere_silhouettes(outlines: _Silhouettes) -> Intervals:
     """Intervals of the outlines of spheres that lie on the light and behind no other occluder."""
-    balls = view.balls
-    k = balls.sine.shape[0]
-    center, half = circles_outside_half_spaces(balls, view.light.edges.planes)
+    circles = outlines.circles
+    k = circles.sine.shape[0]
+    center, half = circles_outside_half_spaces(circles, outlines.light.edges.planes)
     centers, halves = [center], [half]
-    if view.light.cone is not None:
-        center, _, half = circles_inside_cones(balls, view.light.cone, -np.ones((k, 1)))
+    if outlines.light.cone is not None:
+        center, _, half = circles_inside_cones(circles, outlines.light.cone, -np.ones((k, 1)))
         centers.append((center + np.pi)[None])
         halves.append(half[None])
     if k > 1:
@@ -250,58 +261,58 @@ def _visible_sphere_silhouettes(view: _OcclusionInput) -> Intervals:
         other = (mine + np.arange(1, k)[:, None]) % k
         wins = np.where(other < mine, 1.0, -1.0)[..., None]
         center, half, _ = circles_inside_cones(
-            _take_circles(balls, mine), _take_circles(balls, other), wins
+            _take_circles(circles, mine), _take_circles(circles, other), wins
         )
         centers.append(center)
         halves.append(half)
-    spans = _circles_behind_polygons(view, balls)
+    spans = _circles_behind_polygons(outlines, circles)
     return complement_on_circle(np.concatenate(centers), np.concatenate(halves), spans)
 
 
-def _visible_light_silhouette(view: _OcclusionInput, cone: Circles) -> Intervals:
+def _visible_light_silhouette(outlines: _Silhouettes, cone: Circles) -> Intervals:
     """Intervals of a round light's own outline that are above the horizon and not occluded."""
-    balls = view.balls
-    center, half = circles_outside_half_spaces(cone, view.light.edges.planes)
-    if balls.sine.shape[0]:
-        k = balls.sine.shape[0]
+    circles = outlines.circles
+    center, half = circles_outside_half_spaces(cone, outlines.light.edges.planes)
+    if circles.sine.shape[0]:
+        k = circles.sine.shape[0]
         repeated = _take_circles(cone, np.zeros(k, dtype=np.int64))
-        inside, width, _ = circles_inside_cones(repeated, balls, np.ones((k, 1)))
+        inside, width, _ = circles_inside_cones(repeated, circles, np.ones((k, 1)))
         center = np.concatenate([center, inside[:, None]])
         half = np.concatenate([half, width[:, None]])
     if not center.shape[0]:
         center = half = np.zeros((1, *cone.sine.shape))
-    return complement_on_circle(center, half, _circles_behind_polygons(view, cone))
+    return complement_on_circle(center, half, _circles_behind_polygons(outlines, cone))
 
 
-def _circles_behind_polygons(view: _OcclusionInput, circles: Circles) -> Intervals | None:
+def _circles_behind_polygons(outlines: _Silhouettes, circles: Circles) -> Intervals | None:
     """Intervals (i, k, n) of circles behind polygons, for each polygon one more than its edges."""
-    if view.quads is None:
+    if outlines.polygons is None:
         return None
     starts, ends = [], []
-    for i in range(view.quads.flat.shape[0]):
+    for i in range(outlines.polygons.flat.shape[0]):
         low, high = complement_on_circle(
             *circles_outside_half_spaces(
-                circles, _take_arcs(view.quads.segments, view.quads.rows_of(i)).planes
+                circles, _take_arcs(outlines.polygons.segments, outlines.polygons.rows_of(i)).planes
             )
         )
         starts.append(low)
-        ends.append(np.where(view.quads.flat[i], low, high))
+        ends.append(np.where(outlines.polygons.flat[i], low, high))
     return np.concatenate(starts), np.concatenate(ends)
 
 
-def _visible_polygon_edges(view: _OcclusionInput, quads: PolygonSilhouettes) -> Intervals:
+def _visible_polygon_edges(outlines: _Silhouettes, polygons: PolygonSilhouettes) -> Intervals:
     """Intervals of the outlines of polygons that lie on the light and behind no other occluder."""
-    segments = quads.segments
+    segments = polygons.segments
     half = segments.half
     along = np.zeros((half.shape[0], 1), dtype=np.bool_)
-    low, high = arcs_inside_outline(segments, view.light.edges, along, view.light.reach)
-    if view.light.cone is not None:
-        start, end = arcs_inside_cones(segments, view.light.cone)
+    low, high = arcs_inside_outline(segments, outlines.light.edges, along, outlines.light.reach)
+    if outlines.light.cone is not None:
+        start, end = arcs_inside_cones(segments, outlines.light.cone)
         low, high = np.maximum(low, start[0]), np.minimum(high, end[0])
     low, high = np.clip(low, -half, half), np.clip(high, -half, half)
     high = np.maximum(low, high)
-    flat = np.repeat(quads.flat, half.shape[0] // quads.flat.shape[0], axis=0)
-    return _unoccluded_intervals(view, segments, (low, np.where(flat, low, high)))
+    flat = np.repeat(polygons.flat, half.shape[0] // polygons.flat.shape[0], axis=0)
+    return _unoccluded_intervals(outlines, segments, (low, np.where(flat, low, high)))
 
 
 def _take_circles(circles: Circles, index: Ints) -> Circles:

@@ -9,27 +9,34 @@ light.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..detection.occlusion import LightVisibility, classify_light_visibility
-from ..lights.emitter import POINT, QUAD, Emitter
-from ..numerics.arrays import Array, Mask
+from ..geometry.patch import Patch
+from ..lights.emitter import Emitter
+from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.gather import columns
 from ..numerics.vector import rms
 from ..parallel.call_progress import iterate_with_progress, progress_range
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs, Surface
 from ..tracing.occluder_culling import Occluders
-from .footprint import Patch
 from .partial_occlusion import apply_occluders
 from .ratio_estimator import unoccluded_factor
 from .unoccluded_variation import unoccluded_deviations
 from .variation import KINK_KIND, SMOOTH_KIND, shadow_variation, zero_variation
 
-__all__ = ["DirectLight", "shade", "shade_with_candidates", "unshadowed_radiance"]
+__all__ = [
+    "DirectLight",
+    "diffuse_brdf",
+    "irradiance",
+    "shade",
+    "shade_with_candidates",
+    "unshadowed_radiance",
+]
 
 
 SHADOW_STEP, VARIATION_END = 0.1, 0.4
@@ -76,9 +83,9 @@ def shade(
     known : for each light its shadow at the points, and the candidate occluders for the whole
     patches, if known already.
     """
-    total, albedo = np.zeros((3, surface.item.size)), _diffuse_brdf(plan, surface)
+    brdf = diffuse_brdf(plan, surface.item)
     spread = zero_variation(surface.item.size)
-    candidates = []
+    factors, candidates = [], []
     for index, light in enumerate(iterate_with_progress(plan.lights)):
         plan.go_on()
         if known is None:
@@ -94,14 +101,14 @@ def shade(
         with progress_range(2.0 * SHADOW_STEP, VARIATION_END):
             varies = _variation(plan, surface, light, time, patch, shadow, pairs, whole)
         with progress_range(VARIATION_END, 1.0):
-            seen = _shadowed_factors(plan, surface, light, time, shadow, whole)
-        total += light.power[:, None] * seen
-        weight = albedo * light.power[:, None]
+            factors.append(_shadowed_factors(plan, surface, light, time, shadow, whole))
+        weight = brdf * light.power[:, None]
         with np.errstate(over="ignore", invalid="ignore"):
             spread += rms(weight) * varies
     # an estimate that overflows counts as a large one
     spread = np.minimum(np.nan_to_num(spread, copy=False, nan=0.0), MAX_DEVIATION)
-    return DirectLight(total * albedo, spread, tuple(candidates))
+    color = irradiance(plan.lights, factors, surface.item.size) * brdf
+    return DirectLight(color, spread, tuple(candidates))
 
 
 def shade_with_candidates(
@@ -111,16 +118,14 @@ def shade_with_candidates(
 
     time : shutter times, a number or (n,).
     """
-    total = np.zeros((3, surface.item.size))
+    factors = []
     for light, pairs in iterate_with_progress(tuple(zip(plan.lights, candidates, strict=True))):
         with progress_range(0.0, VARIATION_END):
             shadow = classify_light_visibility(plan, surface, plan.shadow_light(light), pairs, time)
         whole = _unoccluded_factors(plan, surface, light, time)
         with progress_range(VARIATION_END, 1.0):
-            seen = _shadowed_factors(plan, surface, light, time, shadow, whole)
-        total += light.power[:, None] * seen
-    radiance: Array = total * _diffuse_brdf(plan, surface)
-    return radiance
+            factors.append(_shadowed_factors(plan, surface, light, time, shadow, whole))
+    return irradiance(plan.lights, factors, surface.item.size) * diffuse_brdf(plan, surface.item)
 
 
 def unshadowed_radiance(
@@ -133,23 +138,37 @@ def unshadowed_radiance(
     time : shutter times, a number or (n,).
     hidden : for each light, whether it is wholly hidden from the points, (n,).
     """
-    total = np.zeros((3, surface.item.size))
-    for light, away in zip(plan.lights, hidden, strict=True):
-        factor = _unoccluded_factors(plan, surface, light, time)
-        total += light.power[:, None] * np.where(away, 0.0, factor)
-    radiance: Array = total * _diffuse_brdf(plan, surface)
-    return radiance
+    factors = (
+        np.where(away, 0.0, _unoccluded_factors(plan, surface, light, time))
+        for light, away in zip(plan.lights, hidden, strict=True)
+    )
+    return irradiance(plan.lights, factors, surface.item.size) * diffuse_brdf(plan, surface.item)
 
 
-def _diffuse_brdf(plan: Plan, surface: Surface) -> Array:
-    """Radiance (3, n) of a diffuse surface for an irradiance of 1: its albedo over pi."""
-    albedo: Array = columns(plan.color, surface.item) / np.pi
-    return albedo
+def irradiance(lights: Sequence[Emitter], factors: Iterable[Array], count: int) -> Array:
+    """Irradiance (3, n) in W / m^2 of n points: the sum over lights of power times factor.
+
+    Parameters
+    ----------
+    factors : for each light the irradiance factors (n,), or (3, n) where they differ by channel.
+    count : number of points n.
+    """
+    total = np.zeros((3, count))
+    for light, factor in zip(lights, factors, strict=True):
+        total += light.power[:, None] * factor
+    return total
+
+
+def diffuse_brdf(plan: Plan, item: Ints) -> Array:
+    """Radiance (3, n) of diffuse objects for an irradiance of 1: the albedo over pi."""
+    brdf: Array = columns(plan.color, item) / np.pi
+    return brdf
 
 
 def _unoccluded_factors(plan: Plan, surface: Surface, light: Emitter, time: Array | float) -> Array:
     """Irradiance factors (n,) of a light without shadows."""
-    return unoccluded_factor(light, plan.shadow_light(light), light.moved(time), surface)
+    to = light.to_center(surface.point, time)
+    return unoccluded_factor(light, plan.shadow_light(light), to, surface)
 
 
 def _shadowed_factors(
@@ -164,7 +183,7 @@ def _shadowed_factors(
     if not light.casts_shadow:
         return whole
     factor = np.where(shadow.blocked, 0.0, whole)
-    if plan.shadow_light(light).kind != POINT:
+    if plan.shadow_light(light).extended:
         live = shadow.pairs.take(factor[shadow.pairs.pixel] > 0.0)
         apply_occluders(plan, surface, light, live, time, factor)
     return factor
@@ -186,9 +205,10 @@ def _variation(
     """
     # estimates may overflow: see `shade`
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        varies = unoccluded_deviations(light, light.moved(time), surface, patch, whole)
-        if light.kind == QUAD and light.touching is not None:
-            varies[..., light.touches(surface.item)] = 0.0
+        to = light.to_center(surface.point, time)
+        varies = unoccluded_deviations(light, to, surface, patch, whole)
+        if light.coplanar is not None:
+            varies[..., light.edge_on(surface.item)] = 0.0
         if not light.casts_shadow:
             return varies
         shape = plan.shadow_light(light)

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Nested occluders: spheres whose outline, as seen from a point, lies within that of another one.
+"""Nested occluders: circular outlines that, as seen from a point, lie within another one.
 
-They hide nothing more of a light that is behind both. The area that k outlines enclose costs k^2
-arcs. In a heap of spheres most of those in front of a light are nested in larger or nearer ones.
+Their occluders hide nothing more of a light that is behind both. The area that k outlines enclose
+costs k^2 arcs. In a heap of spheres most of those in front of a light are nested in larger or
+nearer ones.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ..numerics.arrays import Array, Ints, Mask
-from ..numerics.gather import columns
+from ..numerics.gather import columns, place
 from ..numerics.vector import dot
 from ..parallel.call_progress import progress_range, report_progress
 from ..tracing.compile import Plan
@@ -21,71 +22,83 @@ from ..tracing.intersect import Pairs, Surface
 __all__ = ["find_nested"]
 
 
-MIN_SPHERES = 4
-"""Number of spheres in front of a light from which the search pays: of so many a tenth is
+MIN_CIRCLES = 4
+"""Number of circular outlines in front of a light from which the search pays: of so many a tenth is
 nested."""
-TWO_PASS_SPHERES, LARGEST_SPHERES = 24, 6
-"""Numbers of spheres for the search in two passes.
+TWO_PASS_CIRCLES, LARGEST_CIRCLES = 24, 6
+"""Numbers of circular outlines for the search in two passes.
 
-From `TWO_PASS_SPHERES` spheres in front of a light, all are first compared with the
-`LARGEST_SPHERES` of them by
-apparent size, and then the remaining ones with each other: 2,000 that overlap took half of a survey
-in pairs.
+From `TWO_PASS_CIRCLES` of them in front of a light, all are first compared with the
+`LARGEST_CIRCLES` by apparent size, and then the remaining ones with each other: 2,000 that overlap
+took half of a survey in pairs.
 """
 BATCH_PAIRS = 1 << 16
-"""Approximate number of pairs of spheres in a batch."""
+"""Approximate number of pairs of outlines in a batch."""
 ROUNDING_ANGLE = 16.0 * 2.0**-53
 """Bound in radians on the sum of the rounding errors of directions, sines and cosines of
 outlines."""
 
 
 def find_nested(plan: Plan, surface: Surface, pairs: Pairs, time: Array | float) -> Mask:
-    """Whether each sphere (m,) is nested in another sphere of the same point; conservative.
+    """Whether each occluder (m,) is nested in another one of the same point; conservative.
 
-    A sphere is marked only if that is certain under rounding.
+    It is marked only if that is certain under rounding.
 
     Parameters
     ----------
-    pairs : points and spheres that they lie outside of, sorted by point.
+    pairs : points and occluders whose outlines are circles, sorted by point.
     time : shutter time, a number or (m,).
     """
     hidden = np.zeros(pairs.item.size, dtype=np.bool_)
     number = np.bincount(pairs.pixel, minlength=surface.item.size)
-    if number.max(initial=0) < MIN_SPHERES:
+    if number.max(initial=0) < MIN_CIRCLES:
         return hidden
     start = np.cumsum(number) - number
-    v = plan.spheres.moved(pairs.item, time) - columns(surface.point, pairs.pixel)
-    r, length = plan.spheres.radius[pairs.item], np.sqrt(dot(v, v))
+    v, r = _outline_spheres(plan, surface, pairs, time)
+    length = np.sqrt(dot(v, v))
     axis, sine = v / length, r / length
     cosine = np.sqrt(np.maximum((length - r) * (length + r), 0.0)) / length
-    rows, kept = np.arange(pairs.item.size), np.where(number >= MIN_SPHERES, number, 0)
-    if number.max() >= TWO_PASS_SPHERES:
+    rows, kept = np.arange(pairs.item.size), np.where(number >= MIN_CIRCLES, number, 0)
+    if number.max() >= TWO_PASS_CIRCLES:
         with progress_range(0.0, 0.5):
             for index in _batches_by_count(
-                plan, np.where(number >= TWO_PASS_SPHERES, number, 0), start, LARGEST_SPHERES
+                plan, np.where(number >= TWO_PASS_CIRCLES, number, 0), start, LARGEST_CIRCLES
             ):
                 cones = columns(axis, index), sine[index], cosine[index]
-                large = np.argpartition(cones[1], -LARGEST_SPHERES, axis=0)[-LARGEST_SPHERES:]
+                large = np.argpartition(cones[1], -LARGEST_CIRCLES, axis=0)[-LARGEST_CIRCLES:]
                 hidden[index] = _nested_cones(*cones, large)
         # a nested cone need not be compared: a cone within it is also within the one that contains
         # both
         rows = (~hidden).nonzero()[0]
         left = np.bincount(pairs.pixel[rows], minlength=number.size)
-        kept, start = np.where(number >= MIN_SPHERES, left, 0), np.cumsum(left) - left
+        kept, start = np.where(number >= MIN_CIRCLES, left, 0), np.cumsum(left) - left
     with progress_range(0.5, 1.0):
-        for place in _batches_by_count(plan, kept, start, 0):
-            index = rows[place]
+        for part in _batches_by_count(plan, kept, start, 0):
+            index = rows[part]
             hidden[index] = _nested_cones(columns(axis, index), sine[index], cosine[index])
     return hidden
 
 
+def _outline_spheres(
+    plan: Plan, surface: Surface, pairs: Pairs, time: Array | float
+) -> tuple[Array, Array]:
+    """Centres (3, m) from the points, and radii (m,), of spheres with the occluders' outlines."""
+    v, r = np.empty((3, pairs.item.size)), np.empty(pairs.item.size)
+    for shapes, rows, index in plan.shapes.groups(pairs.item):
+        when = time[rows] if isinstance(time, np.ndarray) else time
+        point = columns(surface.point, pairs.pixel[rows])
+        center, r[rows] = shapes.circular_outline(index, point, when)
+        place(v, rows, center)
+    return v, r
+
+
 def _batches_by_count(plan: Plan, number: Ints, start: Ints, others: int) -> Iterator[Ints]:
-    """Yield indices (k, n) of the spheres of points that have k spheres each, in batches.
+    """Yield indices (k, n) of the outlines of points that have k of them each, in batches.
 
     Parameters
     ----------
-    number, start : (points,) number of spheres of each point, and index of the first.
-    others : number of spheres with which each is compared; 0 for all.
+    number, start : (points,) number of outlines of each point, and index of the first.
+    others : number of outlines with which each is compared; 0 for all.
     """
     work = number * (others or number)
     done, most = 0, max(int(work.sum()), 1)

@@ -14,8 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..lights.emitter import QUAD, Emitter, sample_emitter
-from ..lights.form_factor import irradiance_factor
+from ..lights.emitter import Emitter
 from ..numerics.arrays import Array, Ints
 from ..numerics.low_discrepancy import low_discrepancy_points
 from ..numerics.vector import dot
@@ -36,23 +35,23 @@ class LightSums:
     """Sums over samples, each (n, k): closed form, all points of light, visible points of light."""
 
     closed: Array
-    every: Array
+    total: Array
     visible: Array
 
     def estimate(self) -> Array:
         """Ratio estimates (n,) of the irradiance factor, summed over the k samples."""
-        closed, every = self.closed.sum(axis=1), self.every.sum(axis=1)
-        return ratio_estimate(closed, every, self.visible.sum(axis=1))
+        closed, total = self.closed.sum(axis=1), self.total.sum(axis=1)
+        return ratio_estimate(closed, total, self.visible.sum(axis=1))
 
 
-def ratio_estimate(closed: Array, every: Array, visible: Array) -> Array:
-    """closed * visible / every; equal to `closed` where no point of light is above the horizon.
+def ratio_estimate(closed: Array, total: Array, visible: Array) -> Array:
+    """closed * visible / total; equal to `closed` where no point of light is above the horizon.
 
     There a sliver of the light may be above the horizon although no point met it: its closed form
     is the better estimate.
     """
-    known = every > 0.0
-    share: Array = np.where(known, visible, 1.0) / np.where(known, every, 1.0)
+    known = total > 0.0
+    share: Array = np.where(known, visible, 1.0) / np.where(known, total, 1.0)
     return closed * share
 
 
@@ -114,13 +113,13 @@ def gather_light(
     if not parts:
         empty = np.zeros((0, samples))
         return LightSums(empty, empty, empty)
-    closed, every, visible = (
+    closed, total, visible = (
         np.concatenate([np.broadcast_to(p, (p.shape[0], samples)) for p in column])
         for column in zip(*parts, strict=True)
     )
     if used is not None:
-        closed, every, visible = closed * used, every * used, visible * used
-    return LightSums(closed, every, visible)
+        closed, total, visible = closed * used, total * used, visible * used
+    return LightSums(closed, total, visible)
 
 
 def _gather(
@@ -132,49 +131,48 @@ def _gather(
     time: Array | float,
 ) -> tuple[Array, Array, Array]:
     """Sums of one batch, each of a shape that broadcasts to (n, k)."""
-    center = light.moved(time)
-    if center.ndim == 2:
-        center = center[:, :, None]
     samples = time.shape[1] if isinstance(time, np.ndarray) else 1
-    closed = _closed_form(plan, light, center, surface)
     point, normal = surface.point[:, :, None], surface.normal[:, :, None]
+    to = light.to_center(point, np.reshape(time, (1, 1)) if np.ndim(time) == 0 else time)
+    closed = _closed_form(plan, light, to, surface)
     if spots is None:
-        to = center - point
         if to.shape[2] < samples:
             to = np.broadcast_to(to, (3, surface.item.size, samples))
         free = ~blocked_segments(plan, surface.point, to, pairs, time)
         return closed, closed, closed * free
     rays = spots[0].shape[1] // samples
-    spread = np.repeat(center, rays, axis=2) if center.shape[2] > 1 else center
-    to, weight = sample_emitter(light, spread, point, normal, *spots)
+    spread = np.repeat(to, rays, axis=2) if to.shape[2] > 1 else to
+    to, weight = light.sample(spread, point, normal, *spots)
     when = np.repeat(time, rays, axis=1) if isinstance(time, np.ndarray) else time
     free = ~blocked_segments(plan, surface.point, to, pairs, when)
     shape = (surface.item.size, samples, rays)
-    every = weight.reshape(shape).sum(axis=2) / rays
-    return closed, every, (weight * free).reshape(shape).sum(axis=2) / rays
+    total = weight.reshape(shape).sum(axis=2) / rays
+    return closed, total, (weight * free).reshape(shape).sum(axis=2) / rays
 
 
-def unoccluded_factor(light: Emitter, shape: Emitter, center: Array, surface: Surface) -> Array:
+def unoccluded_factor(light: Emitter, shape: Emitter, to: Array, surface: Surface) -> Array:
     """Irradiance factors (n,) of a light that only the horizons of the points' own surfaces hide.
+
+    to : (3, n) metres, vectors from the points to the light's centre.
 
     With hard shadows (`shape` is the center of the light) a light counts as a whole if its center
     is above the horizon, else not at all.
     """
-    factor = irradiance_factor(light, center, surface.point, surface.normal)
-    if light.kind == QUAD and light.touching is not None:
+    factor = light.irradiance_factor(to, surface.point, surface.normal)
+    if light.coplanar is not None:
         # surfaces in the plane of the light receive none of it, on whichever side rounding puts
         # them
-        factor = np.where(light.touches(surface.item), 0.0, factor)
+        factor = np.where(light.edge_on(surface.item), 0.0, factor)
     if light.extended and not shape.extended and light.casts_shadow:
-        factor = np.where(dot(surface.normal, center - surface.point) > 0.0, factor, 0.0)
+        factor = np.where(dot(surface.normal, to) > 0.0, factor, 0.0)
     return factor
 
 
-def _closed_form(plan: Plan, light: Emitter, center: Array, surface: Surface) -> Array:
+def _closed_form(plan: Plan, light: Emitter, to: Array, surface: Surface) -> Array:
     """Unoccluded irradiance factors (n, 1) or, if the light moves, (n, k)."""
-    k, shape = center.shape[2], plan.shadow_light(light)
+    k, shape = to.shape[2], plan.shadow_light(light)
     if k == 1:
-        return unoccluded_factor(light, shape, center[:, :, 0], surface)[:, None]
-    flat = np.broadcast_to(center, (3, surface.item.size, k)).reshape(3, -1)
+        return unoccluded_factor(light, shape, to[:, :, 0], surface)[:, None]
+    flat = to.reshape(3, -1)
     many = surface.take(np.repeat(np.arange(surface.item.size), k))
     return unoccluded_factor(light, shape, flat, many).reshape(-1, k)

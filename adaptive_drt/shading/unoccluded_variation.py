@@ -10,15 +10,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..lights.emitter import POINT, QUAD, Emitter
+from ..geometry.patch import Patch
+from ..lights.emitter import Emitter
 from ..numerics.arrays import Array, Ints
+from ..numerics.axes import TIME
 from ..numerics.floats import TINY
 from ..numerics.gather import columns
 from ..numerics.vector import dot
 from ..tracing.intersect import Surface
-from ..visibility.line_intervals import TIME
-from .footprint import Patch
-from .silhouette_rates import ball_half_angle
 from .variation import KINK_KIND, ROOT_KIND, SMOOTH_KIND, zero_variation
 
 __all__ = ["unoccluded_deviations"]
@@ -58,33 +57,29 @@ and 0.18 at 0.5, and less with the gains of `limb_correction`: as of a power of 
 
 
 def unoccluded_deviations(
-    light: Emitter, center: Array, surface: Surface, patch: Patch, factor: Array
+    light: Emitter, to: Array, surface: Surface, patch: Patch, factor: Array
 ) -> Array:
     """Deviations (4, 3, n) of a light that only the horizon of the surface hides.
 
     Parameters
     ----------
-    center : (3, n) or (3, 1) center of the light.  factor : (n,) unoccluded, from
-    `irradiance_factor`.
+    to : (3, n) metres, vectors to the light's centre.  factor : (n,) unoccluded irradiance factors.
     """
-    to = center - surface.point
     square = np.maximum(dot(to, to), TINY)
     distance = np.sqrt(square)
-    half = ball_half_angle(light, distance)
-    head_on = _normal_incidence_factor(light, square, half)
-    most = head_on
-    if light.kind == QUAD:
-        facing = np.maximum(-dot(light.normal, to), 0.0) / distance
-        most = np.minimum(head_on * facing, np.pi)
+    half = light.half_angle(distance)
+    head_on = light.normal_incidence_factor(square, half)
+    front = light.front_sine(to, distance)
+    most = head_on if front is None else np.minimum(head_on * np.maximum(front, 0.0), np.pi)
     result = zero_variation(factor.size)
     clear = np.maximum(distance - light.radius, 0.25 * distance)
     moves, turns = np.zeros((3, factor.size)), np.zeros((3, factor.size))
     for axis in patch.axes:
         step = patch.steps[axis]
         if axis == TIME and light.displacement is not None:
-            step = step - light.displacement * patch.time
+            step = step - light.displacement * patch.half_time
         moves[axis] = np.sqrt(dot(step, step)) / clear
-        turns[axis] = patch.slides[axis] * patch.bend
+        turns[axis] = patch.surface_steps[axis] * patch.curvature
     bent, turns = turns, turns + moves
     sine = dot(surface.normal, to) / distance
     risen = sine > -(np.sqrt(dot(turns, turns)) + np.sin(half))
@@ -93,26 +88,12 @@ def unoccluded_deviations(
     result[SMOOTH_KIND] += np.where(risen, most * CURVATURE_COEFFICIENT, 0.0) * np.minimum(
         bent * bent, 1.0
     )
-    rows = (risen & (patch.bend > 0.0)).nonzero()[0]
+    rows = (risen & (patch.curvature > 0.0)).nonzero()[0]
     _add_limb(result, rows, patch, to, surface, most, bent)
     _add_plane_crossing(result, sine, half, most, turns)
-    if light.kind == QUAD:
-        lean = -dot(light.normal, to) / distance
-        _add_plane_crossing(result, lean, np.zeros_like(half), np.minimum(head_on, np.pi), moves)
+    if front is not None:
+        _add_plane_crossing(result, front, np.zeros_like(half), np.minimum(head_on, np.pi), moves)
     return result
-
-
-def _normal_incidence_factor(light: Emitter, square: Array, half: Array) -> Array:
-    """Approximate irradiance factor (n,) of a light that faces the point, at normal incidence."""
-    if light.kind == POINT:
-        most: Array = 1.0 / square
-        return most
-    if light.kind == QUAD:
-        u, v = light.half_u, light.half_v
-        most = 4.0 * float(np.sqrt(dot(u, u) * dot(v, v))[0]) / square
-        return most
-    most = np.pi * np.sin(half) ** 2
-    return most
 
 
 def _add_falloff(result: Array, size: Array, near: Array, sine: Array) -> None:
@@ -147,11 +128,11 @@ def _add_limb(
     """
     if not rows.size:
         return
-    to, view, slant = columns(to, rows), columns(surface.point, rows), patch.slant[rows]
+    to, view, slant = columns(to, rows), columns(surface.point, rows), patch.cosine[rows]
     # at the limb the normal turns towards the camera or away from it
     toward = np.abs(dot(to, view)) / np.maximum(np.sqrt(dot(to, to) * dot(view, view)), TINY)
-    slope = np.sqrt(np.maximum(1.0 - slant**2, 0.0)) * patch.bend[rows] / slant**2
-    near = np.minimum(columns(patch.cross, rows) * slope, 1.0)
+    slope = np.sqrt(np.maximum(1.0 - slant**2, 0.0)) * patch.curvature[rows] / slant**2
+    near = np.minimum(columns(patch.view_steps, rows) * slope, 1.0)
     size = most[rows] * toward * CURVATURE_COEFFICIENT * np.minimum(columns(bent, rows) * near, 1.0)
     result[SMOOTH_KIND][:, rows] += np.where(near < LIMB_RATIO, size, 0.0)
     result[ROOT_KIND][:, rows] += np.where(near >= LIMB_RATIO, size, 0.0)

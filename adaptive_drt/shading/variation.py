@@ -14,6 +14,9 @@ from dataclasses import fields
 
 import numpy as np
 
+from ..geometry.patch import Patch
+from ..geometry.shaded_patches import ShadedPatches
+from ..geometry.shadow_edges import MAX_SHARPNESS, ShadowEdges
 from ..lights.emitter import Emitter
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.floats import TINY
@@ -21,16 +24,13 @@ from ..numerics.gather import columns
 from ..parallel.call_progress import report_progress
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs, Surface, cache_sized_chunks
-from .footprint import Patch
-from .silhouette_rates import MAX_SHARPNESS, ShadowEdges
-from .variation_past_quads import quad_shadow_edges
-from .variation_past_spheres import sphere_shadow_edges
 
 __all__ = [
     "KINK_KIND",
     "ROOT_KIND",
     "SMOOTH_KIND",
     "STEP_KIND",
+    "pair_receivers",
     "shadow_variation",
     "steps_after_shutter",
     "zero_variation",
@@ -115,24 +115,36 @@ def shadow_variation(
     count = surface.item.size
     total = zero_variation(count)
     hidden = np.zeros(count, dtype=np.bool_)
-    ball = pairs.item < plan.sphere_count
-    for rows, part in (
-        (ball.nonzero()[0], sphere_shadow_edges),
-        ((~ball).nonzero()[0], quad_shadow_edges),
-    ):
-        if not rows.size:
-            continue
+    for shapes, rows, index in plan.shapes.groups(pairs.item):
         found = []
-        for some in cache_sized_chunks(rows):
+        for some in cache_sized_chunks(np.arange(rows.size)):
             plan.go_on()
-            report_progress(some[0] / pairs.item.size)
-            when = time[some] if isinstance(time, np.ndarray) else time
-            found.append(part(plan, surface, patch, light, pairs.take(some), when))
+            chosen = rows[some]
+            report_progress(chosen[0] / pairs.item.size)
+            receivers = pair_receivers(surface, patch, pairs.take(chosen), _at(time, chosen))
+            found.append(shapes.shadow_edges(index[some], receivers, light))
         shadow, pixel = _concatenate(found), pairs.pixel[rows]
-        hidden[pixel[shadow.covers]] = True
+        hidden[pixel[shadow.hides_all]] = True
         _accumulate(total, pixel, shadow)
     total[..., hidden] = 0.0
     return total, hidden
+
+
+def _at(time: Array | float, rows: Ints) -> Array | float:
+    """Times of some pairs, of times (m,) or one number."""
+    return time[rows] if isinstance(time, np.ndarray) else time
+
+
+def pair_receivers(
+    surface: Surface, patch: Patch, pairs: Pairs, time: Array | float
+) -> ShadedPatches:
+    """Return the patches of pairs (m) of points and candidate occluders, as the latter see them.
+
+    patch : of the points of `surface`.  time : shutter times, a number or (m,).
+    """
+    own = pairs.item == surface.item[pairs.pixel]
+    place, normal = surface.point, surface.normal
+    return ShadedPatches(place, normal, surface.inside, patch, pairs.pixel, own, time)
 
 
 def _concatenate(parts: list[ShadowEdges]) -> ShadowEdges:
@@ -153,27 +165,28 @@ def _accumulate(total: Array, pixel: Ints, shadow: ShadowEdges) -> None:
     across = square.sum(axis=0)
     step = across >= STEP_EXTENT * STEP_EXTENT
     extent = np.sqrt(across)
-    power, away = shadow.power[live], shadow.away[live] / np.maximum(width, TINY)
-    round_ = np.isfinite(power)
-    ends = shadow.ends[live] & ~step
+    coefficient = shadow.coefficient[live]
+    away = shadow.bound_distance[live] / np.maximum(width, TINY)
+    round_ = np.isfinite(coefficient)
+    kinked = shadow.has_kink[live] & ~step
     # a power of 3/2 where that gives less than a ramp
-    root = ROOT_COEFFICIENT * power * np.sqrt(extent)
-    kink = ends & ~(root < KINK_COEFFICIENT)
+    root = ROOT_COEFFICIENT * coefficient * np.sqrt(extent)
+    kink = kinked & ~(root < KINK_COEFFICIENT)
     root = np.where(kink, KINK_COEFFICIENT, root) * extent
     curve = np.where(
         round_,
-        DISTANT_ROOT_COEFFICIENT * power / np.sqrt(np.maximum(away, TINY)),
+        DISTANT_ROOT_COEFFICIENT * coefficient / np.sqrt(np.maximum(away, TINY)),
         SMOOTH_COEFFICIENT,
     )
     bend = np.where(step, SMOOTH_COEFFICIENT, curve) * across
     bend = np.where(
-        ends, np.where(round_, root, np.maximum(root, SMOOTH_COEFFICIENT * across)), bend
+        kinked, np.where(round_, root, np.maximum(root, SMOOTH_COEFFICIENT * across)), bend
     )
     share = depth * np.minimum(bend, STEP_COEFFICIENT) * square / np.maximum(across, TINY)
     count = total.shape[2]
     kinds = (
-        (SMOOTH_KIND, ~(ends | step)),
-        (ROOT_KIND, ends & ~kink),
+        (SMOOTH_KIND, ~(kinked | step)),
+        (ROOT_KIND, kinked & ~kink),
         (KINK_KIND, kink),
         (STEP_KIND, step),
     )

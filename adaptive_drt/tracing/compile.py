@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import threading
 from collections.abc import Sequence
@@ -14,25 +15,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..geometry.camera import PinholeCamera, make_pinhole_camera
-from ..geometry.closed_boxes import find_boxes
-from ..geometry.parallelogram import QuadSet
-from ..geometry.sphere import SphereSet
-from ..lights.contact import coplanar_quads
-from ..lights.emitter import Emitter, make_emitter
+from ..geometry.polygon.shape import ParallelogramSet
+from ..geometry.registry import SHAPES
+from ..geometry.shape_table import ShapeTable
+from ..geometry.sphere.shape import SphereSet
+from ..lights.emitter import Emitter, LightMotion
+from ..lights.registry import make_emitter
 from ..numerics.arrays import Array
 from ..parallel.cancellation import RenderCancelled
-from ..scene.description import Motion, Quad, Scene, Sphere
+from ..scene.description import Material, Motion, Scene, Shape
 from ..scene.settings import Settings
 
 __all__ = ["Plan", "make_plan"]
 
 
 EMBREE_CROSSOVER = 2_000
-"""Number of spheres from which embree finds candidate occluders faster than NumPy arrays do.
+"""Number of proxies from which embree finds candidate occluders faster than NumPy arrays do.
 
-Measured by `benchmarks/crossover.py`."""
+Measured by `benchmarks/crossover.py` with spheres."""
 EMBREE_MAX_LIGHT_SIZE = 4.0
-"""Largest radius of a light, with its path, for which embree is used, in mean radii of the spheres.
+"""Largest radius of a light, with its path, for which embree is used, in mean radii of the
+objects that have proxies.
 
 Embree's proxies are inflated by the light's radius, so a ray towards a large light intersects many
 of them, and each hit costs one call."""
@@ -42,13 +45,12 @@ of them, and each hit costs one call."""
 class Plan:
     """A compiled scene. Positions are relative to the camera, which is at rest at the origin.
 
-    Objects are numbered: spheres first, then quads.
+    Objects are numbered by kind: see `ShapeTable`.
 
     Attributes
     ----------
     settings : the settings of the render.  lens : the camera's rays.
-    spheres, quads : the objects' shapes, relative to the camera, metres.
-    solid : (quads,) the closed box that each quad is a face of: see `find_boxes`.
+    shapes : the objects, relative to the camera, metres.
     color : (3, objects) albedo.
     moves : (objects,) bool, whether the object moves relative to the camera during the shutter.
     region : pixels (left, bottom, right, top) to render; picture : width and height of the image.
@@ -65,9 +67,7 @@ class Plan:
     lens: PinholeCamera
     region: tuple[int, int, int, int]
     picture: tuple[int, int]
-    spheres: SphereSet
-    quads: QuadSet
-    solid: NDArray[np.int64]
+    shapes: ShapeTable
     color: Array
     moves: NDArray[np.bool_]
     lights: tuple[Emitter, ...]
@@ -95,6 +95,20 @@ class Plan:
             raise RenderCancelled
 
     @property
+    def spheres(self) -> SphereSet:
+        """The spheres."""
+        found = self.shapes.sets[0]
+        assert isinstance(found, SphereSet)
+        return found
+
+    @property
+    def quads(self) -> ParallelogramSet:
+        """The parallelograms."""
+        found = self.shapes.sets[1]
+        assert isinstance(found, ParallelogramSet)
+        return found
+
+    @property
     def sphere_count(self) -> int:
         """Number of spheres."""
         return self.spheres.radius.size
@@ -106,13 +120,13 @@ class Plan:
 
     def embree_finds(self, light: Emitter) -> bool:
         """Whether embree, rather than NumPy arrays, finds the candidate occluders of a light."""
-        if not self.embree or not self.sphere_count or not light.casts_shadow:
+        if not self.embree or not self.shapes.proxied or not light.casts_shadow:
             return False
+        inflation = self.shadow_light(light).occluder_inflation
         if self.settings.accelerator == "EMBREE":
-            return True
-        return self.shadow_light(light).ball <= EMBREE_MAX_LIGHT_SIZE * float(
-            self.spheres.radius.mean()
-        )
+            return math.isfinite(inflation)
+        radius = self.shapes.bounding_spheres[1][: self.shapes.proxied]
+        return inflation <= EMBREE_MAX_LIGHT_SIZE * float(radius.mean())
 
     @property
     def soft(self) -> bool:
@@ -122,13 +136,14 @@ class Plan:
 
     def shadow_light(self, light: Emitter) -> Emitter:
         """The light as it casts shadows: reduced to its centre where penumbrae are not computed."""
-        return light if self.penumbra else light.pinpoint()
+        return light if self.penumbra else light.as_point()
 
     def summary(self) -> dict[str, Any]:
         """The compiled scene in figures, for the statistics."""
+        kinds = [f"{record.__name__.lower()}s" for record, _ in SHAPES]
+        counts = [shapes.count for shapes in self.shapes.sets]
         return {
-            "spheres": self.sphere_count,
-            "quads": self.object_count - self.sphere_count,
+            **dict(zip(kinds, counts, strict=True)),
             "lights": len(self.lights),
             "penumbra": self.penumbra,
             "motion": self.motion,
@@ -149,9 +164,8 @@ def make_plan(scene: Scene, settings: Settings) -> Plan:
     drift = _displacement(camera.motion if moving else None)
     skipped: list[dict[str, str]] = []
     distinct = _without_duplicates(scene.shapes, skipped)
-    spheres = [s for s in distinct if isinstance(s, Sphere)]
-    quads = [q for q in distinct if isinstance(q, Quad)]
-    shapes: list[Sphere | Quad] = [*spheres, *quads]
+    records = [[s for s in distinct if isinstance(s, record)] for record, _ in SHAPES]
+    shapes = [shape for kind in records for shape in kind]
     shift = [_displacement(s.motion if moving else None) - drift for s in shapes]
     displacement = _columns(shift)
     moves = displacement.any(axis=0)
@@ -160,57 +174,49 @@ def make_plan(scene: Scene, settings: Settings) -> Plan:
     light_moves = any(light.displacement is not None for light in lights)
     motion = moving and bool(moves.any() or light_moves)
     skipped += _skipped_effects(settings, motion, len(shift))
-    count = len(spheres)
     origin = lens.origin[:, None]
-    flats = _make_quad_set(quads, origin, displacement[:, count:])
+    table = _make_shape_table(records, origin, displacement)
     return Plan(
         settings=settings,
         lens=lens,
         region=camera.region,
         picture=camera.resolution,
-        spheres=SphereSet(
-            _columns([s.center for s in spheres]) - origin,
-            np.array([s.radius for s in spheres], dtype=np.float64),
-            displacement[:, :count].copy() if moves[:count].any() else None,
-        ),
-        quads=flats,
-        solid=find_boxes(flats, [q.name for q in quads]),
+        shapes=table,
         color=_columns([s.material.color for s in shapes]),
         moves=moves,
-        lights=tuple(_with_coplanar_quads(light, flats, origin, count) for light in lights),
+        lights=tuple(_with_coplanar_faces(light, table, origin) for light in lights),
         background=np.array(scene.background, dtype=np.float64),
         transparent=scene.transparent,
         penumbra=penumbra,
         motion=motion,
         edges=settings.use_edges and bool(shift),
-        embree=_wants_embree(settings, count),
+        embree=_wants_embree(settings, table.proxied),
         threads=settings.threads or os.cpu_count() or 1,
         skipped=tuple(skipped),
     )
 
 
-def _make_quad_set(quads: Sequence[Quad], origin: Array, displacement: Array) -> QuadSet:
-    """The quads as arrays, given their displacements (3, n) over the shutter, metres."""
-    return QuadSet(
-        _columns([q.corner for q in quads]) - origin,
-        _columns([q.edge_u for q in quads]),
-        _columns([q.edge_v for q in quads]),
-        displacement.copy() if displacement.any() else None,
-    )
+def _make_shape_table(
+    records: Sequence[Sequence[Shape]], origin: Array, displacement: Array
+) -> ShapeTable:
+    """The shapes as arrays, from their records by kind.
+
+    displacement : (3, n) of all of them over the shutter, metres.
+    """
+    sets, first = [], 0
+    for own, (_, kind) in zip(records, SHAPES, strict=True):
+        d = displacement[:, first : first + len(own)]
+        sets.append(kind.from_records(own, origin, d.copy() if d.any() else None))
+        first += len(own)
+    return ShapeTable(tuple(sets))
 
 
-def _without_duplicates(
-    shapes: Sequence[Sphere | Quad], skipped: list[dict[str, str]]
-) -> list[Sphere | Quad]:
+def _without_duplicates(shapes: Sequence[Shape], skipped: list[dict[str, str]]) -> list[Shape]:
     """The shapes without those equal to an earlier one. These are added to `skipped`."""
-    first: dict[tuple[object, ...], Sphere | Quad] = {}
+    first: dict[Shape, Shape] = {}
     for shape in shapes:
-        place = (
-            (shape.center, shape.radius)
-            if isinstance(shape, Sphere)
-            else (shape.corner, shape.edge_u, shape.edge_v)
-        )
-        if first.setdefault((*place, shape.motion), shape) is not shape:
+        place = replace(shape, material=Material(), name="")
+        if first.setdefault(place, shape) is not shape:
             skipped.append({"what": shape.name, "why": "another object is in the very same place"})
     return list(first.values())
 
@@ -220,8 +226,9 @@ def _make_emitters(
 ) -> tuple[Emitter, ...]:
     """The lights with non-zero power, as emitters. The others are added to `skipped`."""
     kept = []
+    motion = LightMotion(origin, drift, moving)
     for light in scene.lights:
-        emitter = make_emitter(light, origin, drift, moving)
+        emitter = make_emitter(light, motion)
         if emitter.power.any():
             kept.append(emitter)
         else:
@@ -229,12 +236,15 @@ def _make_emitters(
     return tuple(kept)
 
 
-def _with_coplanar_quads(light: Emitter, flats: QuadSet, origin: Array, spheres: int) -> Emitter:
-    """The light with its list of the quads that lie in its plane, which occlude nothing of it."""
-    touching = np.concatenate(
-        [np.zeros(spheres, dtype=np.bool_), coplanar_quads(light, flats, origin)]
-    )
-    return replace(light, touching=touching) if touching.any() else light
+def _with_coplanar_faces(light: Emitter, table: ShapeTable, origin: Array) -> Emitter:
+    """The light with its list of the planar objects in its plane, which occlude nothing of it."""
+    parts = []
+    for shapes in table.sets:
+        faces = shapes.faces
+        none = np.zeros(shapes.count, dtype=np.bool_)
+        parts.append(none if faces is None else light.coplanar_faces(faces, origin))
+    coplanar = np.concatenate(parts)
+    return replace(light, coplanar=coplanar) if coplanar.any() else light
 
 
 def _has_penumbra(
@@ -265,12 +275,12 @@ def _skipped_effects(settings: Settings, motion: bool, objects: int) -> list[dic
     return skipped
 
 
-def _wants_embree(settings: Settings, spheres: int) -> bool:
-    """Whether embree may be used, by the setting and the number of spheres."""
+def _wants_embree(settings: Settings, proxied: int) -> bool:
+    """Whether embree may be used, by the setting and the number of objects that have proxies."""
     if settings.accelerator == "AUTO":
         # without embreex the image is the same, but takes longer
-        return spheres >= EMBREE_CROSSOVER and find_spec("embreex") is not None
-    return settings.accelerator == "EMBREE" and spheres > 0
+        return proxied >= EMBREE_CROSSOVER and find_spec("embreex") is not None
+    return settings.accelerator == "EMBREE" and proxied > 0
 
 
 def _displacement(motion: Motion | None) -> Array:

@@ -2,9 +2,10 @@
 """Candidate occluders by embree. This is the only file that uses embreex.
 
 Embree works in float32: it returns candidates only, and which of them occlude is decided in
-float64. Each object is replaced by a proxy, an icosahedron around its bounding sphere, inflated by
-a bound on the float32 rounding errors. embreex returns only the nearest triangle and has no minimum
-distance, so each ray is restarted behind each hit until it has passed its end.
+float64. Each object that fills its bounding sphere (`ShapeTable.proxied`) is replaced by a proxy,
+an icosahedron around that sphere, inflated by a bound on the float32 rounding errors. embreex
+returns only the nearest triangle and has no minimum distance, so each ray is restarted behind each
+hit until it has passed its end.
 """
 
 from __future__ import annotations
@@ -73,8 +74,8 @@ class ProxyScene:
         """Circumradii (n,) of the proxies, metres. A ray that starts within may miss the proxy."""
         return self._outer
 
-    def along(self, start: Array, end: Array) -> tuple[Ints, Ints]:
-        """The proxies that the segments from `start` (3, n) to `end` (3, 1) enter, metres.
+    def along(self, start: Array, to: Array) -> tuple[Ints, Ints]:
+        """The proxies that the segments from `start` (3, n) to `start + to` enter, metres.
 
         Proxies around a segment's start (within `outer` of their centre) may be missing: the ray
         hits only their far side, which may lie within the gap behind another hit.
@@ -84,8 +85,7 @@ class ProxyScene:
         segment, item : (m,) numbers of segments and objects, each pair once.
         """
         begin = ((start - self._middle[:, None]) / self._size).T
-        stop = ((end - self._middle[:, None]) / self._size).T
-        way = stop - begin
+        way = (to / self._size).T
         length = np.sqrt(way[:, 0] ** 2 + way[:, 1] ** 2 + way[:, 2] ** 2)
         alive = (length > 0.0).nonzero()[0]
         way[alive] /= length[alive, None]

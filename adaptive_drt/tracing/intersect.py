@@ -13,12 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..geometry.camera import PinholeCamera
-from ..geometry.parallelogram import PlaneNormals, edge_planes, intersect_quad
-from ..geometry.sphere import intersect_sphere
 from ..numerics.arrays import Array, Ints
 from ..numerics.gather import columns
-from ..numerics.vector import cross, dot
 from .compile import Plan
 
 __all__ = [
@@ -31,27 +27,16 @@ __all__ = [
     "nearest_hits",
     "positions_in_runs",
     "screen_bounds",
-    "split_by_shape_kind",
     "surface",
 ]
 
 
 SCREEN_BOUND_PADDING = 2.0**-16
 """Width by which screen-space bounds are enlarged, in pixels: far more than their rounding."""
-
-LONG_RUN_LENGTH = 1_024
-"""Mean number of consecutive pairs with the same object from which each run is one call."""
-
 PAIRS_PER_CHUNK = 1 << 13
 """Number of pairs in a chunk, chosen so that what is gathered for them stays in the cache.
 
 Finding occluders took 80 ns a pair in such chunks, and 460 in chunks of a million pairs."""
-
-INNER_HIT_OFFSET = 2.0**-37
-"""Distance from the surface at which hits on the inner side of a sphere are placed, in radii.
-
-It keeps them inside by more than the margin `sphere.GRAZE`: the camera is inside as well, so such a
-hit is at most two radii away from it."""
 
 
 @dataclass(frozen=True)
@@ -152,17 +137,12 @@ def screen_bounds(plan: Plan) -> Ints:
     parallel to the image may be seen anywhere: its bounds are the whole region. The bounds of an
     object behind that plane are empty.
     """
-    lens = plan.lens
     left, bottom, right, top = plan.region
+    kinds = [shapes.screen_span(plan.lens) for shapes in plan.shapes.sets]
     spans = []
-    across, up = _quad_span(plan, lens)
-    for step, fixed, low, high, (c, d) in (
-        (lens.right, lens.up, left, right, across),
-        (lens.up, lens.right, bottom, top, up),
-    ):
-        a, b = _sphere_span(plan, lens, step, fixed)
-        first = np.concatenate([a, c])
-        last = np.concatenate([b, d])
+    for axis, low, high in ((0, left, right), (1, bottom, top)):
+        first = np.concatenate([span[axis][0] for span in kinds])
+        last = np.concatenate([span[axis][1] for span in kinds])
         with np.errstate(invalid="ignore"):  # an empty span is (inf, -inf)
             first = np.floor(np.clip(first - SCREEN_BOUND_PADDING, low, high))
             last = np.floor(np.clip(last + SCREEN_BOUND_PADDING, low - 1, high - 1)) + 1.0
@@ -170,66 +150,6 @@ def screen_bounds(plan: Plan) -> Ints:
     (x0, x1), (y0, y1) = spans
     bounds: Ints = np.array([x0, y0, x1, y1]).astype(np.int64)
     return bounds
-
-
-def _sphere_span(plan: Plan, lens: PinholeCamera, step: Array, fixed: Array) -> tuple[Array, Array]:
-    """Least and largest pixel coordinate along `step` of spheres over the shutter, (n,) each.
-
-    The plane through the camera and the pixels of one coordinate x touches the sphere where
-    ((base + x step) x fixed . v)^2 = r^2 |(base + x step) x fixed|^2, a quadratic in x. A swept
-    sphere is the convex hull of the sphere at both ends of the shutter, and so is its image.
-    """
-    n0, n1 = cross(lens.base, fixed), cross(step, fixed)
-    r = plan.spheres.radius
-    first, last = np.full(r.size, np.inf), np.full(r.size, -np.inf)
-    ends = (0.0,) if plan.spheres.displacement is None else (-0.5, 0.5)
-    index = np.arange(r.size)
-    whole = np.zeros(r.size, dtype=np.bool_)
-    behind = np.zeros(r.size, dtype=np.int64)
-    for time in ends:
-        v = plan.spheres.moved(index, time)
-        depth = dot(lens.forward[:, None], v)
-        a, b = dot(n0[:, None], v), dot(n1[:, None], v)
-        qa = b * b - r * r * dot(n1, n1)
-        qb = a * b - r * r * dot(n0, n1)
-        qc = a * a - r * r * dot(n0, n0)
-        ahead = (depth > r) & (qa > 0.0)
-        root = np.sqrt(np.maximum(qb * qb - qa * qc, 0.0))
-        safe = np.where(ahead, qa, 1.0)
-        first = np.where(ahead, np.minimum(first, (-qb - root) / safe), first)
-        last = np.where(ahead, np.maximum(last, (-qb + root) / safe), last)
-        back = depth < -r
-        behind += back
-        whole |= ~ahead & ~back
-    whole |= (behind > 0) & (behind < len(ends))
-    return np.where(whole, -np.inf, first), np.where(whole, np.inf, last)
-
-
-def _quad_span(plan: Plan, lens: PinholeCamera) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
-    """Least and largest x, and least and largest y, in pixels, of quads over the shutter."""
-    quads = plan.quads
-    count = quads.corner.shape[1]
-    ends = (0.0,) if quads.displacement is None else (-0.5, 0.5)
-    corners = []
-    for time in ends:
-        q = quads.moved(np.arange(count), time)
-        corners += [q, q + quads.edge_u, q + quads.edge_v, q + quads.edge_u + quads.edge_v]
-    depth = np.array([dot(lens.forward[:, None], c) for c in corners])
-    behind = (depth <= 0.0).all(axis=0)
-    whole = (depth <= 0.0).any(axis=0) & ~behind
-    # rows of the inverse of (base, right, up). LAPACK is avoided: its threads spin for 20 ms
-    base, right, up = (v[:, None] for v in (lens.base, lens.right, lens.up))
-    rows = cross(up, base), cross(base, right)
-    volume = dot(base, cross(right, up))
-    spans = []
-    for row in rows:
-        safe = np.where(depth > 0.0, depth, 1.0)
-        with np.errstate(over="ignore"):  # a corner in the camera's plane has its image at infinity
-            at = np.array([dot(row / volume, c) for c in corners]) / safe
-        first = np.where(whole, -np.inf, np.where(behind, np.inf, at.min(axis=0, initial=np.inf)))
-        last = np.where(whole, np.inf, np.where(behind, -np.inf, at.max(axis=0, initial=-np.inf)))
-        spans.append((first, last))
-    return spans[0], spans[1]
 
 
 def find_candidates(plan: Plan, bounds: Ints, tile: Tile) -> Pairs:
@@ -279,48 +199,11 @@ def intersect_pairs(plan: Plan, w: Array, item: Ints, time: Array | float = 0.0)
     (m,) or (m, k).
     """
     t = np.full(w.shape[1:], np.inf)
-    for rows, ids in split_by_shape_kind(plan, item):
+    for shapes, rows, index in plan.shapes.runs(item):
         when = time[rows] if isinstance(time, np.ndarray) else time
-        part = ids[:, None] if w.ndim == 3 else ids
-        if ids[0] < plan.sphere_count:
-            v, r = plan.spheres.moved(part, when), plan.spheres.radius[part]
-            t[rows] = intersect_sphere(columns(w, rows), v, r)
-        else:
-            planes = _quad_planes(plan, part - plan.sphere_count, when)
-            t[rows] = intersect_quad(columns(w, rows), *planes)
+        part = index[:, None] if w.ndim == 3 else index
+        t[rows] = shapes.intersect(part, columns(w, rows), when)
     return t
-
-
-def split_by_shape_kind(plan: Plan, item: Ints) -> list[tuple[slice | Ints, Ints]]:
-    """Split candidate objects (m,) into parts that have one kind of shape each.
-
-    Returns
-    -------
-    [(rows, objects), ...]. If runs of one object are long on average, each run is a part: its rows
-    are a slice, which copies nothing, and `objects` is an array of one element, which broadcasts.
-    Otherwise there is one part for spheres and one for quads, with an index array of rows.
-    """
-    if not item.size:
-        return []
-    starts = [0, *((item[1:] != item[:-1]).nonzero()[0] + 1).tolist()]
-    if item.size >= LONG_RUN_LENGTH * len(starts):
-        ends = [*starts[1:], item.size]
-        return [(slice(a, b), item[a : a + 1]) for a, b in zip(starts, ends, strict=True)]
-    kinds = ((item < plan.sphere_count).nonzero()[0], (item >= plan.sphere_count).nonzero()[0])
-    return [(rows, item[rows]) for rows in kinds if rows.size]
-
-
-def _quad_planes(plan: Plan, ids: Ints, time: Array | float) -> tuple[PlaneNormals, Array, Array]:
-    """`edge_planes` of quads from the camera; computed once per quad unless times differ by ray."""
-    quads = plan.quads
-    if isinstance(time, np.ndarray) and quads.displacement is not None:
-        q = quads.moved(ids, time)
-        return edge_planes(q, columns(quads.edge_u, ids), columns(quads.edge_v, ids))
-    every = np.arange(quads.corner.shape[1])
-    when = 0.0 if isinstance(time, np.ndarray) else time
-    planes, normal, height = edge_planes(quads.moved(every, when), quads.edge_u, quads.edge_v)
-    a, b, c, d = (columns(plane, ids) for plane in planes)
-    return (a, b, c, d), columns(normal, ids), height[ids]
 
 
 def nearest_hits(count: int, pairs: Pairs, t: Array) -> tuple[Array, Ints]:
@@ -352,36 +235,13 @@ def surface(plan: Plan, w: Array, t: Array, item: Ints, time: Array | float = 0.
     point = t * w
     normal = np.empty_like(point)
     inside = np.zeros(item.shape, dtype=np.bool_)
-    ball = (item < plan.sphere_count).nonzero()[0]
-    if ball.size:
-        ids = item[ball]
-        center = plan.spheres.moved(ids, _times_at(time, ball))
-        out = columns(point, ball) - center
-        out /= np.sqrt(dot(out, out))
-        # project onto the sphere: the error is then a few roundoffs of its size, not of t w
-        within = dot(center, center) < plan.spheres.radius[ids] ** 2
-        radius = plan.spheres.radius[ids] * np.where(within, 1.0 - INNER_HIT_OFFSET, 1.0)
-        point[:, ball] = center + radius * out
-        normal[:, ball] = np.where(within, -out, out)
-        inside[ball] = within
-    flat = (item >= plan.sphere_count).nonzero()[0]
-    if flat.size:
-        ids = item[flat] - plan.sphere_count
-        unit = cross(plan.quads.edge_u, plan.quads.edge_v)
-        unit /= np.sqrt(dot(unit, unit))
-        across = columns(unit, ids)
-        away = dot(across, columns(w, flat)) > 0.0
-        normal[:, flat] = np.where(away, -across, across)
+    for shapes, rows, index in plan.shapes.groups(item):
+        when = time[rows] if isinstance(time, np.ndarray) else time
+        own = shapes.surface(index, columns(w, rows), columns(point, rows), when)
+        point[:, rows], normal[:, rows], inside[rows] = own
     return Surface(point, normal, item, inside)
-
-
-def _times_at(time: Array | float, rows: Ints) -> Array | float:
-    return time[rows] if isinstance(time, np.ndarray) else time
 
 
 def curvature(plan: Plan, surface: Surface) -> Array:
     """Curvature (n,) of the surfaces, 1 / m; 0 on planes and where no object is given (-1)."""
-    bend = np.zeros(surface.item.size)
-    ball = ((surface.item >= 0) & (surface.item < plan.sphere_count)).nonzero()[0]
-    bend[ball] = 1.0 / plan.spheres.radius[surface.item[ball]]
-    return bend
+    return np.append(plan.shapes.curvature, 0.0)[surface.item]

@@ -5,11 +5,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..geometry.parallelogram import edge_planes, quad_blocks_segment, snapped_height
-from ..geometry.sphere import sphere_blocks_segment, surface_tolerance
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.gather import columns
-from ..numerics.vector import dot
 from .compile import Plan
 from .intersect import Pairs
 
@@ -52,26 +49,9 @@ def blocked_segments(
     """
     blocked = np.zeros(to.shape[1:], dtype=np.bool_)
     for rows, item in batches_by_rank(to.shape[1], pairs):
-        ball = item < plan.sphere_count
-        for part, is_sphere in ((ball.nonzero()[0], True), ((~ball).nonzero()[0], False)):
-            if not part.size:
-                continue
-            at, ids = rows[part], item[part][:, None]
+        for shapes, part, index in plan.shapes.groups(item):
+            at = rows[part]
             when = time[at] if isinstance(time, np.ndarray) else time
             start = point[:, at, None]
-            if is_sphere:
-                center = plan.spheres.moved(ids, when)
-                radius = plan.spheres.radius[ids]
-                graze = surface_tolerance(start, radius)
-                hit = sphere_blocks_segment(columns(to, at), center - start, radius, graze)
-            else:
-                ids = ids - plan.sphere_count
-                q = plan.quads.moved(ids, when) - start
-                u, v = columns(plan.quads.edge_u, ids), columns(plan.quads.edge_v, ids)
-                planes, normal, height = edge_planes(q, u, v)
-                height = snapped_height(
-                    height, normal, surface_tolerance(start, np.sqrt(dot(q, q)))
-                )
-                hit = quad_blocks_segment(columns(to, at), planes, normal, height)
-            blocked[at] |= hit
+            blocked[at] |= shapes.blocks(index[:, None], start, columns(to, at), when)
     return blocked

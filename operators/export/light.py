@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,6 +17,7 @@ from ...adaptive_drt.scene.description import (
     PointLight,
     QuadLight,
     SphereLight,
+    SunLight,
     Vector,
     vector_of,
 )
@@ -30,7 +32,7 @@ from .links import surface_of
 from .listing import left_out
 from .nodes import called, node_called, uses_nodes
 from .shader import EMITTERS, Shader
-from .shutter import Matrix, Track, path_of
+from .shutter import TURNED, Matrix, Track, path_of
 
 SQUARE = 1e-5
 """Cosine between an area light's axes: less is float32's rounding."""
@@ -100,6 +102,8 @@ def light_of(thing: Any, lamp: Lamp, track: Track, name: str, issues: list[Issue
         return None
     if light.type == "POINT":
         return _point(light, lamp.power, track, tell)
+    if light.type == "SUN":
+        return _sun(light, lamp.power, track, tell)
     return _area(light, lamp.power, track, tell)
 
 
@@ -191,6 +195,32 @@ def _area(light: Any, power: Vector, track: Track, tell: _Teller) -> QuadLight |
         bool(light.use_shadow),
         tell.name,
     )
+
+
+def _sun(light: Any, power: Vector, track: Track, tell: _Teller) -> SunLight | None:
+    way = _sun_direction(track.middle)
+    if way is None:  # measured: Cycles renders no light of it
+        tell("its scale along its Z axis is zero, so it gives no light, nor does it in Cycles")
+        return None
+    ends = [_sun_direction(end) for end in (track.opens, track.closes) if end is not None]
+    if any(end is None or float(np.abs(end - way).max()) > TURNED for end in ends):
+        tell("it turns during the shutter; it is rendered as at its middle")
+    angle = min(float(light.angle), math.pi)  # pi as a float32 is more
+    # the power is the irradiance at right angles; with `normalize` off it is the radiance, unless
+    # the sun is a point
+    bare = angle > 0.0 and not getattr(light, "normalize", True)
+    factor = math.pi * math.sin(angle / 2.0) ** 2 if bare else 1.0
+    r, g, b = power
+    irradiance = (r * factor, g * factor, b * factor)
+    return SunLight(vector_of(way), irradiance, angle, None, bool(light.use_shadow), tell.name)
+
+
+def _sun_direction(matrix: Matrix) -> Matrix | None:
+    """Return the unit vector along which a sun of a world matrix shines, its own -Z; or None."""
+    way = -matrix[:3, 2]
+    size = float(np.linalg.norm(way))
+    direction: Matrix = way / size if size else way
+    return direction if size else None
 
 
 def _sheared(linear: Matrix) -> bool:

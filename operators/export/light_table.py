@@ -11,8 +11,8 @@ from .datablock_table import GROUP, ID
 LIGHT: Table = {
     **ID,
     "type": Listed(
-        ("POINT", "AREA"),
-        "{value} lights are left out; use an Area or Point light",
+        ("POINT", "AREA", "SUN"),
+        "{value} lights are left out; use an Area, Point or Sun light",
         missing=True,
     ),
     **dict.fromkeys(("color", "use_shadow", "use_nodes", "node_tree"), Use.RENDERED),
@@ -84,8 +84,7 @@ SPOT: Table = {
 SUN: Table = {
     **LIGHT,
     **SHADOWS,
-    # sun lights are left out
-    **dict.fromkeys(("angle", "energy"), Use.COVERED),
+    **dict.fromkeys(("angle", "energy"), Use.RENDERED),
     # sun lights have an angle, and no radius
     "shadow_soft_size": Use.NO_EFFECT,
 }

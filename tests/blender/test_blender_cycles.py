@@ -54,6 +54,10 @@ def _soft_point(soft=True):
     lamp.location = (2.5, -2.0, 4.0)
 
 
+def _sun(degrees):
+    things.light("SUN", energy=3.0, angle=math.radians(degrees)).rotation_euler = (0.6, 0.5, 0.3)
+
+
 def _moving():
     _area()
     things.keyed(bpy.data.objects["B"], "location", (-5.0, 1.0, 1.0), (5.0, 1.0, 1.0))
@@ -80,6 +84,9 @@ SCENES = {
     "sphere point": lambda: _soft_point(False),
     "point": lambda: setattr(things.light("POINT", energy=200.0), "location", (2.5, -2.0, 4.0)),
     "moving": _moving,
+    "sun of 0.526 degrees": lambda: _sun(0.526),
+    "sun of 20 degrees": lambda: _sun(20.0),
+    "sun that is a point": lambda: _sun(0.0),
 }
 
 

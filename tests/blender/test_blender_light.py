@@ -72,6 +72,61 @@ def test_point_with_radius(export, core, soft):
     assert light.radiance == pytest.approx((40.0 / (4.0 * PI**2 * 0.25),) * 3)
 
 
+@pytest.mark.parametrize("turn", [(0.0, 0.0, 0.0), (0.4, -1.2, 2.5)])
+@pytest.mark.parametrize("scale", [(1, 1, 1), (0, 2, 1), (1, 1, -1)])
+def test_sun(export, core, scale, turn):
+    """Neither its place nor its size matters; it shines along its own -Z, mirrored or not."""
+    lamp = things.light("SUN", energy=3.0, angle=0.2, color=(1.0, 0.5, 0.25), use_shadow=False)
+    lamp.location, lamp.scale, lamp.rotation_euler = (5.0, 6.0, -7.0), scale, turn
+    scene = export()
+    (light,) = scene.lights
+    assert isinstance(light, core.SunLight) and scene.issues == ()
+    assert light.irradiance == pytest.approx((3.0, 1.5, 0.75))
+    assert light.angle == pytest.approx(0.2) and not light.casts_shadow
+    assert light.direction == pytest.approx(tuple(-lamp.matrix_world.col[2].xyz), abs=1e-6)
+
+
+@pytest.mark.parametrize("angle, factor", [(0.0, 1.0), (0.5, PI * math.sin(0.25) ** 2), (PI, PI)])
+def test_the_strength_of_a_sun_that_is_not_normalized(export, angle, factor):
+    """Measured in Cycles: a radiance, and of a point the irradiance."""
+    lamp = things.light("SUN", energy=2.0, angle=angle)
+    if hasattr(lamp.data, "normalize"):
+        lamp.data.normalize = False
+        (light,) = export().lights
+        assert light.irradiance == pytest.approx((2.0 * factor,) * 3)
+        assert light.angle == pytest.approx(angle) and light.angle <= PI
+
+
+def test_the_exposure_of_the_film_brightens_suns(export):
+    things.light("SUN", energy=2.0)
+    if hasattr(bpy.context.scene, "cycles"):
+        bpy.context.scene.cycles.film_exposure = 3.0
+        (light,) = export().lights
+        assert light.irradiance == pytest.approx((6.0, 6.0, 6.0))
+
+
+def test_a_sun_without_direction_gives_no_light(export):
+    things.light("SUN", "Flat").scale = (1.0, 1.0, 0.0)
+    scene = export()
+    (issue,) = scene.issues
+    assert scene.lights == () and not issue.missing
+    assert "scale along its Z axis is zero" in issue.reason
+
+
+def test_a_sun_that_turns_during_the_shutter_is_told(export):
+    still, turning = things.light("SUN", "Still"), things.light("SUN", "Turning")
+    things.keyed(still, "location", (0.0, 0.0, 0.0), (9.0, 0.0, 0.0))
+    things.keyed(turning, "rotation_euler", (0.0, 0.0, 0.0), (0.8, 0.0, 0.0))
+    bpy.context.scene.render.use_motion_blur = True
+    bpy.context.scene.frame_set(6)
+    scene = export()
+    assert list(things.reasons(scene)) == ["Turning"]
+    assert "turns during the shutter" in things.reasons(scene)["Turning"][0]
+    (light,) = (light for light in scene.lights if light.name == "Turning")
+    assert light.direction == pytest.approx((0.0, math.sin(0.4), -math.cos(0.4)), abs=2e-2)
+    assert all(light.motion is None for light in scene.lights)
+
+
 def test_without_shadow(export):
     things.light("POINT", use_shadow=False)
     (light,) = export().lights
@@ -91,7 +146,6 @@ def test_emission_nodes_multiply(export):
 @pytest.mark.parametrize(
     "kind, settings, said",
     [
-        ("SUN", {}, "Sun"),
         ("SPOT", {}, "Spot"),
         ("AREA", {"shape": "DISK"}, "Disk"),
         ("AREA", {"shape": "ELLIPSE"}, "Ellipse"),
@@ -123,7 +177,7 @@ def test_a_depth_of_zero_gives_no_light(export):
 
 
 def test_a_light_that_is_left_out_is_missing(export):
-    lamp = things.light("SUN", "Lamp")
+    lamp = things.light("SPOT", "Lamp")
     parent = things.link(bpy.data.objects.new("Parent", None))
     lamp.parent = parent
     (issue,) = export().issues

@@ -6,7 +6,7 @@ import pytest
 
 from adaptive_drt.cubature.limb_correction import limb_gains
 from adaptive_drt.cubature.nodes import make_nodes
-from adaptive_drt.shading.silhouette_rates import TANGENCY_COEFFICIENT
+from adaptive_drt.geometry.shadow_edges import TANGENCY_COEFFICIENT
 from adaptive_drt.shading.variation import ROOT_COEFFICIENT
 
 BOXES, NODES = 4_000, 24

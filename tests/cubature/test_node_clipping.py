@@ -29,7 +29,7 @@ def test_nodes_are_moved_in_until_they_see_their_own_object(seed):
     found = fragments_of(plan)
     region = np.repeat(np.flatnonzero(found.item >= 0), 4)
     size = region.size
-    middle = found.place[:, region]
+    middle = found.centroid[:, region]
     arm = rng.uniform(-0.6, 0.6, (3, size)) * np.array([[1.0], [1.0], [0.0]])
     half = np.tile([[0.5], [0.5], [0.0]], size)
     lot = np.arange(size) // 2

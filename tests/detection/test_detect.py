@@ -49,14 +49,20 @@ def test_pixels_without_outlines_show_one_thing_at_all_times(seed, order):
     item, _ = seen(scene, x.ravel(), y.ravel(), t.ravel())
     item = item.reshape(x.shape)
     alike = (item == item[:, :1]).all(axis=1)
-    assert not (~alike & ~flags.outline).any(), f"seed {seed}"
+    assert not (~alike & ~flags.silhouette).any(), f"seed {seed}"
     assert not (~alike & ~(flags.mask[1] | flags.mask[2])).any(), f"seed {seed}"
     # what is seen in a pixel with outlines is among its rivals
-    rivals = set(zip(flags.rivals.pixel.tolist(), flags.rivals.item.tolist(), strict=True))
-    for pixel in np.flatnonzero(flags.outline):
+    rivals = set(
+        zip(
+            flags.visible_candidates.pixel.tolist(),
+            flags.visible_candidates.item.tolist(),
+            strict=True,
+        )
+    )
+    for pixel in np.flatnonzero(flags.silhouette):
         for one in np.unique(item[pixel]):
             assert one < 0 or (pixel, one) in rivals, (seed, pixel, one)
-    assert alike[flags.outline].mean() < 0.9 or flags.outline.sum() < 50
+    assert alike[flags.silhouette].mean() < 0.9 or flags.silhouette.sum() < 50
 
 
 def test_stages_are_told_and_lights_have_their_shadows():
@@ -64,8 +70,8 @@ def test_stages_are_told_and_lights_have_their_shadows():
     plan, _, center = traced(scene)
     told = []
     flags = detect(plan, Occluders(plan), center, told.append)
-    assert told and len(flags.shadows) == len(flags.candidates) == len(plan.lights)
-    for shadow in flags.shadows:
+    assert told and len(flags.visibilities) == len(flags.candidates) == len(plan.lights)
+    for shadow in flags.visibilities:
         assert shadow.dark.size == center.rows.size
         assert not (shadow.blocked & shadow.partial).any()
 

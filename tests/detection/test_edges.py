@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from adaptive_drt.detection.edges import half_pixel
-from detected import detected, grid, seen
+from adaptive_drt.detection.edges import detect_edges
+from detected import depths, detected, grid, seen
 from random_scenes import random_scene
 
 
@@ -43,4 +43,25 @@ def test_half_a_pixel_bounds_how_far_directions_differ(seed):
         for a in (-0.5, 0.5)
         for b in (-0.5, 0.5)
     ]
-    assert max(corners) <= half_pixel(plan) * (1 + 1e-12) < 2.0 * max(corners)
+    assert max(corners) <= plan.lens.half_pixel * (1 + 1e-12) < 2.0 * max(corners)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_depths_of_what_may_be_seen_are_bounded(seed):
+    scene = still_scene(seed)
+    plan, tile, center, flags = detected(scene)
+    pairs, w = center.pairs, center.w[:, center.pairs.pixel]
+    found = detect_edges(plan, tile.x.size, pairs, w, center.t)
+    np.testing.assert_array_equal(found.edge, flags.mask[2])
+    for a, b, _ in grid(4):
+        far, _, _ = depths(scene, tile.x + a, tile.y + b, np.zeros(tile.x.size))
+        t = far / np.linalg.norm(plan.lens.directions(tile.x + a, tile.y + b), axis=0)
+        hit = np.isfinite(t[pairs.item, pairs.pixel])
+        assert not (hit & ~found.may_hit).any(), f"seed {seed}"
+        shown = hit & (t[pairs.item, pairs.pixel] == t.min(axis=0)[pairs.pixel])
+        assert found.may_be_visible[shown].all(), f"seed {seed}"
+        depth = t[pairs.item, pairs.pixel][shown]
+        assert (depth >= found.near[shown] * (1 - 1e-9)).all(), f"seed {seed}"
+        assert (depth <= found.far[shown] * (1 + 1e-9)).all(), f"seed {seed}"
+        first = t.min(axis=0)
+        assert (first <= found.covered_from * (1 + 1e-9)).all(), f"seed {seed}"

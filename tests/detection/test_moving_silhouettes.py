@@ -8,8 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from adaptive_drt.detection.moving_silhouettes import clip_positive
-from adaptive_drt.scene.description import Motion, Sphere, vector_of
+from adaptive_drt.detection.moving_silhouettes import moves_under_fixed_ray
+from adaptive_drt.scene.description import Motion, Quad, Sphere, vector_of
+from adaptive_drt.scene.settings import Settings
+from adaptive_drt.tracing.compile import make_plan
 from detected import detected, grid, seen
 from random_scenes import random_scene
 
@@ -46,13 +48,14 @@ def test_rays_that_see_two_things_are_in_flagged_pixels(seed, edges):
     assert (still[item].all(axis=(1, 2)) & flags.mask[1]).mean() < 0.3, f"seed {seed}"
 
 
-@pytest.mark.parametrize("seed", range(40))
-def test_the_part_of_an_interval_in_which_a_linear_function_is_positive(seed):
-    rng = np.random.default_rng(seed)
-    first, last = np.sort(rng.uniform(-0.5, 0.5, 2))
-    start, end = rng.normal(size=2) if seed % 5 else np.full(2, rng.normal())
-    low, high = (float(x) for x in clip_positive(*(np.array(x) for x in (first, last, start, end))))
-    t = np.linspace(first, last, 1_001)
-    positive = start + (t + 0.5) * (end - start) >= 0.0
-    inside = (low - 1e-12 <= t) & (t <= high + 1e-12)
-    assert (positive != inside).sum() <= 1, f"seed {seed}"
+def test_points_under_fixed_rays_move_on_balls_and_on_quads_that_leave_their_planes():
+    way = Motion((0.3, 0.1, 0.0))
+    floor = Quad((-3.0, -3.0, 0.0), (6.0, 0.0, 0.0), (0.0, 6.0, 0.0))
+    shapes = (
+        Sphere((0.0, 0.0, 1.0), 0.5), Sphere((0.0, 1.0, 1.0), 0.5, motion=way),
+        floor, replace(floor, motion=way),
+        replace(floor, motion=Motion((0.1, 0.0, 1e-3))),
+    )  # fmt: skip
+    plan = make_plan(replace(random_scene(1), shapes=shapes), Settings())
+    found = moves_under_fixed_ray(plan, np.array([0, 1, 2, 3, 4, -1]))
+    assert found.tolist() == [False, True, False, False, True, False]

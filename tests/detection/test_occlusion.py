@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from adaptive_drt.detection.occlusion import classify_light_visibility
-from adaptive_drt.lights.emitter import sample_emitter
 from adaptive_drt.scene.description import Sphere
 from adaptive_drt.tracing.occluder_culling import Occluders
 from detected import traced
@@ -45,14 +44,14 @@ def test_lights_are_open_hidden_or_in_part(seed, order):
     for light in plan.lights:
         pairs = Occluders(plan).find(light, points)
         found = classify_light_visibility(plan, points, light, pairs)
-        middle = light.moved(0.0)[:, :, None]
+        middle = light.to_center(points.point, 0.0)[:, :, None]
         if light.extended:
             spot = rng.random((2, some.size, RAYS))
-            to, weight = sample_emitter(
-                light, middle, points.point[:, :, None], points.normal[:, :, None], *spot
+            to, weight = light.sample(
+                middle, points.point[:, :, None], points.normal[:, :, None], *spot
             )
         else:
-            to = middle - points.point[:, :, None]
+            to = middle
             weight = np.maximum((points.normal[:, :, None] * to).sum(axis=0), 0.0)
         assert not weight[found.dark].any(), f"seed {seed}"
         hidden = blocked_by(plan, scene, points, to, 0.0)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from adaptive_drt.detection.swept_occlusion import classify_patches
-from adaptive_drt.lights.emitter import DISK, POINT, QUAD
+from adaptive_drt.lights.disk_light import DiskEmitter
 from adaptive_drt.scene.description import (
     DiskLight,
     Motion,
@@ -61,13 +61,13 @@ def spots(rng, light, point, time):
     """Random points of a light as seen from points (3, m), at times (m,)."""
     m = time.size
     center = light.center + (0.0 if light.displacement is None else light.displacement * time)
-    if light.kind == QUAD:
+    if light.span is not None:
         a, b = rng.uniform(-1.0, 1.0, (2, m))
-        return center + light.half_u * a + light.half_v * b
-    if light.kind == POINT:
+        return center + light.span.half_u * a + light.span.half_v * b
+    if not light.extended:
         return np.broadcast_to(center, (3, m))
     offset = rng.normal(size=(3, m))
-    if light.kind == DISK:
+    if isinstance(light, DiskEmitter):
         axis = (center - point) / np.linalg.norm(center - point, axis=0)
         offset -= axis * (axis * offset).sum(axis=0)
     offset /= np.linalg.norm(offset, axis=0)
@@ -111,6 +111,6 @@ def test_patches_are_judged_as_all_their_points_are(kind):
             end = spots(rng, light, start, time)
             cut = hidden(start, end, center, plan.spheres.radius[item[k]])
             # a quad light shines to its front only
-            lit = ((start - end) * light.normal).sum(axis=0) > 0.0 if kind == "quad" else True
+            lit = ((start - end) * light.span.normal).sum(axis=0) > 0.0 if kind == "quad" else True
             assert np.all((cut == full[k]) | ~np.asarray(lit)), f"seed {seed}, {kind}, pair {k}"
     assert (told > 100).all(), "all three answers are given"

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from adaptive_drt.geometry import parallelogram as quad
-from adaptive_drt.geometry import sphere as quadric
+from adaptive_drt.geometry.polygon import kernels as quad
+from adaptive_drt.geometry.sphere import kernels as quadric
 from oracle import kernels as better
 from oracle.numbers import cross, dot
 

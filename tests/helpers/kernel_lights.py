@@ -5,9 +5,13 @@ from itertools import pairwise
 
 import numpy as np
 
-from adaptive_drt.geometry.sphere import surface_tolerance
+from adaptive_drt.geometry.light_protocol import LinearSpan
+from adaptive_drt.geometry.sphere.kernels import surface_tolerance
 from adaptive_drt.lights import form_factor as light
-from adaptive_drt.lights.emitter import DISK, POINT, QUAD, SPHERE, Emitter
+from adaptive_drt.lights.disk_light import DiskEmitter
+from adaptive_drt.lights.point_light import PointEmitter
+from adaptive_drt.lights.quad_light import QuadEmitter
+from adaptive_drt.lights.sphere_light import SphereEmitter
 from kernel_families import Family, U, across, length, near_one, spread, unit
 from oracle import kernels as better
 from oracle.numbers import LONG, cross, dot
@@ -17,11 +21,12 @@ HOUSE = np.ones(3)
 
 def emitter(kind, radius=0.0, a=None, b=None):
     """A light at the origin; its arrays may hold one light for each point."""
-    zero = np.zeros((3, 1))
-    a, b = (zero, zero) if a is None else (a, b)
-    normal = cross(a, b)
-    normal = normal / np.maximum(length(normal), 1e-300)
-    return Emitter("", kind, zero, a, b, normal, radius, HOUSE, None, True)
+    fields = {"name": "", "center": np.zeros((3, 1)), "power": HOUSE, "radius": radius}
+    if a is not None:
+        normal = cross(a, b)
+        normal = normal / np.maximum(length(normal), 1e-300)
+        fields["span"] = LinearSpan(a, b, normal)
+    return kind(**fields)
 
 
 def each(kernel, n, *lights):
@@ -81,8 +86,8 @@ def quad_and_point(rng, n):
 
 def _quad_factor(to, a, b, up):
     def run(rows, a, b):
-        lamp = emitter(QUAD, a=a, b=b)
-        return light.irradiance_factor(lamp, to[:, rows], np.zeros((3, 1)), up[:, rows])
+        lamp = emitter(QuadEmitter, a=a, b=b)
+        return lamp.irradiance_factor(to[:, rows], np.zeros((3, 1)), up[:, rows])
 
     return each(run, to.shape[1], a, b)
 
@@ -211,7 +216,7 @@ def _round(kind):
     def factor(to, radius, up):
         def run(rows, r):
             lamp = emitter(kind, float(r[0]))
-            return light.irradiance_factor(lamp, to[:, rows], np.zeros((3, 1)), up[:, rows])
+            return lamp.irradiance_factor(to[:, rows], np.zeros((3, 1)), up[:, rows])
 
         return each(run, to.shape[1], radius)
 
@@ -250,7 +255,7 @@ SPHERE_LIGHT = Family(
     "irradiance of a spherical light",
     "32 u sin^2 a / cos a sr, a half the angle it is seen in; pi from within",
     ball_and_point,
-    _round(SPHERE),
+    _round(SphereEmitter),
     _true_sphere,
     _sphere_bound,
 )
@@ -258,7 +263,7 @@ DISK_LIGHT = Family(
     "irradiance of a disk that faces the point",
     "32 u r^2 / (d^2 + r^2) sr",
     ball_and_point,
-    _round(DISK),
+    _round(DiskEmitter),
     _true_disk,
     _disk_bound,
 )
@@ -266,7 +271,7 @@ POINT_LIGHT = Family(
     "irradiance of a point",
     "8 u / d^2",
     ball_and_point,
-    lambda to, radius, up: light.irradiance_factor(emitter(POINT), to, np.zeros((3, 1)), up),
+    lambda to, radius, up: emitter(PointEmitter).irradiance_factor(to, np.zeros((3, 1)), up),
     lambda m, to, radius, up: better.positive(dot(up, to)) / m.norm(to) ** 3,
     lambda to, radius, up: 8.0 * U / dot(to, to),
 )

@@ -4,7 +4,7 @@ and lengths of vectors."""
 
 import numpy as np
 
-from adaptive_drt.geometry.sphere import discriminant, discriminant_rounding
+from adaptive_drt.geometry.sphere.kernels import discriminant, discriminant_rounding
 from adaptive_drt.numerics import vector
 from adaptive_drt.numerics.jet import Jet
 from adaptive_drt.numerics.taylor_range import rectangle_range

@@ -3,7 +3,8 @@
 
 import numpy as np
 
-from adaptive_drt.lights.emitter import QUAD, SPHERE, sample_emitter, view_cone
+from adaptive_drt.lights.quad_light import QuadEmitter
+from adaptive_drt.lights.sphere_light import SphereEmitter
 from kernel_families import Family, U, length
 from kernel_lights import ball_and_point, each, emitter, quad_and_point
 from oracle import kernels as better
@@ -29,8 +30,8 @@ def _true_cone(m, to, radius, up):
 
 def _cone(to, radius, up):
     def run(rows, r):
-        lamp = emitter(SPHERE, float(r[0]))
-        cone = view_cone(lamp, to[:, rows], np.zeros((3, 1)))
+        lamp = emitter(SphereEmitter, float(r[0]))
+        cone = lamp.view_cone(to[:, rows])
         return np.stack([cone.distance, cone.sine, cone.cosine, cone.near, cone.far])
 
     return each(run, to.shape[1], radius)
@@ -68,9 +69,7 @@ def _spots(kind):
         def run(rows, *part):
             lamp = emitter(kind, float(part[0][0])) if len(part) == 1 else emitter(kind, 0.0, *part)
             place, n = to[:, rows, None], up[:, rows, None]
-            spot, weight = sample_emitter(
-                lamp, place, np.zeros((3, 1, 1)), n, x[rows, None], y[rows, None]
-            )
+            spot, weight = lamp.sample(place, np.zeros((3, 1, 1)), n, x[rows, None], y[rows, None])
             return np.concatenate([spot[:, :, 0], weight.T])
 
         return each(run, to.shape[1], *shape.values())
@@ -97,7 +96,7 @@ QUAD_SPOTS = Family(
     "points on a quad light",
     "4 u (d + |a| + |b|) metres; their light 32 u |a||b| (d + |a| + |b|) / distance^3",
     spots_on_quad,
-    _spots(QUAD),
+    _spots(QuadEmitter),
     _true_quad_spots,
     _quad_spots_bound,
 )
@@ -136,7 +135,7 @@ SPHERE_SPOTS = Family(
     "points on a spherical light",
     "32 u (d + r) metres off its surface; 32 u / cos a rad; their light 64 u sin^2 a / cos a",
     spots_on_ball,
-    _spots(SPHERE),
+    _spots(SphereEmitter),
     None,
     _off_sphere_bound,
     _off_sphere,

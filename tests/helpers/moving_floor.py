@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 
 from adaptive_drt.cubature.error_budget import Goal
-from adaptive_drt.image.buffers import Frame, widened_plan
+from adaptive_drt.image.frame import Frame, widened_plan
 from adaptive_drt.image.node_values import NodeValues
 from adaptive_drt.scene.description import Quad, QuadLight, Scene
 from adaptive_drt.scene.settings import Settings
@@ -33,7 +33,7 @@ def points_of(function):
     found.value[:] = function(x, y)
     found.known[:] = True
     found.wanted = frame.inner()
-    frame.sight = np.ones(frame.item.size, dtype=np.int64)
+    frame.visibility_key = np.ones(frame.item.size, dtype=np.int64)
     found.left = np.zeros(frame.item.size)
     found.rough = lambda spacing: found.left
     return found

@@ -8,11 +8,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from adaptive_drt.image.first_pass import first_pass
+from adaptive_drt.image.chebyshev_blocks import SIDES, PixelBlocks, coarse_plan
+from adaptive_drt.image.first_pass import trace_first_pass
 from adaptive_drt.scene.description import PointLight, Sphere
 from adaptive_drt.scene.settings import Settings
 from adaptive_drt.tracing.compile import make_plan
-from adaptive_drt.tracing.intersect import Tile, find_candidates, screen_bounds
+from adaptive_drt.tracing.intersect import Tile, screen_bounds
 from adaptive_drt.tracing.occluder_culling import Occluders
 from detected import in_order, seen
 from plain_hits import blocked
@@ -20,13 +21,17 @@ from random_scenes import random_scene
 
 
 def passed(scene):
-    plan = make_plan(scene, Settings())
-    tile = Tile.make(plan, 0, 1)
-    pairs = find_candidates(plan, screen_bounds(plan), tile)
+    """The plan, and the batches of pixels that are traced by a ray of their own."""
+    plan = make_plan(scene, Settings(batch=500))
+    rough = coarse_plan(plan, SIDES[0])
+    blocks = PixelBlocks.of_tile(rough, SIDES[0], screen_bounds(rough), Tile.make(rough, 0, 1))
     told = []
-    found = first_pass(plan, Occluders(plan), tile.x, tile.y, pairs, told.append)
-    assert told[0] == "camera rays" and told[-1] == "sights"
-    return plan, tile, found
+    found = trace_first_pass(plan, Occluders(plan), screen_bounds(plan), blocks, told.append)
+    assert told[0] == "camera rays" and "exact light" in told
+    covered = sum(block.side**2 * block.x.size for block in found.blocks)
+    left, bottom, right, top = plan.region
+    assert sum(x.size for x, _, _ in found.pixels) + covered >= (right - left) * (top - bottom)
+    return plan, found.pixels
 
 
 @pytest.mark.parametrize("seed", range(12))
@@ -35,11 +40,17 @@ def test_centres_are_lit_by_points_as_by_plain_formulas(seed):
     power = (3.0, 2.0, 1.0)
     lights = tuple(PointLight(light.center, power) for light in scene.lights)
     scene = replace(scene, lights=lights, camera=replace(scene.camera, motion=None))
-    plan, tile, found = passed(scene)
-    shapes = in_order(scene)
-    item, point = seen(scene, tile.x, tile.y, np.zeros(tile.x.size))
+    plan, batches = passed(scene)
+    for x, y, found in batches:
+        check_batch(scene, plan, x + 0.5, y + 0.5, found, f"seed {seed}")
+
+
+def check_batch(scene, plan, x, y, found, name):
+    """Light of points at pixel centres, by plain formulas."""
+    shapes, lights, power = in_order(scene), scene.lights, np.array(scene.lights[0].intensity)
+    item, point = seen(scene, x, y, np.zeros(x.size))
     same = item == found.item
-    assert same.mean() > 0.999, f"seed {seed}"
+    assert (~same).sum() <= 2, name
     rows = np.flatnonzero(same & (item >= 0))
     want = np.zeros((3, rows.size))
     unsure = np.zeros(rows.size, dtype=bool)
@@ -65,7 +76,7 @@ def test_centres_are_lit_by_points_as_by_plain_formulas(seed):
     size = max(want.max(initial=0.0), 1e-300)
     differ = (np.abs(ours - want) > 1e-6 * size).any(axis=0) & ~unsure
     # rays along outlines of occluders fall on either side
-    assert differ.sum() <= 5e-3 * differ.size, f"seed {seed}"
+    assert differ.sum() <= 5e-3 * differ.size + 1, name
 
 
 def found_inside(sphere, plan):
@@ -76,14 +87,14 @@ def found_inside(sphere, plan):
 @pytest.mark.parametrize("transparent", [False, True])
 def test_what_is_not_hit_is_background(seed, transparent):
     scene = replace(random_scene(seed), transparent=transparent)
-    _, _, found = passed(scene)
-    none = found.item < 0
-    assert np.isinf(found.depth[none]).all() and not found.normal[:, none].any()
-    np.testing.assert_array_equal(found.alpha, np.where(none & transparent, 0.0, 1.0))
-    want = np.zeros(3) if transparent else np.array(scene.background)
-    np.testing.assert_array_equal(found.color[:, none], np.tile(want[:, None], none.sum()))
-    np.testing.assert_allclose(found.error, found.deviation.sum(axis=(0, 1)), rtol=1e-12)
-    assert (found.error >= 0.0).all() and np.isfinite(found.error).all()
-    assert (np.diff(found.rivals.pixel) >= 0).all()
-    plain = ~found.outline
-    np.testing.assert_array_equal(found.sight[plain], found.item[plain] + 1)
+    for _, _, found in passed(scene)[1]:
+        none = found.item < 0
+        assert np.isinf(found.depth[none]).all() and not found.normal[:, none].any()
+        np.testing.assert_array_equal(found.alpha, np.where(none & transparent, 0.0, 1.0))
+        want = np.zeros(3) if transparent else np.array(scene.background)
+        np.testing.assert_array_equal(found.color[:, none], np.tile(want[:, None], none.sum()))
+        np.testing.assert_allclose(found.error, found.deviation.sum(axis=(0, 1)), rtol=1e-12)
+        assert (found.error >= 0.0).all() and np.isfinite(found.error).all()
+        assert (np.diff(found.candidates.pixel) >= 0).all()
+        plain = ~found.outline
+        np.testing.assert_array_equal(found.visibility_key[plain], found.item[plain] + 1)

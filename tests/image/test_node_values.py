@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from adaptive_drt.cubature.error_budget import Goal
-from adaptive_drt.image.buffers import Frame, widened_plan
+from adaptive_drt.image.frame import Frame, widened_plan
 from adaptive_drt.image.node_values import NodeValues
 from adaptive_drt.scene.settings import Settings
 from adaptive_drt.shading.variation import KINK_KIND, ROOT_KIND, SMOOTH_KIND, STEP_KIND

@@ -27,10 +27,10 @@ def test_a_worker_may_get_ready_while_parts_are_cut(monkeypatch):
     plan = make_plan(random_scene(207), Settings(threads=2))
     work, ready = Scheduler(plan, Occluders(plan)), iter((0, 1, 1, 1))
     monkeypatch.setattr(WorkerPool, "ready", property(lambda _: next(ready)))
-    assert work.part_aside(5_000, 1.0) == 0
-    assert work.part_aside(5_000, 1.0) == 5_000
+    assert work.background_pixels_per_call(5_000, 1.0) == 0
+    assert work.background_pixels_per_call(5_000, 1.0) == 5_000
     # what has much in it is cut up
-    assert work.part_aside(5_000, 3.0 * BACKGROUND_CALL_COST) == 1_667
+    assert work.background_pixels_per_call(5_000, 3.0 * BACKGROUND_CALL_COST) == 1_667
 
 
 def tasks_of(count, size):
@@ -55,7 +55,7 @@ def scheduler():
 def test_results_come_with_the_pixels_of_their_tasks(scheduler):
     worker_pool.stop()
     seen = np.zeros(1_000, dtype=np.int64)
-    for outcome in scheduler.results(squared, tasks_of(1_000, 70), "a stage"):
+    for outcome in scheduler.run(squared, tasks_of(1_000, 70), "a stage"):
         if outcome is not None:
             rows, done = outcome
             assert not seen[rows].any()
@@ -69,10 +69,10 @@ def test_results_come_with_the_pixels_of_their_tasks(scheduler):
 @pytest.mark.parametrize("count", [1, 5_000, 40_000, 10**6])
 def test_parts_are_neither_too_large_nor_too_small(scheduler, count):
     worker_pool.stop()
-    part = scheduler.part(count)
+    part = scheduler.pixels_per_call(count)
     assert part <= min(MAX_PIXELS, 10_000)
     assert part >= min(MIN_THREAD_PIXELS, 10_000, count)
-    assert scheduler.part_aside(count, 1.0) == 0  # there is no worker
+    assert scheduler.background_pixels_per_call(count, 1.0) == 0  # there is no worker
 
 
 def test_a_timer_adds_up_stages(monkeypatch):

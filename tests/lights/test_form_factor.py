@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from scipy import integrate
 
-from adaptive_drt.lights.emitter import make_emitter
-from adaptive_drt.lights.form_factor import irradiance_factor
+from adaptive_drt.lights.emitter import LightMotion
+from adaptive_drt.lights.registry import make_emitter
 from adaptive_drt.scene.description import DiskLight, PointLight, QuadLight, SphereLight
 
 WHITE = (1.0, 1.0, 1.0)
@@ -21,9 +21,9 @@ UP = (0.0, 0.0, 1.0)
 
 def factor(light, point=(0.0, 0.0, 0.0), normal=UP):
     """The core's factor of one light at one point."""
-    emitter = make_emitter(light, np.zeros(3), np.zeros(3))
-    columns = (np.array(x, dtype=float)[:, None] for x in (point, normal))
-    return float(irradiance_factor(emitter, emitter.center, *columns)[0])
+    emitter = make_emitter(light, LightMotion(np.zeros(3), np.zeros(3)))
+    at, up = (np.array(x, dtype=float)[:, None] for x in (point, normal))
+    return float(emitter.irradiance_factor(emitter.to_center(at), at, up)[0])
 
 
 def rectangle(corner, u, v):

@@ -10,7 +10,7 @@ import pytest
 
 from adaptive_drt.numerics.floats import UNIT_ROUNDOFF
 from adaptive_drt.numerics.jet import Jet
-from adaptive_drt.numerics.taylor_range import interval_range, rectangle_range
+from adaptive_drt.numerics.taylor_range import clip_positive, interval_range, rectangle_range
 
 
 def quadratics(seed, count=60):
@@ -103,3 +103,15 @@ def test_first_order_jets_are_linear_with_a_remainder():
     np.testing.assert_allclose([low, high], [c[0] - spread, c[0] + spread], rtol=1e-14)
     low, high = interval_range(Jet(c[0], (c[1], None), None), 0.5, rest, axis=1)
     np.testing.assert_allclose([low, high], [c[0] - rest, c[0] + rest], rtol=1e-14)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_the_part_of_an_interval_in_which_a_linear_function_is_positive(seed):
+    rng = np.random.default_rng(seed)
+    first, last = np.sort(rng.uniform(-0.5, 0.5, 2))
+    start, end = rng.normal(size=2) if seed % 5 else np.full(2, rng.normal())
+    low, high = (float(x) for x in clip_positive(*(np.array(x) for x in (first, last, start, end))))
+    t = np.linspace(first, last, 1_001)
+    positive = start + (t + 0.5) * (end - start) >= 0.0
+    inside = (low - 1e-12 <= t) & (t <= high + 1e-12)
+    assert (positive != inside).sum() <= 1, f"seed {seed}"

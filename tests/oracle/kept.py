@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Answers of the oracle that are kept in `truths.npz`, since they take most of a test's time.
 
-An answer is found by a digest of what it depends on: the source of the oracle (without comments and
-docstrings), the function, and its arguments, of which fields at their default are left out. So an
-oracle or a scene that is changed in any way has no kept answer, and is computed anew: it is never
-an answer to another question. What the variable ADAPTIVE_DRT_TRUTHS says is done:
+An answer is found by a digest of what it depends on: the function, the source of its module and of
+those that it imports (without comments and docstrings), and its arguments, of which fields at their
+default are left out. So an oracle or a scene that is changed in any way has no kept answer, and is
+computed anew: it is never an answer to another question. The variable ADAPTIVE_DRT_TRUTHS chooses:
 
 - nothing: kept answers are used, others computed.
 - `check`: all answers are computed, and compared with those that are kept (`make test-all`).
-- `keep`: all answers are computed, and those of this process written when it ends (`make truths`).
+- `keep`: as nothing, and all answers that this process used are kept when it ends (`make truths`).
 """
 
 from __future__ import annotations
@@ -34,20 +34,32 @@ DIGEST_LETTERS = 24
 
 
 @cache
-def _source():
-    """The oracle's own programs, without comments, layout and docstrings."""
-    trees = []
-    for path in sorted(Path(__file__).parent.glob("[a-z]*.py")):
-        if path.name.startswith("test_") or path == Path(__file__):
-            continue
-        tree = ast.parse(path.read_text(encoding="utf-8"))
-        for node in ast.walk(tree):
-            body = getattr(node, "body", None)
-            if isinstance(body, list) and body and isinstance(body[0], ast.Expr):
-                if isinstance(body[0].value, ast.Constant):
-                    body[:1] = []
-        trees.append(ast.dump(tree))
-    return "\n".join(trees)
+def _tree(module):
+    """The program of a module of the oracle without docstrings, and the modules that it imports."""
+    path = Path(__file__).with_name(f"{module}.py")
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    for node in ast.walk(tree):
+        body = getattr(node, "body", None)
+        if isinstance(body, list) and body and isinstance(body[0], ast.Expr):
+            if isinstance(body[0].value, ast.Constant):
+                body[:1] = []
+    imported = {
+        node.module
+        for node in ast.walk(tree)
+        if isinstance(node, ast.ImportFrom) and node.level == 1 and node.module
+    }
+    return ast.dump(tree), imported
+
+
+@cache
+def source_of(module):
+    """The programs of a module of the oracle and of all that it imports, without docstrings."""
+    found, rest = {}, {module}
+    while rest:
+        name = rest.pop()
+        found[name], imported = _tree(name)
+        rest |= imported - found.keys()
+    return "\n".join(f"{name}: {found[name]}" for name in sorted(found))
 
 
 def _default(field):
@@ -77,13 +89,13 @@ def _store():
         return {name: file[name] for name in file.files}
 
 
-_found = {}
+_used = {}
 
 
 @atexit.register
 def _write():
-    if os.environ.get("ADAPTIVE_DRT_TRUTHS") == "keep" and _found:
-        np.savez_compressed(STORE, **dict(sorted(_found.items())))
+    if os.environ.get("ADAPTIVE_DRT_TRUTHS") == "keep" and _used:
+        np.savez_compressed(STORE, **dict(sorted(_used.items())))
 
 
 def kept(function, *arguments, **more):
@@ -91,20 +103,19 @@ def kept(function, *arguments, **more):
 
     function : 'module.name' within the oracle, so that no more of it is imported than is needed.
     """
-    asked = "\n".join((_source(), function, described(arguments), described(more)))
-    digest = hashlib.sha256(asked.encode()).hexdigest()[:DIGEST_LETTERS]
-    wish, known = os.environ.get("ADAPTIVE_DRT_TRUTHS", ""), _store().get(digest)
-    if not wish and known is not None:
-        return known.copy()
     module, name = function.split(".")
-    answer = getattr(importlib.import_module(f"oracle.{module}"), name)(*arguments, **more)
-    value = getattr(answer, "color", answer)
-    if wish == "keep":
-        _found[digest] = value
-    elif known is not None:
-        size = np.abs(known).max(initial=0.0) if known.dtype.kind == "f" else 0.0
-        np.testing.assert_allclose(value, known, rtol=0.0, atol=SAME * size, err_msg=function)
-    return value
+    asked = "\n".join((source_of(module), function, described(arguments), described(more)))
+    digest = hashlib.sha256(asked.encode()).hexdigest()[:DIGEST_LETTERS]
+    check, known = os.environ.get("ADAPTIVE_DRT_TRUTHS") == "check", _store().get(digest)
+    if known is None or check:
+        answer = getattr(importlib.import_module(f"oracle.{module}"), name)(*arguments, **more)
+        value = getattr(answer, "color", answer)
+        if known is not None:
+            size = np.abs(known).max(initial=0.0) if known.dtype.kind == "f" else 0.0
+            np.testing.assert_allclose(value, known, rtol=0.0, atol=SAME * size, err_msg=function)
+        known = value
+    _used[digest] = known
+    return known.copy()
 
 
 def converged_color(scene, pixels=None, goal=1e-4, scale=None):

@@ -3,11 +3,14 @@
 
 import numpy as np
 
-from adaptive_drt.scene.description import PointLight, QuadLight, SphereLight
+from adaptive_drt.scene.description import PointLight, QuadLight, SphereLight, SunLight
 
 from .trace import dot, moved, norm
 
-__all__ = ["aim", "emitted", "facing", "is_area", "is_dark", "place"]
+__all__ = ["aim", "emitted", "facing", "is_area", "is_dark", "place", "power_of", "source"]
+
+FAR = 1e6
+"""Metres from a point at which it sees a sun: beyond all shapes of a test."""
 
 TINY = 1e-30
 """Replaces a length of zero in a quotient whose result is then not used, or clamped."""
@@ -15,12 +18,27 @@ TINY = 1e-30
 
 def is_area(light):
     """Whether it has an extent."""
-    return not isinstance(light, PointLight)
+    return not isinstance(light, PointLight) and getattr(light, "angle", 1.0) > 0.0
+
+
+def power_of(light):
+    """What `emitted` is multiplied by: radiance, radiant intensity or irradiance."""
+    for name in ("radiance", "intensity", "irradiance"):
+        if hasattr(light, name):
+            return getattr(light, name)
+    raise TypeError(light)
+
+
+def source(light, q):
+    """Where the centre of a light is at mid-shutter, for things near a place q (3,)."""
+    if isinstance(light, SunLight):
+        return np.asarray(q) - FAR * np.array(light.direction) / np.linalg.norm(light.direction)
+    return np.array(light.center, dtype=float)
 
 
 def is_dark(light):
     """Whether it sends nothing at all."""
-    return not any(light.intensity if isinstance(light, PointLight) else light.radiance)
+    return not any(power_of(light))
 
 
 def _basis(axis):
@@ -33,6 +51,10 @@ def _basis(axis):
 
 def _axis(light, p, t):
     """Unit axis from p to the light's centre, distance, two side vectors, sine of its radius."""
+    if isinstance(light, SunLight):
+        axis = np.broadcast_to(source(light, np.zeros(3)) / FAR, p.shape)
+        far, sine = np.full(len(p), FAR), np.full(len(p), np.sin(light.angle / 2.0))
+        return (axis, far, *_basis(axis), sine)
     offset = moved(light, light.center, t) - p
     distance = norm(offset)
     axis = offset / np.where(distance > 0.0, distance, 1.0)[:, None]
@@ -61,6 +83,10 @@ def place(light, p, t, uv):
     if isinstance(light, PointLight):
         return moved(light, light.center, t)
     axis, distance, first, second, sine = _axis(light, p, t)
+    if isinstance(light, SunLight):
+        side = uv * sine[:, None]
+        ahead = np.sqrt(np.maximum(1.0 - (side**2).sum(axis=1), 0.0))
+        return p + FAR * (side[:, :1] * first + side[:, 1:] * second + ahead[:, None] * axis)
     if isinstance(light, SphereLight):
         side = uv * sine[:, None]
         ahead = np.sqrt(np.maximum(1.0 - (side**2).sum(axis=1), 0.0))
@@ -75,7 +101,7 @@ def place(light, p, t, uv):
 def aim(light, p, t, q):
     """The uv (n, 2) of the light's point that lies nearest the line from p through q (n, 3)."""
     toward = q - p
-    if isinstance(light, PointLight):
+    if not is_area(light):
         return np.zeros((len(p), 2))
     if isinstance(light, QuadLight):
         u, v = np.array(light.half_u), np.array(light.half_v)
@@ -90,7 +116,7 @@ def aim(light, p, t, q):
     axis, distance, first, second, sine = _axis(light, p, t)
     ahead = dot(toward, axis)
     side = np.stack([dot(toward, first), dot(toward, second)], axis=1)
-    if isinstance(light, SphereLight):
+    if isinstance(light, SphereLight | SunLight):
         scale = norm(toward) * sine
     else:
         scale = np.where(ahead > 0.0, ahead, 0.0) * light.radius / np.maximum(distance, TINY)
@@ -108,6 +134,12 @@ def emitted(light, p, normals, t, square):
     """
     if isinstance(light, SphereLight):
         return _emitted_sphere(light, p, normals, t, square)
+    if isinstance(light, SunLight):
+        if is_area(light):
+            point, share = _emitted_sphere(light, p, normals, t, square)
+            return point, share / (np.pi * np.sin(light.angle / 2.0) ** 2)
+        point = place(light, p, t, np.zeros((len(p), 2)))
+        return point, np.maximum(dot(point - p, normals) / FAR, 0.0)
     if isinstance(light, QuadLight):
         uv = 2.0 * square - 1.0
         area = 4.0 * np.linalg.norm(np.cross(light.half_u, light.half_v))

@@ -3,9 +3,7 @@
 
 import numpy as np
 
-from adaptive_drt.scene.description import PointLight
-
-from .lights import emitted, is_dark
+from .lights import emitted, is_dark, power_of
 from .samples import camera_rays
 from .trace import BLOCKED, nearest, states
 from .truth import pixels_of
@@ -60,8 +58,7 @@ def _radiance(scene, pixels, cube, use_motion, use_edges):
         if light.casts_shadow:
             args = (p, point, when, own, normals, inside)
             share = share * (states(scene, *args, share=0.0) != BLOCKED)
-        power = light.intensity if isinstance(light, PointLight) else light.radiance
-        light_sum += share[:, None] * np.array(power)
+        light_sum += share[:, None] * np.array(power_of(light))
     colors = np.array([s.material.color for s in scene.shapes]).reshape(-1, 3)
     result = np.broadcast_to(np.array(scene.background, dtype=float), (len(pixels), 3)).copy()
     result[shown] = light_sum * colors[own] / np.pi

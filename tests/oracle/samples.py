@@ -3,9 +3,10 @@
 
 import numpy as np
 
-from adaptive_drt.scene.description import PointLight, QuadLight, Sphere
+from adaptive_drt.scene.description import QuadLight, Sphere
 
 from .camera import project, rays
+from .lights import is_area, source
 from .trace import dot, moved, moves
 
 __all__ = [
@@ -32,7 +33,7 @@ def pixel_grid(k):
 
 def light_grid(light, k):
     """(m, 2) points of a light's uv domain, its outline included; the centre first."""
-    if isinstance(light, PointLight):
+    if not is_area(light):
         return np.zeros((1, 2))
     grid = 2.0 * pixel_grid(k) - 1.0
     if isinstance(light, QuadLight):
@@ -76,10 +77,9 @@ def shadow_landmarks(scene, lights):
     """Points (k, 3) where the lights' centres throw each occluder's middle on other shapes."""
     points = []
     for light in lights:
-        source = np.array(light.center, dtype=float)
         for shape in scene.shapes:
             for q in landmarks(shape):
-                points.extend(_beyond(scene, source, q))
+                points.extend(_beyond(scene, source(light, q), q))
     return np.array(points).reshape(-1, 3)
 
 

@@ -47,9 +47,16 @@ def test_a_changed_oracle_has_no_kept_answers(monkeypatch):
     scene = random_scene(2)
     scene = replace(scene, camera=replace(scene.camera, resolution=(3, 2)))
     kept("truth.masks", scene)
-    monkeypatch.setattr(module, "_source", lambda: "another")
+    monkeypatch.setattr(module, "source_of", lambda name: "another")
     kept("truth.masks", scene)
     assert len(set(asked)) == 2
+
+
+def test_sources_are_those_of_all_modules_that_a_module_imports():
+    found = module.source_of("converged")
+    for name in ("converged", "cells_jit", "rays_jit", "light_jit", "arcs_jit", "vectors_jit"):
+        assert f"{name}: Module(" in found
+    assert "truth: Module(" not in found
 
 
 def test_the_store_is_small():

@@ -6,7 +6,7 @@ Each function takes pixels (n, 2), their lower left corners, and returns (n,) bo
 
 import numpy as np
 
-from adaptive_drt.scene.description import PointLight, QuadLight, Sphere
+from adaptive_drt.scene.description import QuadLight, Sphere
 
 from .camera import project
 from .lights import aim, facing, is_area, is_dark, place
@@ -386,7 +386,7 @@ def _outline(light):
     """Points (m, 2) whose hull holds the whole light: what hides them with one shape hides it."""
     if isinstance(light, QuadLight):
         return np.array([(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)])
-    if isinstance(light, PointLight):
+    if not is_area(light):
         return np.zeros((1, 2))
     angles = np.arange(16) * np.pi / 8.0
     return np.stack([np.cos(angles), np.sin(angles)], axis=1) / np.cos(np.pi / 16.0)

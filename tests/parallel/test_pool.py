@@ -145,7 +145,7 @@ def test_nothing_is_left_behind(workers):
     processes = [worker._process for worker in workers._idle]
     workers.stop()
     assert all(process.poll() is not None for process in processes)
-    assert workers.ready == 0 and workers.hands(4) == 4
+    assert workers.ready == 0 and workers.concurrency(4) == 4
 
 
 def test_an_idle_worker_ends_and_leaves_no_zombie(monkeypatch):
@@ -210,7 +210,7 @@ def test_without_a_python_there_are_none(monkeypatch, tmp_path, program):
     none = WorkerPool()
     none.muster(2)
     none.muster(2)
-    assert not none._idle and none.hands(3) == 3
+    assert not none._idle and none.concurrency(3) == 3
 
 
 def test_a_python_that_fails_is_tried_once(monkeypatch, tmp_path):

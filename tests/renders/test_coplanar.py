@@ -156,7 +156,7 @@ def test_a_tenth_of_a_millimetre_is_no_contact(case, gap):
     for seed in range(3):
         other = anywhere(apart, seed)
         (emitter,) = make_plan(validate(other), WAYS["EXACT"]).lights
-        assert emitter.touching is None
+        assert emitter.coplanar is None
         if gap > 0.0:
             check_alike(scene, other, WAYS["EXACT"], f"seed {seed}")
         else:
@@ -174,7 +174,7 @@ def test_contact_is_counted_as_the_oracle_counts_it():
         touching = sheets_in_plane(scene, scene.lights[0])
         (emitter,) = make_plan(validate(scene), WAYS["EXACT"]).lights
         # spheres come first in a plan
-        mine = [] if emitter.touching is None else np.flatnonzero(emitter.touching).tolist()
+        mine = [] if emitter.coplanar is None else np.flatnonzero(emitter.coplanar).tolist()
         assert [i - 1 for i in mine] == touching == ([1] if gap == 0.0 else []), (seed, gap)
         found[bool(touching)] += 1
     assert min(found.values()) > 20

@@ -12,7 +12,7 @@ from adaptive_drt.render import render_image
 from adaptive_drt.scene.description import Quad, QuadLight, Scene, Sphere
 from adaptive_drt.scene.settings import Settings
 from adaptive_drt.shading.footprint import make_patch
-from adaptive_drt.shading.variation_past_spheres import sphere_shadow_edges
+from adaptive_drt.shading.variation import pair_receivers
 from adaptive_drt.tracing.compile import make_plan
 from adaptive_drt.tracing.intersect import Pairs, intersect_pairs, surface
 from oracle.kept import converged_color
@@ -66,7 +66,8 @@ def test_small_balls_that_touch_a_side_of_a_quad_light(beside, foreseen):
     patch = make_patch(plan, w, t, hits, np.array([[0.05], [0.05], [0.0]]))
     nothing = np.zeros(1, dtype=np.int64)
     shape = plan.shadow_light(plan.lights[0])
-    found = sphere_shadow_edges(plan, hits, patch, shape, Pairs(nothing, nothing), 0.0)
+    receivers = pair_receivers(hits, patch, Pairs(nothing, nothing), 0.0)
+    found = plan.shapes.sets[0].shadow_edges(nothing, receivers, shape)
     assert (found.depth[0] > 0.0) == foreseen
 
 

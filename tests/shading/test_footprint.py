@@ -6,8 +6,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from adaptive_drt.geometry.patch import Patch
+from adaptive_drt.geometry.shape import MIN_PLANE_COSINE
 from adaptive_drt.scene.description import Motion, PointLight, Sphere
-from adaptive_drt.shading.footprint import MIN_PLANE_COSINE, Patch
+from adaptive_drt.shading.footprint import make_patch
 from shaded import hits_at, patches_at, plan_of
 
 LIGHT = PointLight((1.0, 0.0, 5.0), (1.0, 1.0, 1.0))
@@ -31,8 +33,8 @@ def test_steps_on_planes_are_those_of_hits(half, axis):
     assert patch.axes == (axis,) and not patch.steps[1 - axis].any()
     size = np.linalg.norm(patch.steps[axis], axis=0)
     np.testing.assert_allclose(patch.reach, size, rtol=1e-12)
-    np.testing.assert_allclose(patch.slides[axis], size, rtol=1e-12)
-    assert not patch.bend.any()
+    np.testing.assert_allclose(patch.surface_steps[axis], size, rtol=1e-12)
+    assert not patch.curvature.any()
 
 
 def test_steps_on_spheres_are_those_of_hits_away_from_the_limb():
@@ -47,10 +49,10 @@ def test_steps_on_spheres_are_those_of_hits_away_from_the_limb():
         np.testing.assert_allclose(
             patch.steps[axis], moved.point - hits.point, rtol=0.02, atol=1e-7
         )
-    assert (patch.bend == 1.0).all()
+    assert (patch.curvature == 1.0).all()
     w = plan.lens.directions(x, y)
     slant = np.abs((hits.normal * w).sum(axis=0)) / np.linalg.norm(w, axis=0)
-    np.testing.assert_allclose(patch.slant, slant, rtol=1e-12)
+    np.testing.assert_allclose(patch.cosine, slant, rtol=1e-12)
 
 
 def test_steps_at_the_limb_are_no_longer_than_a_chord():
@@ -67,8 +69,8 @@ def test_steps_at_the_limb_are_no_longer_than_a_chord():
         except AssertionError:
             high = at
     _, patch = patches_at(plan, middle[:1] + low, middle[1:2], 0, (0.5, 0.5, 0.0))
-    assert isinstance(patch, Patch) and (patch.slant >= MIN_PLANE_COSINE).all()
-    assert (patch.slides <= 2.0).all() and np.isfinite(patch.steps).all()
+    assert isinstance(patch, Patch) and (patch.cosine >= MIN_PLANE_COSINE).all()
+    assert (patch.surface_steps <= 2.0).all() and np.isfinite(patch.steps).all()
 
 
 @pytest.mark.parametrize("way", [(0.6, 0.0, 0.0), (0.0, 0.0, 0.5), (0.3, -0.4, 0.1)])
@@ -82,4 +84,12 @@ def test_hits_move_along_fixed_rays(way):
     hits, patch = patches_at(plan, x, y, 0, (0.0, 0.0, half))
     _, _, moved = hits_at(plan, x, y, 0, half)
     np.testing.assert_allclose(patch.steps[2], moved.point - hits.point, rtol=0.05, atol=1e-6)
-    assert patch.axes == (2,) and (patch.time == half).all()
+    assert patch.axes == (2,) and (patch.half_time == half).all()
+
+
+def test_points_are_patches_without_extent():
+    plan = plan_of(BALL, light=LIGHT)
+    x, y = pixels(np.random.default_rng(3), 20)
+    w, t, hits = hits_at(plan, x, y, 1)
+    patch = make_patch(plan, w, t, hits, np.zeros((3, 20)))
+    assert patch.axes == () and not patch.reach.any() and not patch.steps.any()

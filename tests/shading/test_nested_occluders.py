@@ -131,7 +131,7 @@ def test_the_largest_first_or_all_at_once(monkeypatch, seed):
     ]
     points = rng.normal(size=(20, 3)) * 0.05
     quick = hidden(heap, points)
-    monkeypatch.setattr(nested_module, "TWO_PASS_SPHERES", 1_000)
+    monkeypatch.setattr(nested_module, "TWO_PASS_CIRCLES", 1_000)
     assert np.array_equal(quick, hidden(heap, points))
     print(f"{quick.mean():.2f} hidden")
     assert 0.05 < quick.mean() < 0.99

@@ -1,64 +1,93 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Lights that occluders reach into or enclose: what no closed form covers, against many rays."""
+"""Closed forms of lights that shapes of several kinds hide in part, against distributed rays."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from adaptive_drt.lights.emitter import sample_emitter
-from adaptive_drt.scene.description import Quad, QuadLight, Sphere, SphereLight
+from adaptive_drt.geometry.shape import ShapeSet
+from adaptive_drt.geometry.shape_table import ShapeTable
+from adaptive_drt.numerics.low_discrepancy import low_discrepancy_points
+from adaptive_drt.scene.description import (
+    DiskLight,
+    Quad,
+    QuadLight,
+    Scene,
+    Sphere,
+    SphereLight,
+)
+from adaptive_drt.scene.settings import Settings
 from adaptive_drt.shading.partial_occlusion import apply_occluders
-from adaptive_drt.tracing.occluder_culling import Occluders
-from plain_hits import blocked
-from shaded import FLOOR, patches_at, plan_of
+from adaptive_drt.shading.ratio_estimator import gather_light, unoccluded_factor
+from adaptive_drt.tracing.compile import make_plan
+from adaptive_drt.tracing.intersect import Pairs, Surface
+from random_scenes import look_at
+from triangle_set import TriangleSet
 
-COLOR = (1.0, 1.0, 1.0)
-QUAD = QuadLight((0.0, 0.0, 4.0), (1.0, 0.0, 0.0), (0.0, -0.8, 0.0), COLOR)
-BULB = SphereLight((0.0, 0.0, 4.0), 0.8, COLOR)
-CASES = {
-    "a ball through the light's plane": (QUAD, (Sphere((0.4, 0.2, 4.0), 0.5),)),
-    "a quad through the light's plane": (
-        QUAD,
-        (Quad((-0.3, -0.5, 3.2), (0.6, 0.2, 0.0), (0.0, 0.0, 1.5)),),
-    ),
-    "a ball in a bulb": (BULB, (Sphere((0.5, 0.2, 3.6), 0.4),)),
-    "many balls": (
-        QUAD,
-        tuple(Sphere((0.5 * k - 1, 0.3 * k - 0.5, 2.0 + 0.2 * k), 0.3) for k in range(5)),
-    ),
-    "balls and quads": (
-        BULB,
-        (Sphere((0.2, 0.0, 2.0), 0.4), Quad((-1.0, -1.0, 1.5), (0.9, 0.0, 0.1), (0.0, 1.2, 0.0))),
-    ),
-}
-COUNT, SIDE = 30, 48
+POINTS, RAYS = 150, 8_192
+CLOSE = 4e-3
+"""Fraction of the unhidden light by which so many rays may be off."""
+LIGHTS = (
+    QuadLight((0.5, -0.5, 4.0), (0.7, 0.0, 0.0), (0.0, -0.5, 0.0), (1.0,) * 3),
+    SphereLight((0.5, -0.5, 4.0), 0.6, (1.0,) * 3),
+    DiskLight((0.5, -0.5, 4.0), 0.6, (1.0,) * 3),
+)
 
 
-@pytest.mark.parametrize("case", CASES)
-def test_factors_are_the_mean_over_rays(case):
-    record, shapes = CASES[case]
-    rng = np.random.default_rng(5)
-    plan = plan_of(*shapes, light=record)
-    light, floor = plan.lights[0], plan.object_count - 1
-    x, y = rng.uniform((60, 30), (140, 100), (COUNT, 2)).T
-    hits, _ = patches_at(plan, x, y, floor, (0.5, 0.5, 0.0))
-    center = light.moved(0.0)
-    a, b = (part.ravel() for part in np.meshgrid(*[(np.arange(SIDE) + 0.5) / SIDE] * 2))
-    a, b = (np.broadcast_to(part, (COUNT, SIDE**2)) for part in (a, b))
-    to, weight = sample_emitter(
-        light, center[:, :, None], hits.point[:, :, None], hits.normal[:, :, None], a, b
-    )
-    start = np.repeat(hits.point + plan.lens.origin[:, None], SIDE**2, axis=1)
-    cut = blocked((*shapes, FLOOR), start, start + to.reshape(3, -1), np.zeros(start.shape[1]),
-                  (len(shapes),)).reshape(weight.shape)  # fmt: skip
-    factor = weight.mean(axis=1)
-    pairs = Occluders(plan).find(light, hits)
-    apply_occluders(plan, hits, light, pairs, 0.0, factor)
-    want = (weight * ~cut).mean(axis=1)
-    size = weight.mean(axis=1).max()
-    np.testing.assert_allclose(factor, want, atol=0.02 * size)
-    assert (want < 0.9 * weight.mean(axis=1)).any()
-    # points without occluders keep their factor
-    alone = np.setdiff1d(np.arange(COUNT), pairs.pixel)
-    np.testing.assert_array_equal(factor[alone], weight.mean(axis=1)[alone])
+class UnknownTriangles(TriangleSet):
+    """Triangles whose outline has no closed form."""
+
+    outline_kind = ShapeSet.outline_kind
+
+
+def _plan(rng, light, kind):
+    """A sphere, a parallelogram and four triangles, some of them through the light's plane."""
+
+    # a triangle that reaches into a ball of light has no closed form
+    low = 1.6 if isinstance(light, SphereLight) else 0.0
+
+    def place():
+        return rng.uniform((-0.5, -1.2, 2.2), (1.5, 0.4, 3.9)) - (0.0, 0.0, low)
+
+    ball = Sphere(tuple(place()), 0.35)
+    quad = Quad(tuple(place()), tuple(rng.normal(size=3)), tuple(rng.normal(size=3)))
+    camera = look_at((0.0, -6.0, 3.0), (0.0, 0.0, 0.0), resolution=(4, 4))
+    plan = make_plan(Scene(camera, (ball, quad), (light,)), Settings(threads=1))
+    corner = np.array([place() for _ in range(4)]).T - plan.lens.origin[:, None]
+    u, v = 0.6 * rng.normal(size=(2, 3, 4))
+    sets = (*plan.shapes.sets, kind(corner, u, v, None))
+    return replace(plan, shapes=ShapeTable(sets))
+
+
+@pytest.mark.parametrize("kind", [TriangleSet, UnknownTriangles])
+@pytest.mark.parametrize("number", range(len(LIGHTS)))
+@pytest.mark.parametrize("seed", range(4))
+def test_light_past_a_sphere_a_parallelogram_and_triangles(seed, number, kind):
+    rng = np.random.default_rng(seed)
+    plan = _plan(rng, LIGHTS[number], kind)
+    light = plan.lights[0]
+    point = np.zeros((3, POINTS))
+    point[:2] = 1.5 * rng.normal(size=(2, POINTS))
+    point -= plan.lens.origin[:, None]
+    normal = np.tile([[0.0], [0.0], [1.0]], POINTS)
+    nothing = np.full(POINTS, -1)
+    surface = Surface(point, normal, nothing, np.zeros(POINTS, dtype=bool))
+    count = plan.shapes.count
+    pairs = Pairs(np.repeat(np.arange(POINTS), count), np.tile(np.arange(count), POINTS))
+    whole = unoccluded_factor(light, light, light.to_center(point), surface)
+    factor = whole.copy()
+    apply_occluders(plan, surface, light, pairs, 0.0, factor)
+    same = np.zeros(1, dtype=np.int64)
+    spots = [
+        np.repeat(part, POINTS, axis=0) for part in low_discrepancy_points(5, same, 0, RAYS, 2)
+    ]
+    rays = gather_light(plan, surface, light, pairs, tuple(spots), 0.0).estimate()
+    off = np.abs(factor - rays) / whole
+    partly = ((rays > 0.0) & (rays < whole)).mean()
+    print(f"{partly:.2f} partly hidden, off by {off.max():.1e}")
+    assert partly > 0.2
+    # by 1,024 rays where no closed form is known
+    assert off.max() < (CLOSE if kind is TriangleSet else 10.0 * CLOSE)

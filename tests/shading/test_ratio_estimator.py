@@ -6,7 +6,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from adaptive_drt.lights.form_factor import irradiance_factor
 from adaptive_drt.scene.description import PointLight, QuadLight, Sphere, SphereLight
 from adaptive_drt.shading.ratio_estimator import gather_light, light_points, ratio_estimate
 from adaptive_drt.tracing.occluder_culling import Occluders
@@ -27,7 +26,7 @@ def gathered(shapes, light, rays, x, y):
     pairs = Occluders(plan).find(emitter, hits)
     spots = light_points(plan, np.arange(x.size), 0, 1, rays) if rays else None
     sums = gather_light(plan, hits, emitter, pairs, spots, 0.0)
-    exact = irradiance_factor(emitter, emitter.moved(0.0), hits.point, hits.normal)
+    exact = emitter.irradiance_factor(emitter.to_center(hits.point, 0.0), hits.point, hits.normal)
     return sums, exact
 
 

@@ -6,7 +6,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from adaptive_drt.lights.form_factor import irradiance_factor
 from adaptive_drt.scene.description import DiskLight, PointLight, QuadLight, Sphere, SphereLight
 from adaptive_drt.shading.unoccluded_variation import unoccluded_deviations
 from deviations import foreseen_and_found
@@ -58,8 +57,9 @@ def test_deviations_fall_with_the_square_of_the_extent():
     sums = []
     for half in (0.2, 0.1):
         hits, patch = patches_at(plan, x, y, 0, (half, half, 0.0))
-        factor = irradiance_factor(light, light.moved(0.0), hits.point, hits.normal)
-        found = unoccluded_deviations(light, light.moved(0.0), hits, patch, factor)
+        to = light.to_center(hits.point, 0.0)
+        factor = light.irradiance_factor(to, hits.point, hits.normal)
+        found = unoccluded_deviations(light, to, hits, patch, factor)
         sums.append(found.sum(axis=(0, 1)))
         assert not found[:, 2].any()
     np.testing.assert_allclose(sums[0], 4.0 * sums[1], rtol=1e-6)

@@ -8,7 +8,6 @@ import pickle
 import numpy as np
 import pytest
 
-from adaptive_drt.lights.emitter import sample_emitter
 from adaptive_drt.scene.description import (
     DiskLight,
     PointLight,
@@ -74,17 +73,13 @@ def test_nothing_that_blocks_a_ray_is_left_out(kind, spheres, quads, accelerator
     eye, zero = plan.lens.origin[:, None], np.zeros(500)
     blocks = np.zeros_like(found)
     for _ in range(24):
-        center = light.moved(0.0)
+        center = light.to_center(points.point, 0.0)
         if kind == "point":
-            to = np.broadcast_to(center, points.point.shape) - points.point
+            to = center
         else:
             spot = rng.random((2, 500, 1))
-            to, _ = sample_emitter(
-                light,
-                center[:, :, None],
-                points.point[:, :, None],
-                points.normal[:, :, None],
-                *spot,
+            to, _ = light.sample(
+                center[:, :, None], points.point[:, :, None], points.normal[:, :, None], *spot
             )
             to = to[:, :, 0]
         length = np.linalg.norm(to, axis=0)

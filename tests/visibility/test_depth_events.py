@@ -6,10 +6,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from adaptive_drt.numerics.axes import TIME
+from adaptive_drt.numerics.line_lattice import Lattice
 from adaptive_drt.scene.description import Motion, Quad, Sphere, vector_of
 from adaptive_drt.tracing.intersect import Pairs
 from adaptive_drt.visibility.depth_events import find_depth_events, split_by_candidate
-from adaptive_drt.visibility.line_intervals import TIME, Lattice, depth_coefficients
+from adaptive_drt.visibility.line_intervals import depth_coefficients
 from adaptive_drt.visibility.polynomials import make_polynomials
 from adaptive_drt.visibility.unordered_pairs import GroupPairs
 from plain_hits import oracle_depth, rays
@@ -47,7 +49,7 @@ def test_orders_change_at_events_only(kinds, axis, seed):
     forms, _ = make_polynomials(plan, boxes, pairs)
     every, zero = np.arange(BOXES), np.zeros(BOXES, dtype=np.int64)
     met = GroupPairs(BOXES, 1, every, zero, zero, zero + 1)
-    events = find_depth_events(depth_coefficients(forms, lattice), forms.is_ball, met, lattice)
+    events = find_depth_events(depth_coefficients(forms, lattice), forms, met, lattice)
     assert events.shape[1:] == (1, 1, BOXES)
     events, changes = events[:, 0, 0], 0
     place = np.zeros((3, STEPS.size, 1))

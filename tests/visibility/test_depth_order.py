@@ -21,7 +21,7 @@ def test_ranks_are_those_of_depths(moving, seed):
     plan, boxes = planned(*shapes), random_boxes(rng, 80, moving)
     every = every_pair(plan, 80)
     _, cover = make_polynomials(plan, boxes, every)
-    kept = np.flatnonzero(cover.some)
+    kept = np.flatnonzero(cover.may_hit)
     kept = kept[np.lexsort((cover.near[kept], every.pixel[kept]))]
     pairs, cover = Pairs(every.pixel[kept], every.item[kept]), cover.take(kept)
     number = np.bincount(pairs.pixel, minlength=80)

@@ -6,10 +6,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from adaptive_drt.numerics.axes import TIME
+from adaptive_drt.numerics.line_lattice import Lattice
 from adaptive_drt.visibility.line_intervals import (
-    TIME,
-    Lattice,
-    SideLattice,
     depth_coefficients,
     evaluate_depth,
     hit_intervals,
@@ -37,7 +36,7 @@ def test_lines_hit_things_in_one_interval_and_at_the_right_depth(axis, seed):
     plan, boxes = planned(*shapes), random_boxes(rng, 30, True)
     pairs, lattice = every_pair(plan, 30), Lattice(axis, 3, 2)
     forms, cover = make_polynomials(plan, boxes, pairs)
-    low, high = hit_intervals(forms, cover.full, lattice)
+    low, high = hit_intervals(forms, cover.all_hit, lattice)
     table = depth_coefficients(forms, lattice)
     assert (low >= -0.5).all() and (high <= 0.5).all() and (low <= high).all()
     for s in STEPS:
@@ -64,11 +63,3 @@ def test_lines_hit_things_in_one_interval_and_at_the_right_depth(axis, seed):
             ours = depth[..., own] * np.linalg.norm(w[..., own], axis=0)
             # roots of grazing rays lose half the digits
             np.testing.assert_allclose(ours[both], far[both], rtol=1e-5)
-
-
-def test_lines_lie_at_the_middles_of_cells_or_on_sides():
-    lattice = Lattice(0, 4, 2)
-    np.testing.assert_allclose(lattice.u.ravel(), [-0.375, -0.125, 0.125, 0.375])
-    np.testing.assert_allclose(lattice.v.ravel(), [-0.25, 0.25])
-    sides = SideLattice(0, 2, 1)
-    assert sides.u.ravel().tolist() == [-0.5, 0.5] and sides.v.ravel().tolist() == [0.0]

@@ -9,8 +9,9 @@ from itertools import combinations
 import numpy as np
 import pytest
 
+from adaptive_drt.numerics.axes import TIME
+from adaptive_drt.numerics.line_lattice import Lattice
 from adaptive_drt.tracing.intersect import Pairs
-from adaptive_drt.visibility.line_intervals import TIME, Lattice
 from adaptive_drt.visibility.line_visibility import pairwise_sum, visible_moments
 from adaptive_drt.visibility.polynomials import make_polynomials
 from adaptive_drt.visibility.unordered_pairs import GroupPairs
@@ -36,7 +37,7 @@ def test_lengths_and_moments_are_those_of_many_rays(axis, seed):
         BOXES, room, np.repeat(np.arange(BOXES), room), np.tile(np.arange(room), BOXES),
         np.tile(both[:, 0], BOXES), np.tile(both[:, 1], BOXES),
     )  # fmt: skip
-    found = visible_moments(forms, cover.full, lattice, k, met if room else None)
+    found = visible_moments(forms, cover.all_hit, lattice, k, met if room else None)
     assert found.shape == (3, k + 1, 1, 1, BOXES)
     np.testing.assert_allclose(found[0].sum(axis=0), 1.0, rtol=1e-12)
     for box in range(BOXES):

@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from adaptive_drt.visibility.line_intervals import Lattice
+from adaptive_drt.numerics.line_lattice import Lattice
 from adaptive_drt.visibility.moments import MomentSums
 
 LOWER = ((0, 0), (1, 0), (1, 1), (2, 0), (2, 1), (2, 2))
@@ -27,7 +27,7 @@ def test_moments_are_those_of_many_points(axis, seed):
     rng = np.random.default_rng(seed)
     offset, slope = rng.uniform(-0.3, 0.3), rng.normal(size=2) * 0.5
     lattice = Lattice(axis, 24, 24)
-    sums = MomentSums.of(3)
+    sums = MomentSums.zeros(3)
     sums.add(below(lattice, offset, slope), lattice, np.array([[1]]))
     side = (np.arange(120) + 0.5) / 120 - 0.5
     place = np.stack(np.meshgrid(side, side, side, indexing="ij")).reshape(3, -1)
@@ -48,7 +48,7 @@ def test_errors_bound_what_lines_are_off_by(axis):
     off, said = [], []
     for _ in range(100):
         offset, slope = rng.uniform(-1.0, 1.0), rng.normal(size=2) * 2.0
-        best, rough = (MomentSums.of(1) for _ in range(2))
+        best, rough = (MomentSums.zeros(1) for _ in range(2))
         for sums, lines in ((best, 80), (rough, 4)):
             lattice = Lattice(axis, lines, lines)
             sums.add(below(lattice, offset, slope), lattice, np.array([[0]]))
@@ -61,7 +61,7 @@ def test_errors_bound_what_lines_are_off_by(axis):
 
 def test_a_single_line_counts_for_the_whole_box():
     lattice = Lattice(2, 1, 1)
-    sums = MomentSums.of(1)
+    sums = MomentSums.zeros(1)
     sums.add(below(lattice, 0.25, (0.0, 0.0)), lattice, np.array([[0]]))
     assert sums.weight[0] == 0.75 and sums.error[0] == 0.0
     np.testing.assert_allclose(sums.second[:, 0], [0.0625, 0.0, 0.0625, 0.0, 0.0, 0.046875])

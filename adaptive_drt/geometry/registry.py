@@ -1,0 +1,18 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The kinds of shapes that are rendered, in the order in which their objects are numbered."""
+
+from __future__ import annotations
+
+from ..scene.description import Quad, Sphere
+from .polygon.shape import ParallelogramSet
+from .shape import ShapeSet
+from .sphere.shape import SphereSet
+
+__all__ = ["SHAPES"]
+
+SHAPES: tuple[tuple[type, type[ShapeSet]], ...] = (
+    (Sphere, SphereSet),
+    (Quad, ParallelogramSet),
+)
+"""For each kind, the record of the scene description and the set that renders it. Kinds that fill
+their bounding spheres come first: embree's proxies are those of the first objects."""

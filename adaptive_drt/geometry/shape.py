@@ -1,0 +1,439 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The interface of shapes: what the tracer asks of a set of shapes of one kind.
+
+A kind of shape is a subclass of `ShapeSet` in a folder of its own and one entry in `registry`. The
+abstract methods are all that a new kind has to answer; the others have defaults that follow from
+bounding spheres and are conservative.
+
+Rays leave the camera, which is the tracer's origin; their directions are not normalised. Objects of
+a set are selected by `index`, integers of shape (m,) that broadcast against the other arguments: an
+index of one element stands for all of them.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ..numerics.arrays import Array, Ints, Mask
+from ..numerics.axes import SHUTTER_ENDS
+from ..numerics.gather import columns
+from ..numerics.vector import cross, dot
+from .camera import PinholeCamera
+from .implicit_surface import ImplicitSurface
+from .light_plane import LightPlane
+from .light_protocol import AreaLight, LightShape
+from .line_forms import BoxRays, LineForms
+from .occluder_outline import RAYS
+from .pixel_coverage import PixelCoverage
+from .planar_faces import PlanarFaces
+from .receivers import Receivers
+from .shaded_patches import ShadedPatches
+from .shadow_edges import ShadowEdges
+from .sphere.light_occlusion import moving_sphere_may_shadow
+from .sphere.pixel_coverage import moving_sphere_coverage, sphere_coverage
+from .sphere.shadow_edges import enclosed_shadow_edges
+
+__all__ = ["MIN_PLANE_COSINE", "UNKNOWN_CURVATURE", "ShapeSet", "Span", "shutter_ends"]
+
+Span = tuple[tuple[Array, Array], tuple[Array, Array]]
+"""Least and largest x, and least and largest y, in pixels: (n,) each."""
+
+MIN_PLANE_COSINE = 2.0**-52
+"""Least cosine between the normal of a plane and a ray."""
+UNKNOWN_CURVATURE = 2.0**256
+"""Curvature, in 1 / m, of surfaces without a bound on theirs: larger than any that matters, and
+finite, so that its product with an extent of 0 is 0."""
+
+
+class ShapeSet(ABC):
+    """n shapes of one kind as arrays, relative to the camera, at the middle of the shutter.
+
+    Attributes
+    ----------
+    displacement : (3, n) metres over the shutter, or None if no shape moves.
+    planar : whether each shape lies in a plane.
+    fills_bounding_sphere : whether shapes fill so much of their bounding spheres that a search by
+        bounding spheres finds few others. Such kinds come first in the registry.
+    """
+
+    displacement: Array | None
+    planar: ClassVar[bool] = False
+    fills_bounding_sphere: ClassVar[bool] = False
+
+    @classmethod
+    @abstractmethod
+    def from_records(
+        cls, records: Sequence[Any], origin: Array, displacement: Array | None
+    ) -> ShapeSet:
+        """Make the set from records of the scene description.
+
+        Parameters
+        ----------
+        records : of this kind.  origin : (3, 1) metres, the camera in world space.
+        displacement : (3, n) metres over the shutter, relative to the camera; None if none moves.
+        """
+
+    @property
+    @abstractmethod
+    def bounding_spheres(self) -> tuple[Array, Array]:
+        """Centres (3, n) and radii (n,), metres, of spheres that enclose the shapes at rest."""
+
+    @abstractmethod
+    def intersect(self, index: Ints, w: Array, time: Array | float) -> Array:
+        """Ray parameters of the first hits of rays from the camera, inf for a miss.
+
+        Parameters
+        ----------
+        index : (m,) or (m, 1).  w : (3, m) or (3, m, k) directions.
+        time : shutter times, a number or (m, k).
+        """
+
+    @abstractmethod
+    def surface(
+        self, index: Ints, w: Array, point: Array, time: Array | float
+    ) -> tuple[Array, Array, Mask]:
+        """Surface points of hits.
+
+        Parameters
+        ----------
+        w, point : (3, m) directions and points t * w of the hits, metres.
+        time : shutter times, a number or (m,).
+
+        Returns
+        -------
+        point : (3, m) projected onto the surface.  normal : (3, m) unit, on the viewer's side.
+        inside : (m,) whether the inner side of a closed surface was hit.
+        """
+
+    @abstractmethod
+    def blocks(self, index: Ints, start: Array, to: Array, time: Array | float) -> Mask:
+        """Whether shapes intersect the open segments from `start` to `start + to`: (m, k).
+
+        Parameters
+        ----------
+        index : (m, 1).  start : (3, m, 1) metres.  to : (3, m, k) metres.
+        time : shutter times, a number or (m, k).
+        """
+
+    @abstractmethod
+    def line_forms(self, index: Ints, rows: Ints, rays: BoxRays) -> LineForms:
+        """Shapes seen through boxes in pixel and shutter time, as polynomials.
+
+        Parameters
+        ----------
+        index : (m,).  rows : (m,) positions among all candidates, for `LineForms.rows`.
+        rays : the camera's rays through the box of each.
+        """
+
+    @property
+    def count(self) -> int:
+        """Number of shapes."""
+        return int(self.bounding_spheres[1].size)
+
+    @property
+    def curvature(self) -> Array:
+        """Upper bounds (n,) on the curvatures of the surfaces, 1 / m; 0 for planes."""
+        return np.full(self.count, 0.0 if self.planar else UNKNOWN_CURVATURE)
+
+    @property
+    def min_cosine(self) -> Array:
+        """Least cosine (n,) between a ray and the normal at its hit that is taken for certain."""
+        return np.full(self.count, MIN_PLANE_COSINE)
+
+    @property
+    def moves_under_fixed_ray(self) -> Mask:
+        """Whether the point (n,) that a fixed ray hits may move during the shutter."""
+        if self.displacement is None:
+            return np.zeros(self.count, dtype=np.bool_)
+        moves: Mask = self.displacement.any(axis=0)
+        return moves
+
+    def implicit_surface(self, index: Ints) -> ImplicitSurface | None:
+        """Planes or spheres on which shapes lie at mid-shutter; None for other surfaces."""
+        del index
+        return None
+
+    def plane(self, index: Ints) -> tuple[Array, Array]:
+        """Normals (3, m), of any length, of the planes of shapes, and a point (3, m) of each plane.
+
+        Points are those at mid-shutter, metres. Only kinds that are `planar` have planes.
+        """
+        raise NotImplementedError(f"{type(self).__name__} does not lie in planes")
+
+    def extent(self, index: Ints, direction: Array, time: Array | float) -> tuple[Array, Array]:
+        """Least and greatest dot product (m,) of the points of shapes with vectors (3, m).
+
+        The default is the extent of the bounding spheres.
+        """
+        center, radius = self.bounding_spheres
+        place = columns(center, index)
+        if self.displacement is not None:
+            place = place + time * columns(self.displacement, index)
+        middle = dot(place, direction)
+        reach = radius[index] * np.sqrt(dot(direction, direction))
+        return middle - reach, middle + reach
+
+    @property
+    def faces(self) -> PlanarFaces | None:
+        """The planes of planar shapes; None for sets of other shapes."""
+        return None
+
+    @property
+    def inner_radii(self) -> Array:
+        """Radii (n,), metres, of balls inside the shapes, around the bounding spheres' centres.
+
+        All that such a ball hides from outside of it is hidden by the shape; 0 for no ball.
+        """
+        return np.zeros(self.count)
+
+    def screen_span(self, camera: PinholeCamera) -> Span:
+        """Bounds of the shapes on the screen over the shutter, in pixels.
+
+        The span is (-inf, inf) for a shape that meets the plane through the camera parallel to the
+        image, and (inf, -inf) for one behind that plane.
+        """
+        center, radius = self.bounding_spheres
+        d = self.displacement
+        ends = [center] if d is None else [center + time * d for time in shutter_ends(d)]
+        across = ball_span(camera, camera.right, camera.up, ends, radius)
+        return across, ball_span(camera, camera.up, camera.right, ends, radius)
+
+    def coverage(self, index: Ints, w: Array, camera: PinholeCamera, order: int) -> PixelCoverage:
+        """Coverage of m pixels by shapes at mid-shutter; the default follows from bounding spheres.
+
+        w : (3, m) directions through the pixels' centres.  order : the order of jets.
+        """
+        center, radius = self.bounding_spheres
+        v, r = columns(center, index), radius[index]
+        return sphere_coverage(v, r, w, camera, order).of_enclosed(dot(v, v) <= r * r)
+
+    def moving_coverage(
+        self, index: Ints, w: Array, camera: PinholeCamera, order: int, whole_pixel: bool
+    ) -> PixelCoverage:
+        """Coverage of m pixels during the shutter; the default follows from bounding spheres.
+
+        whole_pixel : whether all rays of a pixel count, or only its centre's.
+        """
+        v, r = (part.take(index, axis=-1) for part in self.bounding_spheres)
+        d = np.zeros_like(v) if self.displacement is None else columns(self.displacement, index)
+        bound = moving_sphere_coverage(v, d, r, w, camera, order, whole_pixel)
+        return bound.of_enclosed(np.zeros_like(bound.may_hit))
+
+    def least_cosine(self, index: Ints, cosine: Array, turn: Array) -> Array:
+        """Lower bounds (m,) on the cosines between rays of pixels and the normals at their hits.
+
+        The default is 0, no bound.
+
+        Parameters
+        ----------
+        cosine : (m,) the cosine for the centre ray.  turn : (m,) bound on the sine of the angle
+            between the centre ray and the others.
+        """
+        del index, turn
+        return np.zeros_like(cosine)
+
+    def occlusion(
+        self,
+        index: Ints,
+        light: LightShape,
+        receivers: Receivers,
+        time: Array | float,
+        order: int,
+    ) -> tuple[Mask, Mask]:
+        """Whether shapes certainly hide nothing, or certainly all of a light from points.
+
+        Where a shape may hide a part, both are false; the default is false everywhere.
+
+        Parameters
+        ----------
+        light : the light as it casts shadows.  receivers : m points; their reach does not count.
+        time : shutter times of the light and the shapes, a number or (m,).  order : of jets.
+
+        Returns
+        -------
+        none, full : (m,) bool.
+        """
+        del light, receivers, time, order
+        none, full = np.zeros((2, index.size), dtype=np.bool_)
+        return none, full
+
+    def hides_from_patch(
+        self, index: Ints, light: LightShape, receivers: Receivers, time: float
+    ) -> Mask:
+        """Whether shapes that hide a light from the receivers' points do so from whole patches.
+
+        The default is nowhere. The answer does not hold for patches that a closed shape cuts, of
+        which some points are inside it, as the light may be.
+
+        Parameters
+        ----------
+        light : the light as it casts shadows.  receivers : m patches with a reach.
+        time : the shutter time of the light and the shapes.
+        """
+        del light, receivers, time
+        return np.zeros(index.size, dtype=np.bool_)
+
+    def may_shadow(self, index: Ints, light: LightShape, receivers: Receivers) -> Mask:
+        """Whether shapes may hide some of a light at rest from patches at some time: (m,).
+
+        The default follows from the bounding spheres and the paths of their centres.
+        """
+        center, r = (part.take(index, axis=-1) for part in self.bounding_spheres)
+        d = self.displacement
+        moved = np.zeros_like(center) if d is None else columns(d, index)
+        return moving_sphere_may_shadow(light, receivers, center, moved, r)
+
+    def casts_sharp_edge(
+        self, index: Ints, light: LightShape, receivers: Receivers, order: int
+    ) -> Mask:
+        """Whether shapes at mid-shutter may hide all of a light from one point of a patch and
+        nothing from another: (m,). The default is everywhere.
+
+        An edge where the shape itself cuts the patch may be missed: the coverage of pixels has it.
+
+        Parameters
+        ----------
+        light : the light as it casts shadows, or points of it.  order : of jets.
+        receivers : m patches of single pixels.
+        """
+        del light, receivers, order
+        return np.ones(index.size, dtype=np.bool_)
+
+    def hides_from_footprint(self, index: Ints, light: LightShape, receivers: Receivers) -> Mask:
+        """Whether shapes at mid-shutter certainly hide a point light from whole footprints: (m,).
+
+        The default is nowhere.
+        """
+        del light, receivers
+        return np.zeros(index.size, dtype=np.bool_)
+
+    def may_reach_light(self, index: Ints, light: LightShape) -> Mask:
+        """Whether shapes at mid-shutter may come within the light's radius of its centre: (m,).
+
+        The default follows from the bounding spheres.
+        """
+        center, r = (part.take(index, axis=-1) for part in self.bounding_spheres)
+        gap = light.to_center(center)
+        near: Mask = np.sqrt(dot(gap, gap)) <= r + light.radius
+        return near
+
+    def displacements(self, index: Ints) -> Array | None:
+        """Displacements (3, m) over the shutter, metres, or None if no shape of the set moves."""
+        d = self.displacement
+        return None if d is None else columns(d, index)
+
+    def shadow_edges(self, index: Ints, receivers: ShadedPatches, light: AreaLight) -> ShadowEdges:
+        """Shadow edges that shapes cast over m patches; the default follows from bounding spheres.
+
+        light : as it casts shadows.
+        """
+        center, radius = self.bounding_spheres
+        place, d = columns(center, index), self.displacements(index)
+        if d is not None:
+            place = place + receivers.time * d
+        return enclosed_shadow_edges(place, radius[index], d, receivers, light)
+
+    def outline_kind(
+        self, index: Ints, point: Array, own: Mask, light: AreaLight, time: Array | float
+    ) -> Ints:
+        """How each shape hides an extended light from a point: (m,) kinds of `occluder_outline`.
+
+        The default is `RAYS`: no closed form is known.
+
+        Parameters
+        ----------
+        point : (3, m) metres.  own : (m,) whether the point lies on the shape itself.
+        time : shutter times, a number or (m,).
+        """
+        del point, own, light, time
+        return np.full(index.size, RAYS)
+
+    def circular_outline(
+        self, index: Ints, point: Array, time: Array | float
+    ) -> tuple[Array, Array]:
+        """Spheres of the same outlines: centres (3, ...) from the points, and radii (...), metres.
+
+        It is asked only where `outline_kind` is `CIRCLE`. point : (3, ...) and time : (...) or a
+        number, which broadcast against the index.
+        """
+        raise NotImplementedError
+
+    def polygonal_outline(
+        self, index: Ints, point: Array, time: Array | float
+    ) -> tuple[Array, ...]:
+        """Corners (3, ...) of shapes, metres from the points, in order; parameters as above.
+
+        It is asked only where `outline_kind` is `POLYGON`.
+        """
+        raise NotImplementedError
+
+    def outline_in_plane(
+        self, index: Ints, point: Array, time: Array | float, plane: LightPlane, corners: int
+    ) -> Array:
+        """Polygons (k, corners, 3, n) that cut shapes hide of the light's plane, seen from points.
+
+        It is asked only where `outline_kind` is `CUT`.
+
+        Parameters
+        ----------
+        index : (k, n).  point : (3, 1, n) metres.  time : (n,).
+        plane : of the light, as seen from the n points.
+        corners : number of corners of the polygons.
+        """
+        raise NotImplementedError
+
+    def closest_points(self, index: Ints, w: Array, time: Array | float) -> Array:
+        """Ray parameters (m,) of the points of rays (3, m) that are nearest to shapes they miss.
+
+        The default is the point nearest to the centre of the bounding sphere.
+        """
+        center = columns(self.bounding_spheres[0], index)
+        if self.displacement is not None:
+            center = center + time * columns(self.displacement, index)
+        nearest: Array = dot(w, center) / dot(w, w)
+        return nearest
+
+
+def shutter_ends(displacement: Array | None) -> tuple[float, ...]:
+    """Shutter times between whose positions shapes move; only mid-shutter if none moves."""
+    return (0.0,) if displacement is None else SHUTTER_ENDS
+
+
+def ball_span(
+    camera: PinholeCamera, step: Array, fixed: Array, ends: list[Array], r: Array
+) -> tuple[Array, Array]:
+    """Least and largest pixel coordinate along `step` of swept balls, (n,) each.
+
+    The plane through the camera and the pixels of one coordinate x touches the ball where
+    ((lower_left + x step) x fixed . v)^2 = r^2 |(lower_left + x step) x fixed|^2, a quadratic in x.
+    A swept ball is the convex hull of the ball at both ends of the shutter, and so is its image.
+
+    Parameters
+    ----------
+    step, fixed : (3,) changes of direction per pixel along the coordinate and along the other one.
+    ends : the centres (3, n) at the ends of the shutter, metres.  r : (n,) radii, metres.
+    """
+    n0, n1 = cross(camera.base, fixed), cross(step, fixed)
+    first, last = np.full(r.size, np.inf), np.full(r.size, -np.inf)
+    whole = np.zeros(r.size, dtype=np.bool_)
+    behind = np.zeros(r.size, dtype=np.int64)
+    for v in ends:
+        depth = dot(camera.forward[:, None], v)
+        a, b = dot(n0[:, None], v), dot(n1[:, None], v)
+        qa = b * b - r * r * dot(n1, n1)
+        qb = a * b - r * r * dot(n0, n1)
+        qc = a * a - r * r * dot(n0, n0)
+        ahead = (depth > r) & (qa > 0.0)
+        root = np.sqrt(np.maximum(qb * qb - qa * qc, 0.0))
+        safe = np.where(ahead, qa, 1.0)
+        first = np.where(ahead, np.minimum(first, (-qb - root) / safe), first)
+        last = np.where(ahead, np.maximum(last, (-qb + root) / safe), last)
+        back = depth < -r
+        behind += back
+        whole |= ~ahead & ~back
+    whole |= (behind > 0) & (behind < len(ends))
+    return np.where(whole, -np.inf, first), np.where(whole, np.inf, last)

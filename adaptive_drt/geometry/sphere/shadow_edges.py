@@ -1,0 +1,202 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Shadow edges of spheres, and of shapes of which only bounding spheres are known, over patches.
+
+All functions take m pairs of patches and spheres. `center` (3, m) are the spheres' centres relative
+to the camera, at the times of the patches, in metres; `displacement` (3, m) metres is the spheres'
+over the shutter, or None if none of them moves.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...numerics.arrays import Array, Mask
+from ...numerics.floats import TINY
+from ...numerics.gather import columns
+from ...numerics.vector import cross, dot
+from ..light_protocol import AreaLight
+from ..shaded_patches import ShadedPatches
+from ..shadow_edges import (
+    MARGIN_WEIGHT,
+    MIN_RELATIVE_DISTANCE,
+    ROUNDING_ANGLE,
+    TANGENCY_COEFFICIENT,
+    ShadowEdges,
+    largest_shift,
+    outline_rates,
+    outline_shifts,
+)
+
+__all__ = ["enclosed_shadow_edges", "sphere_shadow_edges"]
+
+
+MIN_ANGLE_RATIO = 2.0**-52
+"""Least ratio of the angles of light and occluder; a light with a smaller angle counts as a
+point."""
+
+
+def sphere_shadow_edges(
+    center: Array,
+    r: Array,
+    displacement: Array | None,
+    receivers: ShadedPatches,
+    light: AreaLight,
+) -> ShadowEdges:
+    """Shadow edges of spheres, from the angles between their outlines and that of the light.
+
+    r : (m,) radii, metres.
+    """
+    point = receivers.places
+    v, to = center - point, light.to_center(point, receivers.time)
+    far = np.maximum(np.sqrt(dot(to, to)), TINY)
+    axis = to / far
+    vv = dot(v, v)
+    along = dot(axis, v)
+    aside = v - along * axis
+    off = np.sqrt(dot(aside, aside))
+    toward = aside / np.maximum(off, TINY)
+    angle = np.arctan2(off, along)
+    tangent = np.sqrt(np.maximum(vv - r * r, 0.0))
+    opening, half = np.arctan2(r, tangent), light.half_angle_along(toward, far)
+    least = light.distance_or(far, np.sqrt(vv)) * MIN_RELATIVE_DISTANCE
+    near = np.maximum(tangent, least)
+    rate, steps = outline_rates(receivers, light, displacement, near, far)
+    shifts = outline_shifts(steps, toward, axis, rate, angle)
+    within = shifts.sum(axis=0)
+    whole = largest_shift(within) * receivers.patch.margin
+    # the outlines cross somewhere in the patch: it is not so that the sphere misses the light,
+    # hides all of it, or lies within its outline, from all of the patch
+    farthest, clearance = _outline_angles(light, axis, toward, v, far, angle, half)
+    inner = clearance - opening
+    crosses = (angle - opening - half < whole) & (opening - farthest < whole)
+    crosses &= (inner < whole) & (whole > ROUNDING_ANGLE)
+    inside = (angle - opening - half < within) & (opening - farthest < within) & (inner < within)
+    before = np.sqrt(vv) - r < far + light.radius
+    enclosed = (vv <= r * r) | receivers.own
+    depth = np.minimum(1.0, opening / np.maximum(half, MIN_ANGLE_RATIO * opening)) ** 2
+    weight = np.where(inside, 1.0, MARGIN_WEIGHT)
+    depth = np.where(crosses & before & ~enclosed, depth * weight, 0.0)
+    bounds = np.abs(np.array([angle - opening - half, opening - farthest, inner]))
+    nearest = _nearest_bound(light, bounds, whole, half, opening)
+    hides_all = (opening - farthest >= whole) & ~enclosed & (tangent < far - light.radius)
+    some = enclosed.nonzero()[0]
+    if some.size:
+        part = columns(v, some), columns(to, some), r[some], receivers.take(some), light
+        drift = None if displacement is None else columns(displacement, some)
+        hides_all[some] = _encloses_patch(*part, drift)
+    width = 2.0 * np.minimum(half, opening)
+    return ShadowEdges(depth, shifts, width, *nearest, hides_all)
+
+
+def enclosed_shadow_edges(
+    center: Array,
+    r: Array,
+    displacement: Array | None,
+    receivers: ShadedPatches,
+    light: AreaLight,
+) -> ShadowEdges:
+    """Shadow edges of shapes that lie anywhere within balls of radii r (m,), metres.
+
+    An edge may cross every patch from which some of the light is seen through the ball, and so it
+    does where a patch lies in the ball or on the shape itself. It is taken for a straight edge that
+    hides all of the light, at the distance of the ball's near side.
+    """
+    point = receivers.places
+    v, to = center - point, light.to_center(point, receivers.time)
+    far = np.maximum(np.sqrt(dot(to, to)), TINY)
+    axis, length = to / far, np.sqrt(dot(v, v))
+    along = dot(axis, v)
+    aside = v - along * axis
+    angle = np.arctan2(np.sqrt(dot(aside, aside)), along)
+    near = np.maximum(length - r, light.distance_or(far, length) * MIN_RELATIVE_DISTANCE)
+    rate, steps = outline_rates(receivers, light, displacement, near, far)
+    shifts = np.zeros((3, rate.size))
+    for number, step in steps.items():
+        across = step - dot(step, axis) * axis
+        shifts[number] = np.sqrt(dot(across, across)) * rate
+    within = shifts.sum(axis=0)
+    whole = largest_shift(within) * receivers.patch.margin
+    inside = (length <= r) | receivers.own
+    opening = np.arcsin(np.minimum(r / np.maximum(length, TINY), 1.0))
+    half = light.half_angle(far)
+    gap = np.where(inside, 0.0, angle - opening - half)
+    crosses = (gap < whole) & (whole > ROUNDING_ANGLE) & (length - r < far + light.radius)
+    depth = np.where(crosses, np.where(gap < within, 1.0, MARGIN_WEIGHT), 0.0)
+    always, never = np.ones(rate.size, dtype=np.bool_), np.zeros(rate.size, dtype=np.bool_)
+    ramp = np.full(rate.size, np.inf)
+    return ShadowEdges(depth, shifts, 2.0 * half, always, ramp, whole, never)
+
+
+def _outline_angles(
+    light: AreaLight,
+    axis: Array,
+    toward: Array,
+    v: Array,
+    far: Array,
+    angle: Array,
+    half: Array,
+) -> tuple[Array, Array]:
+    """Angles (m,) from directions v to the farthest point of a light, and to its nearest side.
+
+    The latter are negative outside the light. A round light's follow from the angle between v and
+    its centre and from half of its own angle, `half`, towards v.
+    """
+    clearance = light.outline_clearance(axis, v, far)
+    if clearance is None:
+        return angle + half, half - angle
+    return np.hypot(angle + half, light.half_angle_along(cross(axis, toward), far)), clearance
+
+
+def _nearest_bound(
+    light: AreaLight, bounds: Array, whole: Array, half: Array, opening: Array
+) -> tuple[Mask, Array, Array]:
+    """Whether any bound of each shadow edge is within the patch, and which of them matters most.
+
+    Returns of the latter the coefficient of the power 3/2 and the distance in radians: see
+    `ShadowEdges`.
+
+    bounds : (3, m) radians to where the shadow begins, where the sphere hides the whole light, and
+    where the sphere's outline lies within the light's.
+    """
+    least = np.maximum(np.minimum(half, opening), TINY)
+    if light.span is not None:
+        round_ = np.broadcast_to(opening / least, bounds.shape)
+    else:
+        most = np.maximum(half, opening)
+        inside = most / np.abs(half - opening)
+        round_ = np.array([most / (half + opening), inside, inside])
+    away = np.maximum(bounds, whole)
+    number = (round_ / away).argmax(axis=0)
+    each = np.arange(whole.size)
+    return (
+        (bounds < whole).any(axis=0),
+        TANGENCY_COEFFICIENT * np.sqrt(round_[number, each]),
+        away[number, each],
+    )
+
+
+def _encloses_patch(
+    v: Array,
+    to: Array,
+    r: Array,
+    receivers: ShadedPatches,
+    light: AreaLight,
+    displacement: Array | None,
+) -> Mask:
+    """Whether spheres contain the whole patch, and nothing of the light: (m,).
+
+    v, to : (3, m) from the points to the centers of the spheres and of the light.
+    """
+    gap, eye = v - to, v + receivers.places
+    drift, carried = np.zeros(r.size), np.zeros(r.size)
+    if displacement is not None:
+        drift = np.sqrt(dot(displacement, displacement)) * receivers.half_time
+    if light.displacement is not None:
+        carried = np.sqrt(dot(light.displacement, light.displacement)) * receivers.half_time
+    apart = np.sqrt(dot(gap, gap)) - (drift + carried) > r + light.radius
+    within = np.sqrt(dot(v, v)) + receivers.reach + drift < r
+    # for a camera inside a sphere, all of its visible surface is its inside
+    lined = receivers.inside[receivers.row] & receivers.own
+    lined &= (drift == 0.0) | (np.sqrt(dot(eye, eye)) + drift < r)
+    holds: Mask = apart & (within | lined)
+    return holds

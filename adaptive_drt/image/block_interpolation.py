@@ -1,0 +1,184 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Smooth blocks of pixels: those that detection found clear, interpolated from a few points."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..detection.detect import SmoothBlockFlags
+from ..geometry.implicit_surface import ImplicitPlane
+from ..numerics.arrays import Array, Ints, Mask
+from ..numerics.gather import columns
+from ..shading.direct_light import unshadowed_radiance
+from ..tracing.compile import Plan
+from ..tracing.intersect import intersect_pairs, surface
+from .chebyshev_blocks import (
+    PixelBlocks,
+    block_means,
+    block_nodes,
+    chebyshev_series,
+    interpolation_error,
+)
+
+__all__ = ["SmoothBlocks", "interpolate_blocks"]
+
+
+GAUSS_TIMES = (-0.5 * np.sqrt(0.6), 0.0, 0.5 * np.sqrt(0.6))
+"""Shutter times of a three-point Gauss rule, with the shutter from -0.5 to 0.5."""
+TIME_ERROR_FACTOR = 0.1
+"""Relative error of the three-point rule in time, as a multiple of the third power of the relative
+second difference of its samples. For example, 1 / (1 - e t)^3 has a second difference of 1.8 e^2,
+and the rule leaves e^6 / 72."""
+ALLOWED_ERROR = 0.1
+"""Largest interpolation error of a block, as a fraction of the tolerance times its own radiance."""
+
+
+@dataclass(frozen=True)
+class SmoothBlocks:
+    """n smooth blocks of s x s pixels, whose pixels need no ray of their own.
+
+    Attributes
+    ----------
+    side : s.  x, y : (n,) the lower left corners in the picture, in units of s.
+    color : (3, s, s, n) mean radiance, y first.  error : (n,) its estimated error.
+    item : (n,) object that fills the block, -1 for none.
+    depth : (s, s, n), normal : (3, s, s, n) of the hits at the pixels' centres.
+    moving : (n,) whether the light on it changes during the shutter.
+    """
+
+    side: int
+    x: Ints
+    y: Ints
+    color: Array
+    error: Array
+    item: Ints
+    depth: Array
+    normal: Array
+    moving: Mask
+
+
+def interpolate_blocks(
+    plan: Plan, blocks: PixelBlocks, clear: Ints, found: SmoothBlockFlags
+) -> tuple[SmoothBlocks, Mask, int]:
+    """Interpolate clear blocks, those where nothing changes abruptly.
+
+    Parameters
+    ----------
+    clear : indices of those blocks.  found : what detection found of all blocks.
+
+    Returns the blocks that are smooth enough, which of the given ones those are, and the number of
+    points shaded.
+    """
+    side, item, moving = blocks.side, found.item[clear], found.moving[clear]
+    color = np.zeros((3, 16, clear.size))
+    if not plan.transparent:
+        color[:] = plan.background[:, None, None]
+    seen, late = np.ones(clear.size, dtype=np.bool_), np.zeros(clear.size)
+    points = 0
+    for rows, times in ((~moving & (item >= 0), (0.0,)), (moving, GAUSS_TIMES)):
+        hit = rows.nonzero()[0]
+        if hit.size:
+            across, up = blocks.middles
+            x, y = block_nodes(across[clear[hit]], up[clear[hit]], side)
+            hidden = [np.tile(each[clear[hit]], 16) for each in found.hidden]
+            light, there = _shade(plan, x.ravel(), y.ravel(), np.tile(item[hit], 16), hidden, times)
+            light = light.reshape(len(times), 3, 16, -1)
+            color[:, :, hit], late[hit] = _shutter_means(light)
+            seen[hit] = there.reshape(16, -1).all(axis=0)
+            points += 16 * len(times) * hit.size
+    coefficients = chebyshev_series(color)
+    size = np.sqrt((color * color).mean(axis=(0, 1)))
+    off = interpolation_error(coefficients) + late * size
+    smooth = seen & (off <= ALLOWED_ERROR * plan.settings.tolerance * size)
+    # sorted by object, so that the blocks of one object are one slice of the arrays
+    index = smooth.nonzero()[0]
+    index = index[np.argsort(item[index], kind="stable")]
+    # radiance is never below 0, whatever the polynomial gives
+    mean = np.maximum(block_means(columns(coefficients, index, -1), side), 0.0)
+    kept = _make_smooth_blocks(
+        plan, blocks, clear[index], item[index], mean, off[index], moving[index]
+    )
+    return kept, smooth, points
+
+
+def _shutter_means(light: Array) -> tuple[Array, Array]:
+    """Means over the shutter (3, 16, n) of radiance (times, 3, 16, n), and their relative error
+    (n,).
+
+    With one time nothing moves. The error of three Gauss points is of sixth order; for light that
+    comes nearer it is some power of the second-order term, which their second difference measures.
+    """
+    if light.shape[0] == 1:
+        return light[0], np.zeros(light.shape[-1])
+    first, middle, last = light
+    mean = (5.0 * (first + last) + 8.0 * middle) / 18.0
+    bend = np.sqrt(((first - 2.0 * middle + last) ** 2).mean(axis=(0, 1)))
+    size = np.sqrt((mean * mean).mean(axis=(0, 1)))
+    part = bend / np.where(size > 0.0, size, 1.0)
+    return mean, TIME_ERROR_FACTOR * part**3
+
+
+def _shade(
+    plan: Plan,
+    x: Array,
+    y: Array,
+    item: Ints,
+    hidden: list[Mask],
+    times: tuple[float, ...],
+) -> tuple[Array, Mask]:
+    """Radiance (times, 3, n) of objects at pixel coordinates, and whether they are hit (n,).
+
+    hidden : for each light (n,), whether it is occluded there; no other shadows are considered.
+    """
+    w = plan.lens.directions(x, y)
+    t = intersect_pairs(plan, w, item)
+    found = np.isfinite(t)
+    hits = surface(plan, w, np.where(found, t, 1.0), item)
+    light = [unshadowed_radiance(plan, hits, time, hidden) for time in times]
+    return np.array(light), found
+
+
+def _make_smooth_blocks(
+    plan: Plan,
+    blocks: PixelBlocks,
+    chosen: Ints,
+    item: Ints,
+    mean: Array,
+    error: Array,
+    moving: Mask,
+) -> SmoothBlocks:
+    """The chosen blocks, by object, given their pixel means (3, s, s, n)."""
+    side = blocks.side
+    x, y = blocks.x[chosen], blocks.y[chosen]
+    depth, normal = np.full(mean.shape[1:], np.inf), np.zeros_like(mean)
+    place = np.arange(side) + 0.5
+    across, up = side * x + place[None, :, None], side * y + place[:, None, None]
+    ends = np.append(np.diff(item).nonzero()[0] + 1, item.size)
+    first = 0
+    for last in ends.tolist():
+        part = np.s_[..., first:last]
+        if last > first and item[first] >= 0:
+            depth[part], normal[part] = _geometry(plan, across[part], up[part], int(item[first]))
+        first = last
+    return SmoothBlocks(side, x, y, mean, error, item, depth, normal, moving)
+
+
+def _geometry(plan: Plan, x: Array, y: Array, item: int) -> tuple[Array, Array]:
+    """Depth and normal of an object that fills blocks of pixels; x is (1, s, n) and y (s, 1, n)."""
+    shapes, index = plan.shapes.locate(item)
+    plane = shapes.implicit_surface(np.array([index]))
+    if isinstance(plane, ImplicitPlane):
+        lens, across = plan.lens, plane.normal[:, 0]
+        height = float(across @ plane.point[:, 0])
+        facing = (across @ lens.base + x * (across @ lens.right)) + y * (across @ lens.up)
+        # facing the camera
+        unit = across / np.sqrt(across @ across) * (-1.0 if height > 0.0 else 1.0)
+        return height / facing, unit[:, None, None, None]
+    shape = np.broadcast_shapes(x.shape, y.shape)
+    w = plan.lens.directions(*(np.broadcast_to(at, shape).ravel() for at in (x, y)))
+    items = np.full(w.shape[1], item)
+    t = intersect_pairs(plan, w, items)
+    normal = surface(plan, w, t, items).normal
+    return t.reshape(shape), normal.reshape(3, *shape)

@@ -1,0 +1,42 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The kinds of lights that the tracer knows, by the records that describe them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, TypeAlias
+
+from ..scene.description import DiskLight, Light, PointLight, QuadLight, SphereLight, SunLight
+from .disk_light import make_disk_emitter
+from .emitter import Emitter, LightMotion
+from .point_light import make_point_emitter
+from .quad_light import make_quad_emitter
+from .sphere_light import make_sphere_emitter
+from .sun_light import make_sun_emitter
+
+__all__ = ["LIGHTS", "make_emitter"]
+
+_Maker: TypeAlias = Callable[[Any, LightMotion], Emitter]
+
+LIGHTS: tuple[tuple[type[Light], _Maker], ...] = (
+    (QuadLight, make_quad_emitter),
+    (SphereLight, make_sphere_emitter),
+    (DiskLight, make_disk_emitter),
+    (PointLight, make_point_emitter),
+    (SunLight, make_sun_emitter),
+)
+"""Records of lights, and the functions that make emitters of them: the one list of all kinds."""
+
+
+def make_emitter(light: Light, motion: LightMotion) -> Emitter:
+    """Return a validated light as an emitter.
+
+    Raises
+    ------
+    TypeError
+        The light's record is not in `LIGHTS`.
+    """
+    for record, make in LIGHTS:
+        if type(light) is record:
+            return make(light, motion)
+    raise TypeError(f"{type(light).__name__} is no kind of light that the tracer knows")
