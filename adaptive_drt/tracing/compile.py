@@ -15,10 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..geometry.camera import PinholeCamera, make_pinhole_camera
-from ..geometry.polygon.shape import ParallelogramSet
 from ..geometry.registry import SHAPES
 from ..geometry.shape_table import ShapeTable
-from ..geometry.sphere.shape import SphereSet
 from ..lights.emitter import Emitter, LightMotion
 from ..lights.registry import make_emitter
 from ..numerics.arrays import Array
@@ -93,25 +91,6 @@ class Plan:
         """Raise `RenderCancelled` if the render was cancelled."""
         if self.stop.is_set():
             raise RenderCancelled
-
-    @property
-    def spheres(self) -> SphereSet:
-        """The spheres."""
-        found = self.shapes.sets[0]
-        assert isinstance(found, SphereSet)
-        return found
-
-    @property
-    def quads(self) -> ParallelogramSet:
-        """The parallelograms."""
-        found = self.shapes.sets[1]
-        assert isinstance(found, ParallelogramSet)
-        return found
-
-    @property
-    def sphere_count(self) -> int:
-        """Number of spheres."""
-        return self.spheres.radius.size
 
     @property
     def object_count(self) -> int:
