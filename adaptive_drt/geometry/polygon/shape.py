@@ -20,7 +20,7 @@ from ...numerics.axes import SHUTTER_ENDS
 from ...numerics.box_polynomials import linear_coefficients
 from ...numerics.gather import columns
 from ...numerics.vector import cross, dot
-from ...scene.description import Quad
+from ...scene.description import Quad, Quads
 from ..camera import PinholeCamera
 from ..implicit_surface import ImplicitPlane
 from ..light_protocol import AreaLight, LightShape
@@ -410,18 +410,22 @@ class ParallelogramSet(PolygonSet):
 
     @classmethod
     def from_records(
-        cls, records: Sequence[Quad], origin: Array, displacement: Array | None
+        cls, records: Sequence[Quad | Quads], origin: Array, displacement: Array | None
     ) -> ParallelogramSet:
         """Parallelograms relative to the camera at `origin` (3, 1), metres."""
         q, u, v = (
-            np.ascontiguousarray(np.array(part, dtype=np.float64).reshape(-1, 3).T)
+            np.concatenate([np.reshape(vector, (3, -1)) for vector in part], axis=1)
+            if part
+            else np.zeros((3, 0))
             for part in (
                 [r.corner for r in records],
                 [r.edge_u for r in records],
                 [r.edge_v for r in records],
             )
         )
-        boxes = find_boxes(q - origin, u, v, displacement, [r.name for r in records])
+        counts = [r.count if isinstance(r, Quads) else 1 for r in records]
+        names = np.repeat(np.array([r.name for r in records], dtype=np.str_), counts)
+        boxes = find_boxes(q - origin, u, v, displacement, names)
         return cls(q - origin, u, v, displacement, boxes)
 
     @staticmethod
