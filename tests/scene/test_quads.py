@@ -139,3 +139,11 @@ def test_a_mesh_of_too_many_parts_says_so():
     assert recognise_primitive(points, corners, starts, none) == TOO_MANY
     most = recognise_primitive(points[:, :-4], corners[:-4], starts[:-1], none[:-1])
     assert most.slot.size == MAX_PARALLELOGRAMS
+
+
+def test_records_of_whole_numbers_compile_to_floats():
+    whole = Quad((0, 0, -5), (1, 0, 0), (0, 1, 0))
+    for shapes in ((whole,), (whole, replace(whole, corner=(0, 2, -5)))):
+        plan = make_plan(Scene(Camera(), shapes), Settings())
+        found = shape_sets.quads_of(plan)
+        assert found.corner.dtype == found.edge_u.dtype == found.edge_v.dtype == np.float64

@@ -414,7 +414,9 @@ class ParallelogramSet(PolygonSet):
     ) -> ParallelogramSet:
         """Parallelograms relative to the camera at `origin` (3, 1), metres."""
         q, u, v = (
-            np.concatenate([np.reshape(vector, (3, -1)) for vector in part], axis=1)
+            np.concatenate(
+                [np.asarray(vector, dtype=np.float64).reshape(3, -1) for vector in part], axis=1
+            )
             if part
             else np.zeros((3, 0))
             for part in (
