@@ -32,6 +32,20 @@ LAYERS = (
 rank, or of its own package; siblings of one rank do not know each other."""
 RANK = {name: rank for rank, layer in enumerate(LAYERS) for name in layer}
 
+ROOMS = {"geometry": ("sphere", "polygon"), "lights": ()}
+"""Packages that may tell kinds of shapes or of lights apart, and the folders of single kinds."""
+KIND_FREE = {
+    "geometry.sphere.kernels",
+    "geometry.sphere.light_occlusion",
+    "geometry.polygon.clipping",
+}
+"""Modules in those folders whose functions serve all kinds: bounding balls, convex outlines."""
+KIND_WORDS = re.compile(
+    "(^|_)(spheres?|balls?|quads?|parallelograms?|triangles?|points?|disks?|suns?)_?(count|kinds?)$"
+    "|^(is|has)_(sphere|ball|quad|parallelogram|polygon|triangle|disk|sun)$"
+)
+"""Names of questions after a kind, such as `sphere_count` or `is_quad`."""
+
 DATA = {"description", "settings", "film"}
 """Records in `scene`, which import nothing of the core but each other."""
 THIRD_PARTY = {
@@ -137,6 +151,46 @@ def test_no_import_goes_in_a_circle():
         free = {one for one, needs in graph.items() if not needs & graph.keys()}
         assert free, f"a circle within {sorted('.'.join(one) for one in graph)}"
         graph = {one: needs for one, needs in graph.items() if one not in free}
+
+
+def records_and_classes() -> set[str]:
+    """Names of the records of shapes and lights, and of the classes that render them."""
+    found = set()
+    for package in ROOMS:
+        for path in sorted((CORE / package).rglob("*.py")):
+            for node in ast.walk(tree_of(path)):
+                if isinstance(node, ast.ClassDef):
+                    bases = {getattr(base, "id", "") for base in node.bases}
+                    if bases & {"ShapeSet", "PolygonSet", "Emitter", "RoundLight"}:
+                        found.add(node.name)
+    for package in ROOMS:
+        for node in tree_of(CORE / package / "registry.py").body:
+            if isinstance(node, ast.AnnAssign) and getattr(node.target, "id", "").isupper():
+                assert node.value
+                found |= {name.id for name in ast.walk(node.value) if isinstance(name, ast.Name)}
+    return found
+
+
+def test_kinds_are_found():
+    """The test below looks for something."""
+    assert {"Sphere", "Quad", "QuadLight", "SphereSet", "ParallelogramSet"} <= records_and_classes()
+
+
+@pytest.mark.parametrize("path", CORE_FILES, ids=name_of)
+def test_only_rooms_know_kinds_of_shapes_and_lights(path):
+    """Outside `geometry` and `lights` no code branches on a kind, or names one."""
+    package = path.relative_to(CORE).parts[0]
+    if package in ROOMS or (package == "scene" and path.stem in ("description", "__init__")):
+        return
+    names = records_and_classes()
+    for node in ast.walk(tree_of(path)):
+        name = getattr(node, "attr", getattr(node, "id", getattr(node, "name", None)))
+        where = f"{name_of(path)}:{getattr(node, 'lineno', 0)}"
+        assert name not in names or package == "scene", f"{where} names the kind {name}"
+        assert not KIND_WORDS.search(str(name)), f"{where} asks for a kind: {name}"
+    for target in targets(path):
+        if len(target) > 2 and target[2] in ROOMS.get(target[1], ()):
+            assert ".".join(target[1:4]) in KIND_FREE, f"{name_of(path)} imports {'.'.join(target)}"
 
 
 def test_the_driver_is_all_that_is_in_no_package():

@@ -3,12 +3,12 @@
 
 from __future__ import annotations
 
-from ..scene.description import Quad, Sphere
+from ..scene.description import Quad, Quads, Sphere
 from .polygon.shape import ParallelogramSet
 from .shape import ShapeSet
 from .sphere.shape import SphereSet
 
-__all__ = ["SHAPES"]
+__all__ = ["SHAPES", "kind_of"]
 
 SHAPES: tuple[tuple[type, type[ShapeSet]], ...] = (
     (Sphere, SphereSet),
@@ -16,3 +16,8 @@ SHAPES: tuple[tuple[type, type[ShapeSet]], ...] = (
 )
 """For each kind, the record of the scene description and the set that renders it. Kinds that fill
 their bounding spheres come first: embree's proxies are those of the first objects."""
+
+
+def kind_of(record: object) -> type:
+    """The record of a single shape that a record is, or is many of."""
+    return Quad if isinstance(record, Quads) else type(record)

@@ -7,10 +7,14 @@ time t, from -1/2 (opens) to +1/2 (closes), an item is at its position + t * dis
 
 from __future__ import annotations
 
+import hashlib
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import Protocol, TypeAlias, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
 
 __all__ = [
     "Camera",
@@ -22,14 +26,17 @@ __all__ = [
     "PointLight",
     "Quad",
     "QuadLight",
+    "Quads",
     "Scene",
     "SceneError",
     "Shape",
+    "ShapeRecord",
     "Sphere",
     "SphereLight",
     "SunLight",
     "Vector",
     "checked_camera",
+    "single_shapes",
     "validate",
     "vector_of",
 ]
@@ -46,6 +53,9 @@ underflow."""
 MIN_EDGE_SINE = 2.0**-50
 """Smallest sine of the angle between two edges. Below it their cross product is mostly rounding
 error."""
+UNSUSPECTED_SIZE, UNSUSPECTED_SINE = 1e-30, 2.0**-40
+"""Edge length in metres, and sine of the angle between edges, above which the area of one of many
+parallelograms is not tested closely: they are far above `SMALLEST_SIZE` and `MIN_EDGE_SINE`."""
 LARGEST_RATIO = 1e9
 """Largest ratio of sensor size to focal length and of a pixel's sides, the inverse ratios included,
 and largest shift of the camera. Beyond it the directions of neighbouring pixels cannot be
@@ -116,6 +126,10 @@ class Sphere:
             or _radius_defect(self.radius)
         )
 
+    def numbers(self) -> NDArray[np.float64]:
+        """Return numbers (4, 1) that tell its place and size."""
+        return np.array([*self.center, self.radius])[:, None]
+
 
 @dataclass(frozen=True)
 class Quad:
@@ -136,6 +150,82 @@ class Quad:
             or _color_defect(self.material)
             or _area_defect(self.edge_u, self.edge_v)
         )
+
+    def numbers(self) -> NDArray[np.float64]:
+        """Return numbers (9, 1) that tell its place and size."""
+        return np.array([*self.corner, *self.edge_u, *self.edge_v])[:, None]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Quads:
+    """n parallelograms of one object, as `Quad` describes one. The arrays must not be changed.
+
+    Attributes
+    ----------
+    corner, edge_u, edge_v : (3, n) float64, metres.
+    slot : (n,) int64, index of the material of each among `materials`.
+    """
+
+    corner: NDArray[np.float64]
+    edge_u: NDArray[np.float64]
+    edge_v: NDArray[np.float64]
+    slot: NDArray[np.int64]
+    materials: tuple[Material, ...]
+    motion: Motion | None = None
+    name: str = "Quads"
+
+    def __eq__(self, other: object) -> bool:
+        """Whether all parallelograms are the same, in the same order."""
+        return isinstance(other, Quads) and repr(self) == repr(other)
+
+    def __hash__(self) -> int:
+        """Hash of all the content."""
+        return hash(repr(self))
+
+    def __repr__(self) -> str:
+        """Text that stands for all the content: arrays are given by a digest."""
+        digest = hashlib.blake2b(digest_size=16)
+        for array in (self.corner, self.edge_u, self.edge_v, self.slot):
+            digest.update(array.tobytes())
+        rest = f"{self.materials!r}, {self.motion!r}, {self.name!r}"
+        return f"Quads({self.count}, {digest.hexdigest()}, {rest})"
+
+    @property
+    def count(self) -> int:
+        """Number of parallelograms."""
+        return int(self.slot.size)
+
+    def take(self, kept: NDArray[np.bool_] | NDArray[np.int64]) -> Quads:
+        """Return the parallelograms selected by a mask or an index array."""
+        corner, u, v = (each[:, kept] for each in (self.corner, self.edge_u, self.edge_v))
+        return replace(self, corner=corner, edge_u=u, edge_v=v, slot=self.slot[kept])
+
+    def records(self) -> Iterator[Quad]:
+        """Yield each parallelogram as a record of its own."""
+        for k, slot in enumerate(self.slot.tolist()):
+            corner, u, v = (
+                vector_of(each[:, k]) for each in (self.corner, self.edge_u, self.edge_v)
+            )
+            yield Quad(corner, u, v, self.materials[slot], self.motion, self.name)
+
+    def numbers(self) -> NDArray[np.float64]:
+        """Return numbers (9, n) that tell the place and size of each."""
+        return np.concatenate([self.corner, self.edge_u, self.edge_v])
+
+    def suspects(self) -> NDArray[np.int64]:
+        """Indices, ascending, of all parallelograms that may have a defect."""
+        if _motion_defect(self.motion) or any(map(_color_defect, self.materials)):
+            return np.arange(self.count)
+        vectors = self.numbers()
+        u, v = self.edge_u, self.edge_v
+        with np.errstate(all="ignore"):
+            finite = (np.abs(vectors) <= LARGEST_COORDINATE).all(axis=0)
+            size_u, size_v = np.sqrt((u * u).sum(axis=0)), np.sqrt((v * v).sum(axis=0))
+            sine = np.linalg.norm(np.cross(u / size_u, v / size_v, axis=0), axis=0)
+            fine = finite & (np.minimum(size_u, size_v) > UNSUSPECTED_SIZE)
+            fine &= sine > UNSUSPECTED_SINE
+        index: NDArray[np.int64] = (~fine).nonzero()[0]
+        return index
 
 
 @dataclass(frozen=True)
@@ -262,6 +352,8 @@ class SunLight:
 
 
 Shape: TypeAlias = Sphere | Quad
+ShapeRecord: TypeAlias = Shape | Quads
+"""Record of one shape, or of several."""
 """A record of a shape."""
 
 
@@ -333,7 +425,7 @@ class Scene:
     """The input of a render. `background` is the radiance (RGB) of rays that hit nothing."""
 
     camera: Camera | None = None
-    shapes: tuple[Shape, ...] = ()
+    shapes: tuple[ShapeRecord, ...] = ()
     lights: tuple[Light, ...] = ()
     background: Vector = ZERO
     transparent: bool = False
@@ -350,10 +442,8 @@ def validate(scene: Scene) -> Scene:
     """
     checked_camera(scene)
     issues = list(scene.issues)
-    shapes, lights = (
-        _renderable_items(scene.shapes, issues),
-        _renderable_items(scene.lights, issues),
-    )
+    shapes = tuple(_renderable_shapes(scene.shapes, issues))
+    lights = tuple(_renderable_items(scene.lights, issues))
     background = scene.background
     if not _finite(background):
         issues.append(
@@ -375,10 +465,29 @@ def checked_camera(scene: Scene) -> Camera:
     return scene.camera
 
 
+def single_shapes(shapes: Iterable[ShapeRecord]) -> tuple[Shape, ...]:
+    """Return shapes with each of `Quads` as a record of its own."""
+    singles: list[Shape] = []
+    for shape in shapes:
+        singles.extend(shape.records() if isinstance(shape, Quads) else [shape])
+    return tuple(singles)
+
+
+def _renderable_shapes(shapes: Iterable[ShapeRecord], issues: list[Issue]) -> list[ShapeRecord]:
+    """Return the shapes that can be rendered, and append an issue for each other one."""
+    kept: list[ShapeRecord] = []
+    for shape in shapes:
+        if not isinstance(shape, Quads):
+            kept += _renderable_items([shape], issues)
+        elif (whole := _renderable_quads(shape, issues)).count:
+            kept.append(whole)
+    return kept
+
+
 Item = TypeVar("Item", Shape, Light)
 
 
-def _renderable_items(things: Iterable[Item], issues: list[Issue]) -> tuple[Item, ...]:
+def _renderable_items(things: Iterable[Item], issues: list[Issue]) -> list[Item]:
     """Return the items that can be rendered, and append an issue for each other one."""
     kept: list[Item] = []
     for thing in things:
@@ -387,7 +496,19 @@ def _renderable_items(things: Iterable[Item], issues: list[Issue]) -> tuple[Item
             issues.append(Issue(thing.name, reason, missing=True))
         else:
             kept.append(thing)
-    return tuple(kept)
+    return kept
+
+
+def _renderable_quads(quads: Quads, issues: list[Issue]) -> Quads:
+    """Return those of many parallelograms that can be rendered, and append issues."""
+    suspects = quads.suspects()
+    kept = np.ones(quads.count, dtype=np.bool_)
+    for index, quad in zip(suspects.tolist(), quads.take(suspects).records(), strict=True):
+        reason = quad.defect()
+        if reason:
+            issues.append(Issue(quad.name, reason, missing=True))
+            kept[index] = False
+    return quads if kept.all() else quads.take(kept)
 
 
 def _vector_defect(record: object, *names: str) -> str | None:

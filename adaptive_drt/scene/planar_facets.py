@@ -13,9 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..numerics.arrays import Array, Ints, Mask
-from .description import Vector, vector_of
 
-__all__ = ["Mesh", "Parallelogram", "mesh_edges", "parallelograms"]
+__all__ = ["Mesh", "Parallelograms", "mesh_edges", "parallelograms"]
 
 
 ANGLE_TOLERANCE = 1e-4
@@ -29,19 +28,26 @@ UNRECOGNISED = "its mesh is neither a UV sphere, an icosphere nor made of flat p
 """Reasons, shown to the user, why a mesh is not made of parallelograms."""
 NOT_A_PARALLELOGRAM = "its outline is not a parallelogram"
 OVERLAPPING_FACES = "its faces overlap"
+TOO_MANY = (
+    f"it has more flat parts than the {MAX_PARALLELOGRAMS:,} of a mesh that are rendered at most"
+)
 
 
 @dataclass(frozen=True)
-class Parallelogram:
-    """`corner` + u * `edge_u` + v * `edge_v`, u and v in 0..1, in the mesh's own space.
+class Parallelograms:
+    """n parallelograms `corner` + u * `edge_u` + v * `edge_v`, u and v in 0..1, in the mesh's own
+    space.
 
-    slot : its material slot.
+    Attributes
+    ----------
+    corner, edge_u, edge_v : (3, n) float64.
+    slot : (n,) int64, the material slot of each.
     """
 
-    corner: Vector
-    edge_u: Vector
-    edge_v: Vector
-    slot: int = 0
+    corner: Array
+    edge_u: Array
+    edge_v: Array
+    slot: Ints
 
 
 @dataclass(frozen=True)
@@ -74,47 +80,81 @@ class Mesh:
         return Mesh(self.points, corners, starts, sizes, self.slots[faces], self.slack, self.fit)
 
 
-def parallelograms(mesh: Mesh) -> tuple[Parallelogram, ...] | str:
-    """Return the parallelograms that a mesh consists of, or the reason, for the user, why not."""
+def parallelograms(mesh: Mesh) -> Parallelograms | str:
+    """Return the parallelograms that a mesh consists of, or the reason, for the user, why not.
+
+    They are in the order of the groups' first faces, and within a group in the order of its faces.
+    """
     area = _area_vectors(mesh)
     size = np.linalg.norm(area, axis=0)
     shown = (size > 0.0).nonzero()[0]
     if not shown.size:
         return "it has no area"
     mesh, normal = mesh.take(shown), area[:, shown] / size[shown]
-    parts, simple = _coplanar_groups(mesh, normal), _are_parallelograms(mesh)
-    found: list[Parallelogram] = []
-    for faces in parts:
-        whole = _tiled_parallelogram(mesh, faces, simple)
-        if isinstance(whole, Parallelogram):
-            found.append(whole)
-        elif faces.size == 1 or not _append_faces(mesh, faces, simple, found):
-            return whole if len(parts) == 1 else UNRECOGNISED
-        if len(found) > MAX_PARALLELOGRAMS:
-            most = f"{MAX_PARALLELOGRAMS:,}"
-            return f"it has more flat parts than the {most} of a mesh that are rendered at most"
-    return tuple(found)
+    order, starts = _coplanar_groups(mesh, normal)
+    sizes, simple = np.diff(starts, append=order.size), _are_parallelograms(mesh)
+    # most groups are a single face of four corners, and are told from all of them at once
+    plain = (sizes == 1) & simple[order[starts]]
+    found = [_faces_as_parallelograms(mesh, order[starts[plain]], starts[plain])]
+    before, others = np.cumsum(plain), 0
+    for group in (~plain).nonzero()[0].tolist():
+        if before[group] + others > MAX_PARALLELOGRAMS:
+            return TOO_MANY
+        first = int(starts[group])
+        made = _group_parallelograms(mesh, order[first : first + sizes[group]], first, simple)
+        if isinstance(made, str):
+            return made if sizes.size == 1 else UNRECOGNISED
+        found.append(made)
+        others += made.place.size
+    if before[-1] + others > MAX_PARALLELOGRAMS:
+        return TOO_MANY
+    return _in_order(found)
 
 
-def _append_faces(mesh: Mesh, faces: Ints, simple: Mask, found: list[Parallelogram]) -> bool:
-    """Append each face as its own parallelogram to `found`; return whether all of them are one."""
-    for face in faces[: MAX_PARALLELOGRAMS + 1]:
-        one = _tiled_parallelogram(mesh, face[None], simple)
-        if isinstance(one, str):
-            return False
-        found.append(one)
-    return True
+@dataclass(frozen=True)
+class _Placed:
+    """Parallelograms and their places (n,) in the order of all."""
+
+    place: Ints
+    shape: Parallelograms
 
 
-def _tiled_parallelogram(mesh: Mesh, faces: Ints, simple: Mask) -> Parallelogram | str:
-    """The parallelogram that some faces together tile, or the reason why there is none."""
-    if faces.size > 1 or not simple[faces[0]]:
-        return _outline_parallelogram(mesh.take(faces))
-    start = int(mesh.starts[faces[0]])
-    a, b, _, d = (mesh.points[:, vertex] for vertex in mesh.corners[start : start + 4])
-    return Parallelogram(
-        vector_of(a), vector_of(b - a), vector_of(d - a), int(mesh.slots[faces[0]])
+def _in_order(found: list[_Placed]) -> Parallelograms:
+    """All parallelograms, by their places."""
+    order = np.argsort(np.concatenate([each.place for each in found]))
+    corner, u, v, slot = (
+        np.concatenate([getattr(each.shape, name) for each in found], axis=-1)[..., order]
+        for name in ("corner", "edge_u", "edge_v", "slot")
     )
+    return Parallelograms(corner, u, v, slot)
+
+
+def _faces_as_parallelograms(mesh: Mesh, faces: Ints, place: Ints) -> _Placed:
+    """Faces of four corners, each known to be a parallelogram."""
+    first = mesh.starts[faces]
+    a, b, d = (mesh.points[:, mesh.corners[first + k]] for k in (0, 1, 3))
+    return _Placed(place, Parallelograms(a, b - a, d - a, mesh.slots[faces]))
+
+
+def _group_parallelograms(mesh: Mesh, faces: Ints, first: int, simple: Mask) -> _Placed | str:
+    """The parallelogram that the faces of a group tile, or else those that each of them is.
+
+    Returns the reason why there are none. first : place of the group's first face.
+    """
+    whole = _outline_parallelogram(mesh.take(faces))
+    if isinstance(whole, Parallelograms):
+        return _Placed(np.array([first]), whole)
+    if faces.size == 1:
+        return whole
+    place = first + np.arange(faces.size)
+    some = simple[faces]
+    found = [_faces_as_parallelograms(mesh, faces[some], place[some])]
+    for face, at in zip(faces[~some].tolist(), place[~some].tolist(), strict=True):
+        one = _outline_parallelogram(mesh.take(np.array([face])))
+        if isinstance(one, str):
+            return whole
+        found.append(_Placed(np.array([at]), one))
+    return _Placed(place, _in_order(found))
 
 
 def _are_parallelograms(mesh: Mesh) -> Mask:
@@ -156,8 +196,11 @@ def _area_vectors(mesh: Mesh) -> Array:
     return area
 
 
-def _coplanar_groups(mesh: Mesh, normal: Array) -> list[Ints]:
-    """Face indices of each coplanar group, given the faces' unit normals (3, f)."""
+def _coplanar_groups(mesh: Mesh, normal: Array) -> tuple[Ints, Ints]:
+    """Face indices (f,), coplanar group after group, and where in them each group starts (g,).
+
+    normal : (3, f) unit normals of the faces.
+    """
     edge = mesh_edges(mesh)[1]
     order = np.argsort(edge, kind="stable")
     face = np.repeat(np.arange(mesh.sizes.size), mesh.sizes)[order]
@@ -168,7 +211,7 @@ def _coplanar_groups(mesh: Mesh, normal: Array) -> list[Ints]:
     joined = (turn < ANGLE_TOLERANCE) & (mesh.slots[one] == mesh.slots[other])
     label = _connected_components(mesh.sizes.size, one[joined], other[joined])
     order = np.argsort(label, kind="stable")
-    return np.split(order, np.diff(label[order]).nonzero()[0] + 1)
+    return order, np.diff(label[order], prepend=-1).nonzero()[0]
 
 
 def _connected_components(count: int, one: Ints, other: Ints) -> Ints:
@@ -184,7 +227,7 @@ def _connected_components(count: int, one: Ints, other: Ints) -> Ints:
             return label
 
 
-def _outline_parallelogram(part: Mesh) -> Parallelogram | str:
+def _outline_parallelogram(part: Mesh) -> Parallelograms | str:
     """The parallelogram that all faces together tile, or the reason why there is none."""
     place = part.points[:, part.corners]
     area = _area_vectors(part)
@@ -207,7 +250,7 @@ def _outline_parallelogram(part: Mesh) -> Parallelogram | str:
     whole = float(np.linalg.norm(np.cross(b - a, d - a)))
     if abs(float(size.sum()) - whole) > allowed * extent:
         return OVERLAPPING_FACES
-    return Parallelogram(vector_of(a), vector_of(b - a), vector_of(d - a), int(part.slots[0]))
+    return Parallelograms(a[:, None], (b - a)[:, None], (d - a)[:, None], part.slots[:1])
 
 
 def _closed_loop(edges: Ints) -> list[int] | None:

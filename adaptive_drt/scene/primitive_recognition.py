@@ -19,9 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .description import Vector, vector_of
-from .planar_facets import Mesh, Parallelogram, mesh_edges, parallelograms
+from .planar_facets import Mesh, Parallelograms, mesh_edges, parallelograms
 
-__all__ = ["MeshSphere", "Parallelogram", "recognise_primitive"]
+__all__ = ["MeshSphere", "Parallelograms", "recognise_primitive"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -56,7 +56,7 @@ class MeshSphere:
 
 def recognise_primitive(
     points: FloatArray, corners: IntArray, starts: IntArray, slots: IntArray
-) -> MeshSphere | tuple[Parallelogram, ...] | str:
+) -> MeshSphere | Parallelograms | str:
     """Return the sphere or the parallelograms that a mesh represents, or why it is neither.
 
     Parameters

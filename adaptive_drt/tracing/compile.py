@@ -15,15 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..geometry.camera import PinholeCamera, make_pinhole_camera
-from ..geometry.polygon.shape import ParallelogramSet
-from ..geometry.registry import SHAPES
+from ..geometry.registry import SHAPES, kind_of
 from ..geometry.shape_table import ShapeTable
-from ..geometry.sphere.shape import SphereSet
 from ..lights.emitter import Emitter, LightMotion
 from ..lights.registry import make_emitter
 from ..numerics.arrays import Array
 from ..parallel.cancellation import RenderCancelled
-from ..scene.description import Material, Motion, Scene, Shape
+from ..scene.description import Motion, Quads, Scene, ShapeRecord
 from ..scene.settings import Settings
 
 __all__ = ["Plan", "make_plan"]
@@ -95,25 +93,6 @@ class Plan:
             raise RenderCancelled
 
     @property
-    def spheres(self) -> SphereSet:
-        """The spheres."""
-        found = self.shapes.sets[0]
-        assert isinstance(found, SphereSet)
-        return found
-
-    @property
-    def quads(self) -> ParallelogramSet:
-        """The parallelograms."""
-        found = self.shapes.sets[1]
-        assert isinstance(found, ParallelogramSet)
-        return found
-
-    @property
-    def sphere_count(self) -> int:
-        """Number of spheres."""
-        return self.spheres.radius.size
-
-    @property
     def object_count(self) -> int:
         """Number of objects."""
         return self.color.shape[1]
@@ -164,16 +143,17 @@ def make_plan(scene: Scene, settings: Settings) -> Plan:
     drift = _displacement(camera.motion if moving else None)
     skipped: list[dict[str, str]] = []
     distinct = _without_duplicates(scene.shapes, skipped)
-    records = [[s for s in distinct if isinstance(s, record)] for record, _ in SHAPES]
+    records = [[s for s in distinct if kind_of(s) is record] for record, _ in SHAPES]
     shapes = [shape for kind in records for shape in kind]
+    counts = [_count(s) for s in shapes]
     shift = [_displacement(s.motion if moving else None) - drift for s in shapes]
-    displacement = _columns(shift)
+    displacement = np.repeat(_columns(shift), counts, axis=1)
     moves = displacement.any(axis=0)
     lights = _make_emitters(scene, moving, lens.origin, drift, skipped)
-    penumbra = _has_penumbra(settings, lights, len(shift), skipped)
+    penumbra = _has_penumbra(settings, lights, sum(counts), skipped)
     light_moves = any(light.displacement is not None for light in lights)
     motion = moving and bool(moves.any() or light_moves)
-    skipped += _skipped_effects(settings, motion, len(shift))
+    skipped += _skipped_effects(settings, motion, sum(counts))
     origin = lens.origin[:, None]
     table = _make_shape_table(records, origin, displacement)
     return Plan(
@@ -182,14 +162,14 @@ def make_plan(scene: Scene, settings: Settings) -> Plan:
         region=camera.region,
         picture=camera.resolution,
         shapes=table,
-        color=_columns([s.material.color for s in shapes]),
+        color=_colors(shapes),
         moves=moves,
         lights=tuple(_with_coplanar_faces(light, table, origin) for light in lights),
         background=np.array(scene.background, dtype=np.float64),
         transparent=scene.transparent,
         penumbra=penumbra,
         motion=motion,
-        edges=settings.use_edges and bool(shift),
+        edges=settings.use_edges and bool(shapes),
         embree=_wants_embree(settings, table.proxied),
         threads=settings.threads or os.cpu_count() or 1,
         skipped=tuple(skipped),
@@ -197,7 +177,7 @@ def make_plan(scene: Scene, settings: Settings) -> Plan:
 
 
 def _make_shape_table(
-    records: Sequence[Sequence[Shape]], origin: Array, displacement: Array
+    records: Sequence[Sequence[ShapeRecord]], origin: Array, displacement: Array
 ) -> ShapeTable:
     """The shapes as arrays, from their records by kind.
 
@@ -205,20 +185,68 @@ def _make_shape_table(
     """
     sets, first = [], 0
     for own, (_, kind) in zip(records, SHAPES, strict=True):
-        d = displacement[:, first : first + len(own)]
+        end = first + sum(map(_count, own))
+        d = displacement[:, first:end]
         sets.append(kind.from_records(own, origin, d.copy() if d.any() else None))
-        first += len(own)
+        first = end
     return ShapeTable(tuple(sets))
 
 
-def _without_duplicates(shapes: Sequence[Shape], skipped: list[dict[str, str]]) -> list[Shape]:
+def _count(record: ShapeRecord) -> int:
+    """Number of shapes in a record."""
+    return record.count if isinstance(record, Quads) else 1
+
+
+def _colors(records: Sequence[ShapeRecord]) -> Array:
+    """Albedo (3, n) of each shape."""
+    colors = [
+        _columns([m.color for m in record.materials])[:, record.slot]
+        if isinstance(record, Quads)
+        else np.reshape(record.material.color, (3, 1))
+        for record in records
+    ]
+    return np.concatenate(colors, axis=1, dtype=np.float64) if colors else np.zeros((3, 0))
+
+
+def _without_duplicates(
+    records: Sequence[ShapeRecord], skipped: list[dict[str, str]]
+) -> list[ShapeRecord]:
     """The shapes without those equal to an earlier one. These are added to `skipped`."""
-    first: dict[Shape, Shape] = {}
-    for shape in shapes:
-        place = replace(shape, material=Material(), name="")
-        if first.setdefault(place, shape) is not shape:
-            skipped.append({"what": shape.name, "why": "another object is in the very same place"})
-    return list(first.values())
+    repeated = [np.zeros(_count(record), dtype=np.bool_) for record in records]
+    for kind, _ in SHAPES:
+        own = [k for k, record in enumerate(records) if kind_of(record) is kind]
+        if own:
+            found = _repeated(np.concatenate([_motion_and_place(records[k]) for k in own], axis=1))
+            ends = np.cumsum([repeated[k].size for k in own])[:-1]
+            for k, part in zip(own, np.split(found, ends), strict=True):
+                repeated[k] = part
+    kept: list[ShapeRecord] = []
+    for record, again in zip(records, repeated, strict=True):
+        why = {"what": record.name, "why": "another object is in the very same place"}
+        skipped += [why] * int(again.sum())
+        if not again.any():
+            kept.append(record)
+        elif isinstance(record, Quads) and not again.all():
+            kept.append(record.take(~again))
+    return kept
+
+
+def _motion_and_place(record: ShapeRecord) -> Array:
+    """Numbers (k, n), equal for shapes of one kind in the same place that move alike."""
+    motion = (0.0,) * 4 if record.motion is None else (1.0, *record.motion.displacement)
+    numbers = record.numbers()
+    return np.concatenate([np.repeat(np.array(motion)[:, None], numbers.shape[1], axis=1), numbers])
+
+
+def _repeated(columns: Array) -> NDArray[np.bool_]:
+    """Whether each column (k, n) is equal to an earlier one: (n,)."""
+    # 0 is added so that -0 becomes 0; columns are then equal if their bytes are
+    rows = np.ascontiguousarray(columns.T) + 0.0
+    repeated = np.ones(len(rows), dtype=np.bool_)
+    if len(rows):
+        keys = rows.view(np.dtype((np.void, rows.itemsize * rows.shape[1])))[:, 0]
+        repeated[np.unique(keys, return_index=True)[1]] = False
+    return repeated
 
 
 def _make_emitters(

@@ -9,7 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from ...adaptive_drt.scene.description import Camera, Issue, Motion, Shape, Sphere, Vector
+from ...adaptive_drt.scene.description import (
+    Camera,
+    Issue,
+    Motion,
+    Quads,
+    ShapeRecord,
+    Sphere,
+    Vector,
+)
 from .shutter import Matrix
 
 STILL: Vector = (0.0, 0.0, 0.0)
@@ -19,7 +27,7 @@ MOMENTS = np.linspace(-0.5, 0.5, 9)
 
 
 def clipped(
-    data: Any, camera: Camera, shapes: Sequence[Shape], clip: tuple[float, float]
+    data: Any, camera: Camera, shapes: Sequence[ShapeRecord], clip: tuple[float, float]
 ) -> Iterator[Issue]:
     """Yield an issue for each shape that reaches nearer or farther than the camera shows.
 
@@ -38,6 +46,7 @@ def clipped(
     # what is not finite makes no issue here: it has its own
     with np.errstate(all="ignore"):
         closest, deepest = _reach(camera, shapes)
+    owner = np.repeat(np.arange(len(shapes)), [_count(shape) for shape in shapes])
     for index in np.flatnonzero((deepest > 0.0) & ((closest < near) | (deepest > far))):
         if closest[index] < near:
             said = f"is nearer than the camera's Clip Start, {start:.4g} m"
@@ -45,7 +54,7 @@ def clipped(
         else:
             said = f"reaches beyond the camera's Clip End, {far:.4g} m"
             remedy = "raise Clip End, so that all renderers show it, or make it smaller"
-        yield Issue(shapes[index].name, f"it {said}, and is not cut there: {remedy}")
+        yield Issue(shapes[owner[index]].name, f"it {said}, and is not cut there: {remedy}")
 
 
 def _slant(data: Any, camera: Camera) -> float:
@@ -55,14 +64,15 @@ def _slant(data: Any, camera: Camera) -> float:
     return math.sqrt(1.0 + 2.0 * side * side)
 
 
-def _reach(camera: Camera, shapes: Sequence[Shape]) -> tuple[Matrix, Matrix]:
+def _reach(camera: Camera, shapes: Sequence[ShapeRecord]) -> tuple[Matrix, Matrix]:
     """Return the shapes' least distances from the camera and greatest depths, (n,) metres."""
     matrix = np.array(camera.matrix)[:3]
     forward = -matrix[:, 2] / np.linalg.norm(matrix[:, 2])
-    points, edges, radius = (np.array(x) for x in zip(*map(_parts, shapes), strict=True))
+    points, edges, radius = (np.concatenate(x) for x in zip(*map(_parts, shapes), strict=True))
     ways = np.array([_way(s.motion) for s in shapes]) - np.array(_way(camera.motion))
+    ways = np.repeat(ways, [_count(shape) for shape in shapes], axis=0)
     lengths = (edges * edges).sum(axis=2)
-    closest, deepest = np.full(len(shapes), np.inf), np.full(len(shapes), -np.inf)
+    closest, deepest = np.full(radius.size, np.inf), np.full(radius.size, -np.inf)
     for moment in MOMENTS if ways.any() else (0.0,):
         place = points + moment * ways - matrix[:, 3]
         # the nearest point of a rectangle; of a slanted parallelogram one that is nearly as near
@@ -73,11 +83,17 @@ def _reach(camera: Camera, shapes: Sequence[Shape]) -> tuple[Matrix, Matrix]:
     return closest, deepest + radius + np.maximum(edges @ forward, 0.0).sum(axis=1)
 
 
-def _parts(shape: Shape) -> tuple[Vector, tuple[Vector, Vector], float]:
-    """Return a shape as a point, two edges from it and a radius around all that."""
+def _count(shape: ShapeRecord) -> int:
+    """Return of how many shapes a record is."""
+    return shape.count if isinstance(shape, Quads) else 1
+
+
+def _parts(shape: ShapeRecord) -> tuple[Matrix, Matrix, Matrix]:
+    """Return a record's n shapes: points (n, 3), two edges from each (n, 2, 3), a radius (n,)."""
     if isinstance(shape, Sphere):
-        return shape.center, (STILL, STILL), shape.radius
-    return shape.corner, (shape.edge_u, shape.edge_v), 0.0
+        return np.array([shape.center]), np.zeros((1, 2, 3)), np.array([shape.radius])
+    corner, u, v = (np.reshape(x, (3, -1)).T for x in (shape.corner, shape.edge_u, shape.edge_v))
+    return corner, np.stack([u, v], axis=1), np.zeros(len(corner))
 
 
 def _way(motion: Motion | None) -> Vector:

@@ -11,10 +11,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...adaptive_drt.scene.description import Issue, Material, Quad, Shape, Sphere, vector_of
+from ...adaptive_drt.scene.description import (
+    Issue,
+    Material,
+    Quads,
+    ShapeRecord,
+    Sphere,
+    vector_of,
+)
 from ...adaptive_drt.scene.primitive_recognition import (
     MeshSphere,
-    Parallelogram,
+    Parallelograms,
     recognise_primitive,
 )
 from .shutter import Matrix, Track, path_of
@@ -33,8 +40,7 @@ UNEVEN = "it is scaled unevenly, which makes no sphere: scale all axes alike"
 SHEARED = "its parents shear it, which makes no sphere: scale all axes alike"
 COLLAPSES = "its scale is zero along one axis, which makes no sphere: scale all axes alike"
 
-Flats = tuple[Parallelogram, ...]
-Form = MeshSphere | Flats | str
+Form = MeshSphere | Parallelograms | str
 """What a mesh stands for, in its own space, or why it is left out."""
 
 
@@ -122,12 +128,12 @@ def _material_indices(mesh: Any) -> Indices:
 
 
 def shapes_of(
-    form: MeshSphere | Flats,
+    form: MeshSphere | Parallelograms,
     track: Track,
     materials: Mapping[int, Material],
     name: str,
     issues: list[Issue],
-) -> list[Shape]:
+) -> list[ShapeRecord]:
     """Return the shapes of a mesh placed by a track; none, and an issue, where that cannot be.
 
     Parameters
@@ -140,9 +146,10 @@ def shapes_of(
         return []
     if not isinstance(form, MeshSphere):
         quads = _quads(form, track, materials, name, issues)
-        if not quads:
+        if not quads.count:
             issues.append(Issue(name, NO_SCALE, missing=True))
-        return quads
+            return []
+        return [quads]
     scale = uniform_scale(linear)
     if not scale:
         issues.append(Issue(name, _no_sphere(linear), missing=True))
@@ -192,28 +199,24 @@ def _sized(matrix: Matrix) -> Matrix:
 
 
 def _quads(
-    form: Flats, track: Track, materials: Mapping[int, Material], name: str, issues: list[Issue]
-) -> list[Shape]:
+    form: Parallelograms,
+    track: Track,
+    materials: Mapping[int, Material],
+    name: str,
+    issues: list[Issue],
+) -> Quads:
     """Return those that have an area where the track places them."""
-    corner, u, v = np.array([(p.corner, p.edge_u, p.edge_v) for p in form]).transpose(1, 2, 0)
-    center = corner + (u + v) / 2.0
+    u, v = form.edge_u, form.edge_v
+    center = form.corner + (u + v) / 2.0
     # their middle stays put when they turn about it, so that is the point to follow for all
     middle = center.mean(axis=1)
     path = path_of(track, vector_of(middle), np.hstack([u, v]))
     linear = track.middle[:3, :3]
     u, v = linear @ u, linear @ v
     place = np.array(path.position)[:, None] + linear @ (center - middle[:, None]) - (u + v) / 2.0
-    shown = np.cross(u, v, axis=0).any(axis=0).nonzero()[0].tolist()
-    if shown and path.reason:
+    shown = np.cross(u, v, axis=0).any(axis=0).nonzero()[0]
+    if shown.size and path.reason:
         issues.append(Issue(name, path.reason))
-    return [
-        Quad(
-            vector_of(place[:, i]),
-            vector_of(u[:, i]),
-            vector_of(v[:, i]),
-            materials[form[i].slot],
-            path.motion,
-            name,
-        )
-        for i in shown
-    ]
+    slots, slot = np.unique(form.slot, return_inverse=True)
+    worn = tuple(materials[each] for each in slots.tolist())
+    return Quads(place, u, v, slot, worn, path.motion, name).take(shown)

@@ -16,7 +16,7 @@ from ...adaptive_drt.scene.description import (
     Material,
     Scene,
     SceneError,
-    Shape,
+    ShapeRecord,
     Vector,
     validate,
 )
@@ -66,7 +66,7 @@ class _Export:
     closes: dict[Hashable, Matrix] | None = None
     deforming: Deforming | None = None
     override: Any | None = None
-    shapes: list[Shape] = field(default_factory=list)
+    shapes: list[ShapeRecord] = field(default_factory=list)
     lights: list[Light] = field(default_factory=list)
     issues: list[Issue] = field(default_factory=list)
     meshes: dict[int, _Known] = field(default_factory=dict)
@@ -277,7 +277,7 @@ def _gather_faces(instance: Any, name: str, gathered: _Export) -> None:
         if gathered.deforming is not None and known.layout is not None:
             gathered.tell(name, *gathered.deforming.reasons(instance, mesh, known.layout))
     form = known.form
-    slots = {form.slot} if isinstance(form, MeshSphere) else {flat.slot for flat in form}
+    slots = np.unique(form.slot).tolist()
     worn = {slot: gathered.material(slot_material(thing, slot)) for slot in slots}
     track = gathered.track(
         key_of(instance), matrix_of(instance), name, thing, instancer_of(instance)

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...adaptive_drt.scene.primitive_recognition import MeshSphere
-from .mesh import Flats, Indices, faces_of, points_of
+from ...adaptive_drt.scene.primitive_recognition import MeshSphere, Parallelograms
+from .mesh import Indices, faces_of, points_of
 
 BENT = 1e-3
 """Radians, about: a normal that is less off its face's own is rounding."""
@@ -37,7 +37,7 @@ FACETS = "its facets are left out: it is rendered as a smooth sphere"
 Vectors = NDArray[np.floating[Any]]
 
 
-def shading_left_out(mesh: Any, form: MeshSphere | Flats) -> str:
+def shading_left_out(mesh: Any, form: MeshSphere | Parallelograms) -> str:
     """Return what of a Blender mesh's shading its form lacks, or ""."""
     points, (corners, starts) = points_of(mesh), faces_of(mesh)
     sizes = np.diff(starts, append=len(corners))

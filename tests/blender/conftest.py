@@ -6,6 +6,7 @@ from __future__ import annotations
 import importlib
 import importlib.util
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -60,17 +61,19 @@ def file(addon):
 
 @pytest.fixture
 def export(addon, file):
-    """Export the scene as the operator does; returns the core's scene."""
+    """Export the scene as the operator does; returns the core's scene, with single shapes."""
     import bpy
 
     module = importlib.import_module(f"{PACKAGE}.operators.engine_export")
+    description = importlib.import_module(f"{PACKAGE}.adaptive_drt.scene.description")
 
     def run(use_motion=True):
         render = bpy.context.scene.render
         before = render.use_motion_blur
         render.use_motion_blur = before and use_motion
         try:
-            return module.export_for_render(bpy.context.scene, bpy.context.view_layer)[0]
+            scene = module.export_for_render(bpy.context.scene, bpy.context.view_layer)[0]
+            return replace(scene, shapes=description.single_shapes(scene.shapes))
         finally:
             render.use_motion_blur = before
 
@@ -79,10 +82,13 @@ def export(addon, file):
 
 @pytest.fixture
 def rendered(addon, file, monkeypatch, tmp_path):
-    """Render with the engine, one frame or those from first to last; the core's scene of each."""
+    """Render with the engine, one frame or those from first to last; the core's scene of each, with
+    single shapes.
+    """
     import bpy
 
     engine = importlib.import_module(f"{PACKAGE}.operators.engine_export")
+    description = importlib.import_module(f"{PACKAGE}.adaptive_drt.scene.description")
     made, found = engine.export_scene, []
     monkeypatch.setattr(engine, "export_scene", lambda *a: found.append(made(*a)) or found[-1])
 
@@ -93,6 +99,6 @@ def rendered(addon, file, monkeypatch, tmp_path):
         if first is not None:
             scene.frame_start, scene.frame_end = first, last
         bpy.ops.render.render(animation=first is not None)
-        return list(found)
+        return [replace(one, shapes=description.single_shapes(one.shapes)) for one in found]
 
     return run

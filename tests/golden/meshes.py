@@ -8,8 +8,8 @@ import numpy as np
 from adaptive_drt.scene.description import (
     Material,
     PointLight,
-    Quad,
     QuadLight,
+    Quads,
     Sphere,
     SphereLight,
 )
@@ -35,7 +35,7 @@ def _shapes(points, faces):
         return [Sphere(found.center, found.radius, CLAY)]
     if isinstance(found, str):
         return []
-    return [Quad(part.corner, part.edge_u, part.edge_v, CLAY) for part in found]
+    return [Quads(found.corner, found.edge_u, found.edge_v, found.slot, (CLAY,), name="Quad")]
 
 
 def _uv_sphere(center, radius, segments, rings):

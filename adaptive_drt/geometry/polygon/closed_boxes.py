@@ -36,7 +36,11 @@ which the outward direction is certain."""
 
 
 def find_boxes(
-    q: Array, u: Array, v: Array, displacement: Array | None, names: Sequence[str]
+    q: Array,
+    u: Array,
+    v: Array,
+    displacement: Array | None,
+    names: Sequence[str] | NDArray[np.str_],
 ) -> Ints:
     """Find closed boxes among n quads.
 

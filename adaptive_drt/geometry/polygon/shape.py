@@ -20,7 +20,7 @@ from ...numerics.axes import SHUTTER_ENDS
 from ...numerics.box_polynomials import linear_coefficients
 from ...numerics.gather import columns
 from ...numerics.vector import cross, dot
-from ...scene.description import Quad
+from ...scene.description import Quad, Quads
 from ..camera import PinholeCamera
 from ..implicit_surface import ImplicitPlane
 from ..light_protocol import AreaLight, LightShape
@@ -223,6 +223,17 @@ class PolygonSet(ShapeSet):
         del index
         return cosine - turn
 
+    def depth_over_pixels(
+        self, index: int, camera: PinholeCamera, x: Array, y: Array
+    ) -> tuple[Array, Array]:
+        """See `ShapeSet.depth_over_pixels`; the reciprocal of the depth is linear in x and y."""
+        across = cross(self.edge_u[:, index], self.edge_v[:, index])
+        height = float(across @ self.corner[:, index])
+        facing = (across @ camera.base + x * (across @ camera.right)) + y * (across @ camera.up)
+        # facing the camera
+        unit = across / np.sqrt(across @ across) * (-1.0 if height > 0.0 else 1.0)
+        return height / facing, unit[:, None, None, None]
+
     def intersect(self, index: Ints, w: Array, time: Array | float) -> Array:
         """See `ShapeSet.intersect`. Planes are made once a polygon unless times differ by ray."""
         if isinstance(time, np.ndarray) and self.displacement is not None:
@@ -399,18 +410,24 @@ class ParallelogramSet(PolygonSet):
 
     @classmethod
     def from_records(
-        cls, records: Sequence[Quad], origin: Array, displacement: Array | None
+        cls, records: Sequence[Quad | Quads], origin: Array, displacement: Array | None
     ) -> ParallelogramSet:
         """Parallelograms relative to the camera at `origin` (3, 1), metres."""
         q, u, v = (
-            np.ascontiguousarray(np.array(part, dtype=np.float64).reshape(-1, 3).T)
+            np.concatenate(
+                [np.asarray(vector, dtype=np.float64).reshape(3, -1) for vector in part], axis=1
+            )
+            if part
+            else np.zeros((3, 0))
             for part in (
                 [r.corner for r in records],
                 [r.edge_u for r in records],
                 [r.edge_v for r in records],
             )
         )
-        boxes = find_boxes(q - origin, u, v, displacement, [r.name for r in records])
+        counts = [r.count if isinstance(r, Quads) else 1 for r in records]
+        names = np.repeat(np.array([r.name for r in records], dtype=np.str_), counts)
+        boxes = find_boxes(q - origin, u, v, displacement, names)
         return cls(q - origin, u, v, displacement, boxes)
 
     @staticmethod

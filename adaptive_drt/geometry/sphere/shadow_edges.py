@@ -58,8 +58,7 @@ def sphere_shadow_edges(
     angle = np.arctan2(off, along)
     tangent = np.sqrt(np.maximum(vv - r * r, 0.0))
     opening, half = np.arctan2(r, tangent), light.half_angle_along(toward, far)
-    least = light.distance_or(far, np.sqrt(vv)) * MIN_RELATIVE_DISTANCE
-    near = np.maximum(tangent, least)
+    near = np.maximum(tangent, light.distance_or(far, np.sqrt(vv)) * MIN_RELATIVE_DISTANCE)
     rate, steps = outline_rates(receivers, light, displacement, near, far)
     shifts = outline_shifts(steps, toward, axis, rate, angle)
     within = shifts.sum(axis=0)
