@@ -3,10 +3,13 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
-from adaptive_drt.scene.planar_facets import Mesh, Parallelogram, mesh_edges, parallelograms
+from adaptive_drt.scene import planar_facets
+from adaptive_drt.scene.planar_facets import Mesh, mesh_edges
 
 
 def mesh_of(points, faces, slots=None, fit=1e-9):
@@ -33,6 +36,17 @@ def sheet(rng, corner, u, v, columns, rows, first=0, triangles=False):
             b, c, d = a + 1, a + columns + 2, a + columns + 1
             faces += [[a, b, c], [a, c, d]] if triangles else [[a, b, c, d]]
     return points, faces
+
+
+def parallelograms(mesh):
+    """The parallelograms of a mesh one by one, or the reason why there are none."""
+    found = planar_facets.parallelograms(mesh)
+    if isinstance(found, str):
+        return found
+    rows = zip(found.corner.T, found.edge_u.T, found.edge_v.T, found.slot, strict=True)
+    return [
+        SimpleNamespace(corner=corner, edge_u=u, edge_v=v, slot=slot) for corner, u, v, slot in rows
+    ]
 
 
 def same(one, corner, u, v, size=1e-9):
@@ -152,7 +166,3 @@ def test_selected_faces_keep_their_corners():
     taken = mesh.take(np.array([2, 1]))
     assert taken.corners.tolist() == [3, 4, 5, 0, 2, 3, 4]
     assert taken.starts.tolist() == [0, 3] and taken.slots.tolist() == [9, 8]
-
-
-def test_parallelograms_have_a_slot():
-    assert Parallelogram((0.0,) * 3, (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)).slot == 0
