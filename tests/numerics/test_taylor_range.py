@@ -103,6 +103,13 @@ def test_first_order_jets_are_linear_with_a_remainder():
     np.testing.assert_allclose([low, high], [c[0] - spread, c[0] + spread], rtol=1e-14)
     low, high = interval_range(Jet(c[0], (c[1], None), None), 0.5, rest, axis=1)
     np.testing.assert_allclose([low, high], [c[0] - rest, c[0] + rest], rtol=1e-14)
+    # along the first axis and without a remainder, if nothing else is said
+    spread = 0.25 * np.abs(c[1])
+    found = interval_range(Jet(c[0], (c[1], c[2]), None), 0.25)
+    np.testing.assert_allclose(found, [c[0] - spread, c[0] + spread], rtol=1e-14)
+    spread = spread + 2.0 * np.abs(c[2])
+    found = rectangle_range(Jet(c[0], (c[1], c[2]), None), 0.25, 2.0)
+    np.testing.assert_allclose(found, [c[0] - spread, c[0] + spread], rtol=1e-14)
 
 
 @pytest.mark.parametrize("seed", range(40))
