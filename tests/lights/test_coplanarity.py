@@ -22,6 +22,7 @@ from adaptive_drt.scene.description import (
 from adaptive_drt.scene.settings import Settings
 from adaptive_drt.tracing.compile import make_plan
 from random_scenes import look_at
+from shape_sets import quads_of
 from transforms import random_rotation
 
 EYE = look_at((0.5, -6.0, 1.0), (0.0, 0.0, 1.0))
@@ -34,7 +35,7 @@ def touching(quad, light):
     if not isinstance(light, QuadLight):
         one, origin = plan.lights[0], plan.lens.origin[:, None]
         alone = planes_through_ball(
-            one.center, one.radius, one.displacement, plan.quads.faces, origin
+            one.center, one.radius, one.displacement, quads_of(plan).faces, origin
         )
         assert alone.shape == (1,) and alone[0] == found[1]
     return bool(found[1])

@@ -13,6 +13,7 @@ from adaptive_drt.shading.direct_light import shade, shade_with_candidates, unsh
 from adaptive_drt.tracing.occluder_culling import Occluders
 from oracle.visible import quad_light, round_light, visible
 from shaded import patches_at, plan_of
+from shape_sets import spheres_of
 
 COLOR = (2.0, 1.0, 0.5)
 LIGHTS = {
@@ -67,7 +68,7 @@ def test_light_is_in_proportion_to_albedo_and_power():
         ball = replace(BALLS[0], material=Material(albedo), center=(0.0, 0.0, 0.6), radius=0.6)
         plan = plan_of(ball, light=replace(LIGHTS["quad"], radiance=power))
         w = plan.lens.directions(x, y)
-        v = plan.spheres.center[:, [0]]
+        v = spheres_of(plan).center[:, [0]]
         hit = np.linalg.norm(np.cross(w, v, axis=0), axis=0) < 0.59 * np.linalg.norm(w, axis=0)
         hits, patch = patches_at(plan, x[hit], y[hit], 0, (0.5, 0.5, 0.0))
         colors.append(shade(plan, Occluders(plan), hits, 0.0, patch).color)

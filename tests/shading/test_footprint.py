@@ -11,6 +11,7 @@ from adaptive_drt.geometry.shape import MIN_PLANE_COSINE
 from adaptive_drt.scene.description import Motion, PointLight, Sphere
 from adaptive_drt.shading.footprint import make_patch
 from shaded import hits_at, patches_at, plan_of
+from shape_sets import spheres_of
 
 LIGHT = PointLight((1.0, 0.0, 5.0), (1.0, 1.0, 1.0))
 BALL = Sphere((0.0, 0.0, 1.0), 1.0)
@@ -40,7 +41,7 @@ def test_steps_on_planes_are_those_of_hits(half, axis):
 def test_steps_on_spheres_are_those_of_hits_away_from_the_limb():
     rng = np.random.default_rng(2)
     plan = plan_of(BALL, light=LIGHT)
-    center = plan.spheres.center[:, 0]
+    center = spheres_of(plan).center[:, 0]
     middle = np.linalg.solve(np.stack([plan.lens.right, plan.lens.up, -center], 1), -plan.lens.base)
     x, y = middle[0] + rng.uniform(-8, 8, 40), middle[1] + rng.uniform(-8, 8, 40)
     hits, patch = patches_at(plan, x, y, 0, (1e-3, 1e-3, 0.0))
@@ -57,7 +58,7 @@ def test_steps_on_spheres_are_those_of_hits_away_from_the_limb():
 
 def test_steps_at_the_limb_are_no_longer_than_a_chord():
     plan = plan_of(BALL, light=LIGHT)
-    center = plan.spheres.center[:, 0]
+    center = spheres_of(plan).center[:, 0]
     middle = np.linalg.solve(np.stack([plan.lens.right, plan.lens.up, -center], 1), -plan.lens.base)
     # the outermost place at which rays hit
     low, high = 0.0, 100.0
@@ -77,7 +78,7 @@ def test_steps_at_the_limb_are_no_longer_than_a_chord():
 def test_hits_move_along_fixed_rays(way):
     moving = Sphere(BALL.center, BALL.radius, motion=Motion(way))
     plan = plan_of(moving, light=LIGHT)
-    center = plan.spheres.center[:, 0]
+    center = spheres_of(plan).center[:, 0]
     middle = np.linalg.solve(np.stack([plan.lens.right, plan.lens.up, -center], 1), -plan.lens.base)
     x, y = middle[0] + np.linspace(-5, 5, 11), np.full(11, middle[1])
     half = 1e-3

@@ -10,6 +10,7 @@ from adaptive_drt.scene.description import DiskLight, PointLight, QuadLight, Sph
 from adaptive_drt.shading.unoccluded_variation import unoccluded_deviations
 from deviations import foreseen_and_found
 from shaded import patches_at, plan_of
+from shape_sets import spheres_of
 
 COLOR = (1.0, 1.0, 1.0)
 LIGHTS = {
@@ -41,7 +42,7 @@ def test_deviations_on_a_ball_with_its_terminator(kind):
     }[kind]
     plan = plan_of(Sphere((0.0, 0.0, 1.0), 1.0), light=light)
     x, y = np.random.default_rng(4).uniform((70, 40), (130, 120), (4_000, 2)).T
-    w, v = plan.lens.directions(x, y), plan.spheres.center[:, [0]]
+    w, v = plan.lens.directions(x, y), spheres_of(plan).center[:, [0]]
     hit = np.linalg.norm(np.cross(w, v, axis=0), axis=0) < 0.93 * np.linalg.norm(w, axis=0)
     x, y = x[hit][:250], y[hit][:250]
     deviation, off = foreseen_and_found(plan, x, y, 0, (0.5, 0.5, 0.0))

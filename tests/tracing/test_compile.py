@@ -13,6 +13,7 @@ from adaptive_drt.scene.description import Motion, PointLight, Quad, Scene, Sphe
 from adaptive_drt.scene.settings import Settings
 from adaptive_drt.tracing.compile import make_plan
 from random_scenes import look_at, random_scene
+from shape_sets import quads_of, spheres_of
 
 EYE = look_at((0.0, -5.0, 2.0), (0.0, 0.0, 0.0), resolution=(20, 10))
 BALL = Sphere((0.0, 0.0, 1.0), 0.5)
@@ -33,18 +34,20 @@ def test_spheres_come_first_and_all_is_relative_to_the_camera(seed):
     drift = np.array(scene.camera.motion.displacement) if scene.camera.motion else np.zeros(3)
     spheres = [shape for shape in scene.shapes if isinstance(shape, Sphere)]
     quads = [shape for shape in scene.shapes if isinstance(shape, Quad)]
-    assert plan.sphere_count == len(spheres) and plan.object_count == len(spheres) + len(quads)
+    assert spheres_of(plan).count == len(spheres) and plan.object_count == len(spheres) + len(quads)
     for k, shape in enumerate(spheres):
-        np.testing.assert_allclose(plan.spheres.center[:, k], np.array(shape.center) - eye)
-        assert plan.spheres.radius[k] == shape.radius
+        np.testing.assert_allclose(spheres_of(plan).center[:, k], np.array(shape.center) - eye)
+        assert spheres_of(plan).radius[k] == shape.radius
     for k, shape in enumerate(quads):
-        np.testing.assert_allclose(plan.quads.corner[:, k], np.array(shape.corner) - eye)
-        np.testing.assert_array_equal(plan.quads.edge_u[:, k], shape.edge_u)
+        np.testing.assert_allclose(quads_of(plan).corner[:, k], np.array(shape.corner) - eye)
+        np.testing.assert_array_equal(quads_of(plan).edge_u[:, k], shape.edge_u)
     for k, shape in enumerate([*spheres, *quads]):
         way = (np.array(shape.motion.displacement) if shape.motion else np.zeros(3)) - drift
         assert plan.moves[k] == way.any()
         np.testing.assert_array_equal(plan.color[:, k], shape.material.color)
-        part, own = (plan.spheres, k) if k < len(spheres) else (plan.quads, k - len(spheres))
+        part, own = (
+            (spheres_of(plan), k) if k < len(spheres) else (quads_of(plan), k - len(spheres))
+        )
         moved = np.zeros(3) if part.displacement is None else part.displacement[:, own]
         np.testing.assert_allclose(moved, way)
 
@@ -99,7 +102,7 @@ def test_plans_pass_between_processes_without_their_event():
     plan.stop.set()
     copy = pickle.loads(pickle.dumps(plan))
     assert not copy.stop.is_set() and copy.region == plan.region
-    np.testing.assert_array_equal(copy.spheres.center, plan.spheres.center)
+    np.testing.assert_array_equal(spheres_of(copy).center, spheres_of(plan).center)
 
 
 def test_summaries_are_numbers_and_switches():

@@ -10,6 +10,7 @@ from adaptive_drt.tracing.intersect import Pairs
 from adaptive_drt.visibility.depth_order import find_depth_order
 from adaptive_drt.visibility.polynomials import make_polynomials
 from plain_hits import oracle_depth, rays
+from shape_sets import spheres_of
 from visibility_boxes import FLOOR, PLAIN, every_pair, planned, random_boxes, random_shapes
 
 
@@ -47,4 +48,4 @@ def test_ranks_are_those_of_depths(moving, seed):
                 elif both.any():
                     assert (before == (rank[own][i] < rank[own][j])).all(), (seed, box)
         held = [p for p in unsure if start[box] <= p[0] < start[box] + number[box]]
-        assert balls[box] == any(max(pairs.item[list(p)]) < plan.sphere_count for p in held)
+        assert balls[box] == any(max(pairs.item[list(p)]) < spheres_of(plan).count for p in held)
