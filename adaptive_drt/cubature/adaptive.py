@@ -38,7 +38,7 @@ from .nodes import rotation_index
 from .regions import Cells, grouped_sums, merge, split
 from .safety_factor import update_factors
 
-__all__ = ["InitialCells", "RefinedPixels", "RefinementTask", "refine", "shade_initial_cells"]
+__all__ = ["InitialCells", "RefinedPixels", "SAMPLING_ERROR_SHARE", "RefinementTask", "refine", "shade_initial_cells"]
 
 
 MAX_ROUNDS = 32
@@ -82,6 +82,9 @@ fraction of the contrast."""
 MAX_LINES = 16
 """Largest number of line samples an axis for the shape of regions; instead of taking more, it is
 better to split the cell."""
+SAMPLING_ERROR_SHARE = 0.25
+"""Fraction of the goal that a pixel's error due to distributed rays may reach before more rays are
+used: as much as the goal leaves of the tolerance (see `error_budget.BUDGETED_SHARE`)."""
 SHAPE_ERROR_SHARE = 0.7
 """Fraction of the goal that errors in the shape of regions may contribute to a pixel's error."""
 
@@ -157,7 +160,9 @@ class _PixelLimits:
 def shade_initial_cells(plan: Plan, occluders: Occluders, task: RefinementTask) -> InitialCells:
     """Shade the initial cells that are still blank, without refinement."""
     cells, samples = _initial_cells(plan, occluders, task)
-    return InitialCells(cells, samples, _pixel_errors(cells, task.cut.size))
+    count = task.cut.size
+    error = _pixel_errors(cells, count) + _sampling_errors(cells, count)
+    return InitialCells(cells, samples, error)
 
 
 def _initial_cells(plan: Plan, occluders: Occluders, task: RefinementTask) -> tuple[Cells, Ints]:
@@ -225,7 +230,7 @@ def _add_pixels(refined: RefinedPixels, cells: Cells) -> None:
     count = refined.alpha.size
     refined.color[:] += _pixel_means(cells, count)
     refined.alpha[:] += grouped_sums(cells.pixel, cells.share * cells.alpha, count)
-    refined.error[:] += _pixel_errors(cells, count)
+    refined.error[:] += _pixel_errors(cells, count) + _sampling_errors(cells, count)
 
 
 def _pixel_means(cells: Cells, count: int) -> Array:
@@ -234,7 +239,7 @@ def _pixel_means(cells: Cells, count: int) -> Array:
 
 
 def _pixel_errors(cells: Cells, count: int) -> Array:
-    """Estimated errors of pixels: (count,). Bends have one sign and are added; roots, kinks, steps
+    """Errors of pixels that subdivision reduces, estimated: (count,). Bends have one sign and are added; roots, kinks, steps
     and errors of shape have random signs, and their squares are added.
     """
     by_kind = cells.deviation.sum(axis=1)
@@ -242,6 +247,14 @@ def _pixel_errors(cells: Cells, count: int) -> Array:
     rest = cells.share * (by_kind[ROOT_KIND] + by_kind[KINK_KIND] + by_kind[STEP_KIND] + cells.edge)
     error: Array = bends + np.sqrt(grouped_sums(cells.pixel, rest * rest, count))
     return error
+
+
+def _sampling_errors(cells: Cells, count: int) -> Array:
+    """Errors of pixels due to estimates of light that are not exact: (count,).
+
+    All points use the same rays to a light, so that the errors of a pixel's cells have one sign.
+    """
+    return grouped_sums(cells.pixel, cells.share * cells.sampling, count)
 
 
 def _choose_splits(
@@ -252,7 +265,7 @@ def _choose_splits(
     Parameters
     ----------
     limits : of the pixels.
-    error : (count,) estimated errors of the pixels, times their safety factors.
+    error : (count,) errors of the pixels that subdivision reduces, times their safety factors.
     slack : multiple of its limit up to which the error of a pixel is accepted.
     """
     limit, own = limits.error, cells.error
@@ -299,6 +312,7 @@ def _replacement_cells(cells: Cells, parts: Ints) -> tuple[Cells, Mask]:
     rows = np.cumsum(size)[same] - 1
     place(finer.color, rows, columns(cells.color, same))
     place(finer.deviation, rows, columns(cells.deviation, same, -1))
+    finer.sampling[rows] = cells.sampling[same]
     known = np.zeros(finer.pixel.size, dtype=np.bool_)
     known[rows] = True
     return finer, known
@@ -328,7 +342,8 @@ def _shade_cells(
         _region_subdomains(crossed, found, hit, limits),
         _whole_subdomains(task, filled, crossed, limits, known[~cut]),
     )
-    samples = estimate_means(plan, occluders, parts, found, hit)
+    allowed = SAMPLING_ERROR_SHARE * task.goal.error
+    samples = estimate_means(plan, occluders, parts, found, hit, allowed)
     light = samples.light
     own, rest = slice(hit.size), slice(hit.size, None)
     done = []
@@ -336,10 +351,12 @@ def _shade_cells(
         ones = np.ones(filled.pixel.size)
         color, deviation = light.color[:, rest], light.deviation[..., rest]
         star = filled.star & ~samples.vain[rest]
-        whole = replace(filled, color=color, alpha=ones, deviation=deviation, star=star)
+        whole = replace(
+            filled, color=color, alpha=ones, deviation=deviation, star=star, sampling=light.error[rest]
+        )
         done.append(whole)
     if crossed.pixel.size:
-        light = DirectLight(light.color[:, own], light.deviation[..., own])
+        light = DirectLight(light.color[:, own], light.deviation[..., own], light.error[own])
         light.deviation[STEP_KIND] += (
             HIDDEN_NODE_ERROR * task.goal.contrast * samples.lost[own] * (parts.half[:, own] > 0.0)
         )
@@ -370,7 +387,11 @@ def _whole_subdomains(
     item, stakes = task.item[cells.pixel], limits.stakes(cells)
     turn, light = (
         rotation_index(middle),
-        (columns(cells.color, known), columns(cells.deviation, known, -1)),
+        (
+            columns(cells.color, known),
+            columns(cells.deviation, known, -1),
+            cells.sampling[known],
+        ),
     )
     return Subdomains(middle, spread, half, item, number, cells.star, turn, *stakes, known, *light)
 
@@ -386,7 +407,7 @@ def _region_subdomains(
     centroid, item = columns(found.place, hit), found.item[hit]
     turn = rotation_index(0.5 * (cells.low + cells.high))[box]
     star, each, known = cells.star[box], (stake, crowd[box]), np.zeros(hit.size, dtype=np.bool_)
-    light = np.zeros((3, 0)), zero_variation(0)
+    light = np.zeros((3, 0)), zero_variation(0), np.zeros(0)
     return Subdomains(centroid, spread, half, item, box, star, turn, *each, known, *light)
 
 
@@ -414,7 +435,10 @@ def _cells_from_regions(
     alpha = np.ones(count)
     if plan.transparent:
         alpha = grouped_sums(box, weight, count)
-    return replace(cells, color=mean, alpha=alpha, deviation=deviation, edge=edge)
+    sampling = grouped_sums(box, weight * light.error, count)
+    return replace(
+        cells, color=mean, alpha=alpha, deviation=deviation, edge=edge, sampling=sampling
+    )
 
 
 def _half_extents(spread: Array) -> Array:

@@ -13,7 +13,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..cubature.adaptive import InitialCells, RefinedPixels, RefinementTask
+from ..cubature.adaptive import (
+    SAMPLING_ERROR_SHARE,
+    InitialCells,
+    RefinedPixels,
+    RefinementTask,
+)
 from ..cubature.error_budget import GOAL_GROWTH, MIN_GOAL, Goal, MotionErrors, make_goal
 from ..cubature.evaluate import multi_node_error
 from ..cubature.regions import Cells
@@ -91,7 +96,7 @@ class Frame:
         )
         n = self.width * self.height
         self.color, self.alpha = np.zeros((3, n)), np.zeros(n)
-        self.deviation = zero_variation(n)
+        self.deviation, self.sampling = zero_variation(n), np.zeros(n)
         self.mask = np.zeros((3, n), dtype=np.bool_)
         self.outline = np.zeros(n, dtype=np.bool_)
         self.item = np.full(n, -1)
@@ -117,7 +122,7 @@ class Frame:
         """Enter the first pass of pixels that have been traced."""
         index = self.numbers(x, y)
         for name in (
-            "color", "alpha", "deviation", "error", "mask", "outline", "item", "sight", "normal",
+            "color", "alpha", "deviation", "sampling", "error", "mask", "outline", "item", "sight", "normal",
         ):  # fmt: skip
             place(getattr(self, name), index, getattr(sheet, name))
         self.depth[index] = _film_depth(sheet.depth)
@@ -165,6 +170,7 @@ class Frame:
             self._corrected = index
             self._change = middles.correct(index, self.plan.threads)
             self.error[index] = columns(self.deviation, index, -1).sum(axis=(0, 1))
+            self.error[index] += self.sampling[index]
 
     def goal(self, rows: Mask, found: tuple[Ints, Array] | None = None) -> Goal:
         """Find the error goal from some rows of pixels.
@@ -211,7 +217,7 @@ class Frame:
         rows = ((starred > least) & ~self._star[index]).nonzero()[0]
         more = index[rows]
         left = multi_node_error(columns(self.deviation, more, -1), np.full(more.size, 2))
-        starred[rows] = left + self._edge[more]
+        starred[rows] = left + self._edge[more] + self.sampling[more]
         return starred
 
     def outlines(self, rows: Mask | None = None) -> Ints:
@@ -338,11 +344,13 @@ class Frame:
         else:
             deviation[:, :2] = 0.0
         half[2] = np.where(self.mask[1, part], 0.5, 0.0)
-        blank = self._unknown[part]
+        # what distributed rays leave is reduced by more of them
+        blank = self._unknown[part] | (self.sampling[part] > SAMPLING_ERROR_SHARE * goal.error)
         star = self._star[part] | (blank & (goal.error < MULTI_NODE_GOAL * goal.contrast))
         cells = Cells(
             np.arange(part.size), middle - half, middle + half, np.ones(part.size),
-            columns(self.color, part), self.alpha[part], deviation, self._edge[part], star,
+            columns(self.color, part), self.alpha[part], deviation, self._edge[part],
+            self.sampling[part], star,
         )  # fmt: skip
         return RefinementTask(
             cells, blank, self.item[part], self.outline[part], self._rivals_of(part), goal,
@@ -355,6 +363,7 @@ class Frame:
         place(self.color, rows, cells.color)
         place(self.deviation, rows, cells.deviation)
         self.alpha[rows], self._edge[rows] = cells.alpha, cells.edge
+        self.sampling[rows] = cells.sampling
         self._star[rows], self.begun[rows] = cells.star, True
         self.error[rows] = begun.error
         self.count(rows, begun)

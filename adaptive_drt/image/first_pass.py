@@ -41,6 +41,7 @@ class FirstPassPixels:
     color : (3, n) radiance at the centres.  alpha : (n,) coverage there.
     deviation : (4, 3, n) predicted errors of the centre as pixel mean, by kind and axis: see
         `variation`.
+    sampling : (n,) estimated errors of light that distributed rays or other estimates cause.
     error : (n,) the sum of those.
     across : (n,) the sum of those along x and y except steps, which neighbouring centres may
         correct.
@@ -54,6 +55,7 @@ class FirstPassPixels:
     color: Array
     alpha: Array
     deviation: Array
+    sampling: Array
     error: Array
     across: Array
     mask: Mask
@@ -85,6 +87,8 @@ def first_pass(
     place(color, rows, light.color)
     alpha[rows] = 1.0
     place(deviation, rows, light.deviation)
+    sampling = np.zeros(n)
+    sampling[rows] = light.error
     normal = np.zeros((3, n))
     place(normal, rows, center.hits.normal)
     clock("exact light")
@@ -92,7 +96,7 @@ def first_pass(
     sight = _visibility_keys(plan, np.array([x, y]), center, flags, rivals)
     clock("sights")
     return FirstPassPixels(
-        color, alpha, deviation, deviation.sum(axis=(0, 1)),
+        color, alpha, deviation, sampling, deviation.sum(axis=(0, 1)) + sampling,
         deviation[:STEP_KIND, :2].sum(axis=(0, 1)), flags.mask, flags.outline,
         center.item, sight, center.depth, normal, rivals,
     )  # fmt: skip
