@@ -21,6 +21,7 @@ from ..numerics.gather import columns, place
 from ..numerics.vector import rms
 from ..parallel.call_progress import progress_range, report_progress
 from ..shading.direct_light import DirectLight
+from ..shading.sampled_occlusion import SAMPLING_ERROR_SHARE
 from ..shading.variation import KINK_KIND, ROOT_KIND, SMOOTH_KIND, STEP_KIND, zero_variation
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs
@@ -38,7 +39,7 @@ from .nodes import rotation_index
 from .regions import Cells, grouped_sums, merge, split
 from .safety_factor import update_factors
 
-__all__ = ["InitialCells", "RefinedPixels", "SAMPLING_ERROR_SHARE", "RefinementTask", "refine", "shade_initial_cells"]
+__all__ = ["InitialCells", "RefinedPixels", "RefinementTask", "refine", "shade_initial_cells"]
 
 
 MAX_ROUNDS = 32
@@ -82,9 +83,6 @@ fraction of the contrast."""
 MAX_LINES = 16
 """Largest number of line samples an axis for the shape of regions; instead of taking more, it is
 better to split the cell."""
-SAMPLING_ERROR_SHARE = 0.25
-"""Fraction of the goal that a pixel's error due to distributed rays may reach before more rays are
-used: as much as the goal leaves of the tolerance (see `error_budget.BUDGETED_SHARE`)."""
 SHAPE_ERROR_SHARE = 0.7
 """Fraction of the goal that errors in the shape of regions may contribute to a pixel's error."""
 
@@ -239,8 +237,8 @@ def _pixel_means(cells: Cells, count: int) -> Array:
 
 
 def _pixel_errors(cells: Cells, count: int) -> Array:
-    """Errors of pixels that subdivision reduces, estimated: (count,). Bends have one sign and are added; roots, kinks, steps
-    and errors of shape have random signs, and their squares are added.
+    """Errors of pixels that subdivision reduces, estimated: (count,). Bends have one sign and are
+    added; roots, kinks, steps and errors of shape have random signs, and their squares are added.
     """
     by_kind = cells.deviation.sum(axis=1)
     bends = grouped_sums(cells.pixel, cells.share * by_kind[SMOOTH_KIND], count)
@@ -352,7 +350,12 @@ def _shade_cells(
         color, deviation = light.color[:, rest], light.deviation[..., rest]
         star = filled.star & ~samples.vain[rest]
         whole = replace(
-            filled, color=color, alpha=ones, deviation=deviation, star=star, sampling=light.error[rest]
+            filled,
+            color=color,
+            alpha=ones,
+            deviation=deviation,
+            star=star,
+            sampling=light.error[rest],
         )
         done.append(whole)
     if crossed.pixel.size:

@@ -58,7 +58,7 @@ class Cells:
 
     @property
     def error(self) -> Array:
-        """Contribution of each cell to the part of its pixel's error that subdivision reduces: (c,)."""
+        """Contribution of each cell to its pixel's error that subdivision reduces: (c,)."""
         total: Array = self.share * (self.deviation.sum(axis=(0, 1)) + self.edge)
         return total
 

@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cubature.adaptive import (
-    SAMPLING_ERROR_SHARE,
     InitialCells,
     RefinedPixels,
     RefinementTask,
@@ -26,6 +25,7 @@ from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.gather import columns, place
 from ..numerics.vector import rms
 from ..scene.film import NO_DEPTH, Film
+from ..shading.sampled_occlusion import SAMPLING_ERROR_SHARE
 from ..shading.variation import STEP_KIND, steps_after_shutter, zero_variation
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs
@@ -122,7 +122,8 @@ class Frame:
         """Enter the first pass of pixels that have been traced."""
         index = self.numbers(x, y)
         for name in (
-            "color", "alpha", "deviation", "sampling", "error", "mask", "outline", "item", "sight", "normal",
+            "color", "alpha", "deviation", "sampling", "error", "mask", "outline", "item", "sight",
+            "normal",
         ):  # fmt: skip
             place(getattr(self, name), index, getattr(sheet, name))
         self.depth[index] = _film_depth(sheet.depth)

@@ -14,10 +14,6 @@ from ..numerics.vector import cross, dot
 __all__ = ["LightPlane", "clip_quads", "clipped_sphere_polygons"]
 
 
-SPHERE_POLYGON_CORNERS = 48
-"""Number of corners of the polygon that replaces a sphere clipped by a light's plane. Its area is
-corrected to that of the smooth shape, so the remaining error is of fourth order: some 1e-6 of the
-light."""
 UNBOUNDED_CUTOFF = 2.0
 """Distance from the centre of the circle in which sphere and plane intersect at which an unbounded
 occluded part of the plane is cut off: this many times the distance to the far side of the light,
@@ -65,13 +61,14 @@ def clip_quads(plane: LightPlane, quads: Array) -> Array:
     return _clip(quads, np.stack(heights, axis=1))
 
 
-def clipped_sphere_polygons(plane: LightPlane, v: Array, radius: Array) -> Array:
+def clipped_sphere_polygons(plane: LightPlane, v: Array, radius: Array, corners: int) -> Array:
     """Return the parts of a light's plane that clipped spheres occlude: (m, j, 3, n) metres.
 
     Parameters
     ----------
     v : (m, 3, n) centres from the points.
     radius : (m, n), larger than the centres' distances from the plane.
+    corners : number j of corners of the polygons, whose area is that of the smooth shapes.
 
     The part of a ball in front of the plane is convex, and so is its projection onto the plane from
     the point. In each direction from the centre of the circle in which ball and plane intersect,
@@ -79,7 +76,7 @@ def clipped_sphere_polygons(plane: LightPlane, v: Array, radius: Array) -> Array
     the ball.
     """
     m, _, n = v.shape
-    out = np.empty((m, SPHERE_POLYGON_CORNERS, 3, n))
+    out = np.empty((m, corners, 3, n))
     normal = plane.normal
     for i in range(m):
         height = plane.height_of(v[i])
@@ -89,11 +86,11 @@ def clipped_sphere_polygons(plane: LightPlane, v: Array, radius: Array) -> Array
         second = cross(normal, first)
         away = foot - plane.point
         limit = UNBOUNDED_CUTOFF * (np.sqrt(dot(away, away)) + plane.radius) + disk
-        for k in range(SPHERE_POLYGON_CORNERS):
-            turn = 2.0 * np.pi * (k + 0.5) / SPHERE_POLYGON_CORNERS
+        for k in range(corners):
+            turn = 2.0 * np.pi * (k + 0.5) / corners
             u = np.cos(turn) * first + np.sin(turn) * second
             far = np.maximum(disk, _blocked_distance(foot, u, v[i], radius[i], limit))
-            grown = far * (1.0 + np.pi**2 / (3.0 * SPHERE_POLYGON_CORNERS**2))
+            grown = far * (1.0 + np.pi**2 / (3.0 * corners**2))
             out[i, k] = foot + grown * u
     return out
 

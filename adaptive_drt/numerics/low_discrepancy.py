@@ -16,7 +16,13 @@ from numpy.typing import NDArray
 
 from .arrays import Array, Ints
 
-__all__ = ["generalized_golden_ratio", "hashed_shifts", "low_discrepancy_points", "sequence_points", "splitmix64"]
+__all__ = [
+    "generalized_golden_ratio",
+    "hashed_shifts",
+    "low_discrepancy_points",
+    "sequence_points",
+    "splitmix64",
+]
 
 
 TWO_TO_MINUS_53 = 2.0**-53

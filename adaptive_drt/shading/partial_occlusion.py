@@ -16,13 +16,12 @@ from ..lights.occluded_form_factor import visible_factor
 from ..numerics.arrays import Array, Ints
 from ..numerics.floats import TINY
 from ..numerics.gather import columns
-from ..numerics.low_discrepancy import low_discrepancy_points
 from ..numerics.vector import dot
 from ..parallel.call_progress import progress_range, report_progress
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs, Surface
 from .nested_occluders import find_nested
-from .ratio_estimator import gather_light
+from .sampled_occlusion import sampled_factors
 
 __all__ = ["apply_occluders"]
 
@@ -30,8 +29,12 @@ __all__ = ["apply_occluders"]
 NESTED_WORK = 0.3
 """Fraction of the work on partly hidden lights, for the progress bar, that finding nested spheres
 takes."""
-SHARED_LIGHT_RAYS = 1_024
-"""Number of rays to a light where no closed form is known."""
+SPHERE_POLYGON_CORNERS = 48
+"""Number of corners of the polygon that stands for a sphere cut by a light's plane."""
+POLYGON_REFINEMENT_GAIN = 3.0
+"""Least ratio of the difference between the results of polygons with half as many corners and with
+all, and the error of the latter. A polygon of N corners is off by some N^-2 where another outline
+crosses it, which gives 3, and by N^-4 where none does, which gives 15."""
 
 IGNORED, WHOLE_SPHERE, ANY_QUAD, CLIPPED_SPHERE, BY_RAYS = range(5)
 """How an occluder is treated.
@@ -48,6 +51,8 @@ def apply_occluders(
     pairs: Pairs,
     time: Array | float,
     factor: Array,
+    error: Array,
+    allowed: Array,
 ) -> None:
     """Replace irradiance factors (n,), in place, where the occluders `pairs` hide the light in
     part.
@@ -55,6 +60,8 @@ def apply_occluders(
     Parameters
     ----------
     factor : unoccluded irradiance factors; changed at all points that have a pair.
+    error : (n,) changed in place there: estimated errors of the new factors, 0 for closed forms.
+    allowed : (n,) errors up to which distributed rays are not refined.
     time : shutter times, a number or (n,).
     """
     some = np.zeros(factor.size, dtype=np.bool_)
@@ -62,8 +69,8 @@ def apply_occluders(
     rows = some.nonzero()[0]
     if rows.size:
         part = Pairs((some.cumsum() - 1)[pairs.pixel], pairs.item)
-        factor[rows] = _occluded_factors(
-            plan, surface.take(rows), light, part, _times_at(time, rows)
+        factor[rows], error[rows] = _occluded_factors(
+            plan, surface.take(rows), light, part, _times_at(time, rows), allowed[rows]
         )
 
 
@@ -73,11 +80,16 @@ def _times_at(time: Array | float, rows: Ints) -> Array | float:
 
 
 def _occluded_factors(
-    plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, time: Array | float
-) -> Array:
-    """Factors (n,) of points that all have a pair that may hide part of the light."""
+    plan: Plan,
+    surface: Surface,
+    light: Emitter,
+    pairs: Pairs,
+    time: Array | float,
+    allowed: Array,
+) -> tuple[Array, Array]:
+    """Factors and errors (n,) of points that all have a pair that may hide part of the light."""
     count = surface.item.size
-    factor = np.zeros(count)
+    factor, error = np.zeros((2, count))
     kind = _classify_occluders(plan, surface, light, pairs, _times_at(time, pairs.pixel))
     rays = np.zeros(count, dtype=np.bool_)
     rays[pairs.pixel[kind == BY_RAYS]] = True
@@ -104,23 +116,34 @@ def _occluded_factors(
         rows = (key == group).nonzero()[0]
         done += float(work[rows].sum())
         if group < 0:
-            factor[rows] = _ray_traced_factors(plan, surface, light, pairs, time, rows)
+            factor[rows], error[rows] = sampled_factors(
+                plan,
+                surface.take(rows),
+                light,
+                pairs.of(rows, count),
+                _times_at(time, rows),
+                allowed[rows],
+            )
             continue
         number = np.full(count, -1)
         number[rows] = np.arange(rows.size)
         mine = (number[chosen.pixel] >= 0).nonzero()[0]
         own = Pairs(number[chosen.pixel[mine]], chosen.item[mine])
         part = surface.take(rows)
-        factor[rows] = _closed_form_factors(
+        factor[rows], error[rows] = _closed_form_factors(
             plan, part, light, own, kind[mine], _times_at(time, rows)
         )
-    return factor
+    return factor, error
 
 
 def _closed_form_factors(
     plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, kind: Ints, time: Array | float
-) -> Array:
-    """Factors (n,) in closed form, of points with equally many occluders of each treatment."""
+) -> tuple[Array, Array]:
+    """Factors (n,) in closed form, of points with equally many occluders of each treatment.
+
+    Returns with them their errors (n,): those of the polygons that stand for spheres cut by the
+    light's plane, 0 where there is none.
+    """
     n = surface.item.size
     when = time if isinstance(time, np.ndarray) else np.full(n, time)
     to = light.to_center(surface.point, time)
@@ -135,10 +158,20 @@ def _closed_form_factors(
     a, b = columns(plan.quads.edge_u, ids), columns(plan.quads.edge_v, ids)
     plane = light.plane(to)
     quads = clip_quads(plane, np.array([q, q + a, q + a + b, q + b]).transpose(2, 0, 1, 3))
-    cut = balls(CLIPPED_SPHERE)
-    if cut[1].shape[0]:
-        quads = _concatenate_polygons(quads, clipped_sphere_polygons(plane, *cut))
-    return visible_factor(light.silhouette(to), surface.normal, balls(WHOLE_SPHERE), quads)
+    cut, whole = balls(CLIPPED_SPHERE), balls(WHOLE_SPHERE)
+    outline, normal = light.silhouette(to), surface.normal
+    if not cut[1].shape[0]:
+        return visible_factor(outline, normal, whole, quads), np.zeros(n)
+    factor, rough = (
+        visible_factor(
+            outline,
+            normal,
+            whole,
+            _concatenate_polygons(quads, clipped_sphere_polygons(plane, *cut, corners)),
+        )
+        for corners in (SPHERE_POLYGON_CORNERS, SPHERE_POLYGON_CORNERS // 2)
+    )
+    return factor, np.abs(rough - factor) / POLYGON_REFINEMENT_GAIN
 
 
 def _concatenate_polygons(few: Array, many: Array) -> Array:
@@ -199,19 +232,3 @@ def _distance(corner: Array, u: Array, v: Array) -> Array:
         part = np.clip(-dot(nearest, edge) / np.maximum(dot(edge, edge), TINY), 0.0, 1.0)
         nearest = nearest + part * edge
     return np.sqrt(dot(nearest, nearest))
-
-
-def _ray_traced_factors(
-    plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, time: Array | float, rows: Ints
-) -> Array:
-    """Factors of the points `rows` by distributed rays, with the same points of the light for
-    all."""
-    number = np.full(surface.item.size, -1)
-    number[rows] = np.arange(rows.size)
-    own = pairs.take(number[pairs.pixel] >= 0)
-    own = Pairs(number[own.pixel], own.item)
-    same = np.zeros(1, dtype=np.int64)
-    a, b = low_discrepancy_points(plan.settings.seed, same, 0, SHARED_LIGHT_RAYS, 2)
-    spots = np.repeat(a, rows.size, axis=0), np.repeat(b, rows.size, axis=0)
-    when = time[rows][:, None] if isinstance(time, np.ndarray) else time
-    return gather_light(plan, surface.take(rows), light, own, spots, when).estimate()

@@ -2,13 +2,13 @@
 """Irradiance of partly hidden lights by distributed rays, to a stated error.
 
 Where no closed form of the visible part of a light is known, shadow rays to low-discrepancy points
-of the light estimate the visible fraction, and the closed form of the whole light scales it: a ratio
-estimator (Heitz, Hill and McGuire 2018, "Combining analytic direct illumination and stochastic
-shadows"). All surface points use the same points of the light, which form one sequence, so that the
-estimate is smooth between neighbours and can be extended. The sequence is cut into consecutive
-batches, and the spread of their estimates gives the error (batch means: Owen 2013, "Monte Carlo
-theory, methods and examples", chapter 17). Consecutive batches of a Kronecker sequence complement
-each other, so the error of the whole is less than that of as many independent batches.
+of the light estimate the visible fraction, and the closed form of the whole light scales it: a
+ratio estimator (Heitz, Hill and McGuire 2018, "Combining analytic direct illumination and
+stochastic shadows"). All surface points use the same points of the light, which form one sequence:
+the estimate is then smooth between neighbours and can be extended. The sequence is cut into
+consecutive batches, and the spread of their estimates gives the error (batch means: Owen 2013,
+"Monte Carlo theory, methods and examples", chapter 17). Consecutive batches of a Kronecker sequence
+complement each other, so the error of the whole is less than that of as many independent batches.
 """
 
 from __future__ import annotations
@@ -23,9 +23,12 @@ from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs, Surface
 from .ratio_estimator import LightSums, gather_light, ratio_estimate
 
-__all__ = ["sampled_factors"]
+__all__ = ["SAMPLING_ERROR_SHARE", "sampled_factors"]
 
 
+SAMPLING_ERROR_SHARE = 0.25
+"""Fraction of an error goal that the error by distributed rays may reach before more rays are used:
+as much as a picture's goal leaves of its tolerance (see `error_budget.BUDGETED_SHARE`)."""
 FIRST_RAYS, LAST_RAYS = 1_024, 16_384
 """Number of rays that every point takes, and the number up to which it is doubled while the
 estimated error is larger than allowed. With that many a point takes about a millisecond."""
@@ -98,7 +101,8 @@ def _joined(one: LightSums, other: LightSums) -> LightSums:
 
     def pairs(a: Array, b: Array) -> Array:
         both = np.concatenate([a, b], axis=1)
-        return 0.5 * (both[:, ::2] + both[:, 1::2])
+        mean: Array = 0.5 * (both[:, ::2] + both[:, 1::2])
+        return mean
 
     return LightSums(
         pairs(one.closed, other.closed),
