@@ -9,19 +9,26 @@ the number of rays is that of the largest domain, not the product of all.
 
 from __future__ import annotations
 
+from collections.abc import Generator
+from contextlib import closing
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .detection.detect import CenterRays, DetectionFlags
+from .detection.detect import CenterRays, DetectionFlags, detect, flag_everywhere, trace_center_rays
 from .detection.occlusion import classify_occluders
+from .image.schedule import StageTimer
 from .lights.emitter import Emitter
 from .numerics.arrays import Array, Ints, Mask
 from .numerics.gather import columns
 from .numerics.low_discrepancy import low_discrepancy_points
 from .numerics.vector import dot
-from .parallel.call_progress import progress_range
+from .parallel.call_progress import progress_range, report_progress
+from .parallel.executor import CallProgress, RenderExecutor
+from .parallel.pool import Call, SharedArguments
+from .scene.film import Film
+from .shading.direct_light import diffuse_brdf, irradiance
 from .shading.ratio_estimator import (
     CHUNK,
     gather_light,
@@ -30,16 +37,144 @@ from .shading.ratio_estimator import (
     unoccluded_factor,
 )
 from .tracing.compile import Plan
-from .tracing.intersect import Pairs, Surface, Tile, intersect_pairs, positions_in_runs, surface
+from .tracing.intersect import (
+    Pairs,
+    Surface,
+    Tile,
+    find_candidates,
+    intersect_pairs,
+    positions_in_runs,
+    screen_bounds,
+    surface,
+)
 from .tracing.occluder_culling import Occluders, all_pairs_unculled
 from .tracing.shadow_rays import batches_by_rank
 
-__all__ = ["ResolvedPixels", "resolve_tile"]
+__all__ = ["DistributedRender", "ResolvedPixels", "Resolver"]
 
 
 TEST_ALL_OBJECTS = 64
 """Largest number of objects for which a shadow ray without results of detection tests all of them;
 beyond, candidate occluders are found first."""
+CAMERA_RAYS_DONE, DETECTION_DONE, PENUMBRAE_DONE = 0.05, 0.3, 0.6
+"""Fractions of the work of a tile that are done after its camera rays, after detection and after
+penumbrae, roughly; for a progress bar."""
+
+
+@dataclass
+class DistributedRender:
+    """One render by method 'RAYS', and its statistics.
+
+    Attributes
+    ----------
+    plan, occluders : the compiled scene.
+    stage : what is being done, in words, for the user.
+    seconds : by stage, summed over threads.  rays : numbers of rays traced, by kind.
+    """
+
+    plan: Plan
+    occluders: Occluders
+    stage: str = "Tracing rays"
+    seconds: dict[str, float] = field(default_factory=dict)
+    rays: dict[str, int] = field(default_factory=dict)
+
+    def run(self, film: Film) -> Generator[float, None, None]:
+        """Write a picture to a film, tile by tile; yields the fraction of the work done, 0 to 1, at
+        least once a heartbeat.
+        """
+        plan, size, progress = self.plan, film.width * film.height, CallProgress()
+        done, tiles = 0, _tile_count(plan)
+        shared = SharedArguments((plan, self.occluders, screen_bounds(plan)))
+        calls = [Call(_render_tile, shared, (first, tiles)) for first in range(tiles)]
+        with closing(RenderExecutor(plan.stop, plan.threads)) as executor:
+            for outcome in executor.run(calls, progress):
+                if outcome is not None:
+                    _, result = outcome
+                    result.write(film)
+                    self._count(result)
+                    done += result.tile.index.size
+                running = sum(progress.copy().values()) * (size - 1) / tiles
+                yield min((done + int(running)) / size, 1.0)
+
+    def _count(self, result: _TileResult) -> None:
+        for kind, count in result.pixels.rays.items():
+            self.rays[kind] = self.rays.get(kind, 0) + count
+        for stage, span in result.seconds.items():
+            self.seconds[stage] = self.seconds.get(stage, 0.0) + span
+
+
+@dataclass
+class _TileResult:
+    """Resolved pixels of one tile, and the seconds of each stage.
+
+    `mask` is (3, n) bool, `depth` (n,) metres, `normal` (3, n).
+    """
+
+    tile: Tile
+    pixels: ResolvedPixels
+    mask: Mask
+    depth: Array
+    normal: Array
+    seconds: dict[str, float]
+
+    def write(self, film: Film) -> None:
+        """Write the pixels to a film."""
+        planes = {
+            "color": self.pixels.color, "alpha": self.pixels.alpha, "mask": self.mask,
+            "samples": self.pixels.samples, "depth": self.depth, "normal": self.normal,
+        }  # fmt: skip
+        tables = {
+            name: values.reshape(*values.shape[:-1], -1, film.width)
+            for name, values in planes.items()
+        }
+        film.write_rows(slice(self.tile.first, None, self.tile.step), **tables)
+
+
+def _tile_count(plan: Plan) -> int:
+    """Number of tiles of at most `batch` pixels, if possible a multiple of the threads' number."""
+    left, bottom, right, top = plan.region
+    height = top - bottom
+    most = max(1, plan.settings.batch // (right - left))
+    count = -(-height // most)
+    return min(height, -(-count // plan.threads) * plan.threads)
+
+
+def _render_tile(
+    plan: Plan, occluders: Occluders, bounds: Ints, first: int, step: int
+) -> _TileResult:
+    """Render one tile by the steps of the paper: every `step`-th row of the picture from row
+    `first`.
+    """
+    clock = StageTimer()
+    # steps 1 and 2: one ray through the centres of the domains
+    tile = Tile.make(plan, first, step)
+    center = trace_center_rays(plan, tile.x, tile.y, find_candidates(plan, bounds, tile))
+    clock("camera rays")
+    report_progress(CAMERA_RAYS_DONE)
+    # step 3: could the result change within a domain?
+    with progress_range(CAMERA_RAYS_DONE, DETECTION_DONE):
+        flags = _flags(plan, occluders, center, clock)
+    resolver = Resolver(plan, occluders, tile, center, flags)
+    # step 5, and step 4 for penumbrae: pixels that keep their camera ray
+    with progress_range(DETECTION_DONE, PENUMBRAE_DONE):
+        resolver.plain()
+    clock("one-ray pixels and penumbrae")
+    # step 4: distribute rays over the shutter and the pixel
+    with progress_range(PENUMBRAE_DONE, 1.0):
+        resolver.distributed()
+    clock("motion and edges")
+    normal = np.zeros((3, tile.index.size))
+    normal[:, center.rows] = center.hits.normal
+    return _TileResult(tile, resolver.out, flags.mask, center.depth, normal, clock.seconds)
+
+
+def _flags(
+    plan: Plan, occluders: Occluders, center: CenterRays, clock: StageTimer
+) -> DetectionFlags:
+    """Which domains are distributed in which pixels: by detection, or everywhere."""
+    if plan.settings.distribution == "EVERYWHERE":
+        return flag_everywhere(plan, center)
+    return detect(plan, occluders, center, clock)
 
 
 @dataclass
@@ -93,10 +228,10 @@ class Resolver:
         keep = (~(mask[1, center.rows] | mask[2, center.rows])).nonzero()[0]
         rows = center.rows[keep]
         hits = center.hits.take(keep)
-        total = np.zeros((3, rows.size))
-        for index, light in enumerate(plan.lights):
-            factor = self._direct(index, light, hits, keep, rows)
-            total += light.power[:, None] * factor
+        factors = (
+            self._direct(index, light, hits, keep, rows) for index, light in enumerate(plan.lights)
+        )
+        total = irradiance(plan.lights, factors, rows.size)
         self.out.color[:, rows] = columns(plan.color, hits.item) * total / np.pi
         self.out.alpha[rows] = 1.0
         self.out.count("camera", self.tile.index.size)
@@ -110,8 +245,8 @@ class Resolver:
         factor = unoccluded_factor(light, shape, light.to_center(hits.point), hits)
         if not light.casts_shadow:
             return factor
-        if self.flags.shadows:
-            shadow = self.flags.shadows[index]
+        if self.flags.visibilities:
+            shadow = self.flags.visibilities[index]
             factor = np.where(shadow.blocked[keep], 0.0, factor)
             chosen = shadow.partial[keep].nonzero()[0]
             source = shadow.pairs if self.lean else None
@@ -214,30 +349,51 @@ class Resolver:
         at = rays.pixel[rows]
         item = self.center.item_still[at]
         hits = surface(plan, columns(self.center.w, at), self.center.depth_still[at], item)
-        for index, light in enumerate(plan.lights):
-            shape = plan.shadow_light(light)
-            pairs, blocked = self._busy_pairs(shape, hits)
-            factor = np.zeros(rows.size)
-            busy = np.zeros(rows.size, dtype=np.bool_)
-            busy[pairs.pixel] = True
-            busy |= light.displacement is not None
-            busy &= ~blocked
-            calm = (~busy & ~blocked).nonzero()[0]
-            rest = hits.take(calm)
-            known = unoccluded_factor(light, shape, light.to_center(rest.point), rest)
-            factor[calm] = known * kept[rows[calm]].sum(axis=1)
-            some = busy.nonzero()[0]
-            spots = None
-            if shape.extended:
-                pixel = self.tile.index[at[some]]
-                spots = light_points(plan, pixel, index, rays.count, light_rays)
-            part, when, used = hits.take(some), rays.time[rows[some]], kept[rows[some]]
-            sums = gather_light(plan, part, light, pairs.of(some, rows.size), spots, when, used)
-            self.out.count("light", some.size * rays.count * light_rays)
-            factor[some] = sums.estimate()
-            total[:, rows] += light.power[:, None] * factor
-        total[:, rows] *= columns(plan.color, item) / np.pi
+        factors = (
+            self._kept_factors(index, rays, rows, hits, kept, light_rays)
+            for index in range(len(plan.lights))
+        )
+        total[:, rows] = irradiance(plan.lights, factors, rows.size) * diffuse_brdf(plan, item)
         return total
+
+    def _kept_factors(
+        self,
+        index: int,
+        rays: _DistributedRays,
+        rows: Ints,
+        hits: Surface,
+        kept: Mask,
+        light_rays: int,
+    ) -> Array:
+        """Irradiance factors (m,) of one light at hits of camera rays, summed over samples.
+
+        Parameters
+        ----------
+        index : number of the light.  rows : (m,) the pixels of the hits.
+        kept : (n, k) which samples of all pixels hit the same surface as the camera ray.
+        """
+        plan, light = self.plan, self.plan.lights[index]
+        shape = plan.shadow_light(light)
+        pairs, blocked = self._busy_pairs(shape, hits)
+        factor = np.zeros(rows.size)
+        busy = np.zeros(rows.size, dtype=np.bool_)
+        busy[pairs.pixel] = True
+        busy |= light.displacement is not None
+        busy &= ~blocked
+        calm = (~busy & ~blocked).nonzero()[0]
+        rest = hits.take(calm)
+        known = unoccluded_factor(light, shape, light.to_center(rest.point), rest)
+        factor[calm] = known * kept[rows[calm]].sum(axis=1)
+        some = busy.nonzero()[0]
+        spots = None
+        if shape.extended:
+            pixel = self.tile.index[rays.pixel[rows[some]]]
+            spots = light_points(plan, pixel, index, rays.count, light_rays)
+        part, when, used = hits.take(some), rays.time[rows[some]], kept[rows[some]]
+        sums = gather_light(plan, part, light, pairs.of(some, rows.size), spots, when, used)
+        self.out.count("light", some.size * rays.count * light_rays)
+        factor[some] = sums.estimate()
+        return factor
 
     def _busy_pairs(self, shape: Emitter, hits: Surface) -> tuple[Pairs, Mask]:
         """Occluders whose shadow on hits may be partial or change, and which hits are fully
@@ -266,28 +422,43 @@ class Resolver:
         total = np.zeros((3, n))
         if not row.size:
             return total
-        color = columns(plan.color, flat.item) / np.pi
+        factors = (
+            self._flat_factors(index, rays, flat, row, sample, light_rays)
+            for index in range(len(plan.lights))
+        )
+        return irradiance(plan.lights, factors, n)
+
+    def _flat_factors(
+        self,
+        index: int,
+        rays: _DistributedRays,
+        flat: Surface,
+        row: Ints,
+        sample: Ints,
+        light_rays: int,
+    ) -> Array:
+        """BRDF times irradiance factor (3, n) of one light, summed over samples of n pixels."""
+        plan, light, n = self.plan, self.plan.lights[index], rays.pixel.size
+        brdf = diffuse_brdf(plan, flat.item)
         time = rays.time[row, sample][:, None]
-        for index, light in enumerate(plan.lights):
-            shape = plan.shadow_light(light)
-            pairs = (
-                self._patch_pairs(shape, flat, row) if self.lean else self._plain_pairs(shape, flat)
+        shape = plan.shadow_light(light)
+        pairs = self._patch_pairs(shape, flat, row) if self.lean else self._plain_pairs(shape, flat)
+        spots = None
+        if shape.extended:
+            pixel = self.tile.index[rays.pixel]
+            a, b = light_points(plan, pixel, index, rays.count, light_rays)
+            cells = (n, rays.count, light_rays)
+            spots = a.reshape(cells)[row, sample], b.reshape(cells)[row, sample]
+        sums = gather_light(plan, flat, light, pairs, spots, time)
+        self.out.count("light", row.size * light_rays)
+        parts = np.empty((3, n))
+        for channel in range(3):
+            closed, every, visible = (
+                _grouped_sums(row, brdf[channel] * part[:, 0], n)
+                for part in (sums.closed, sums.every, sums.visible)
             )
-            spots = None
-            if shape.extended:
-                pixel = self.tile.index[rays.pixel]
-                a, b = light_points(plan, pixel, index, rays.count, light_rays)
-                cells = (n, rays.count, light_rays)
-                spots = a.reshape(cells)[row, sample], b.reshape(cells)[row, sample]
-            sums = gather_light(plan, flat, light, pairs, spots, time)
-            self.out.count("light", row.size * light_rays)
-            for channel in range(3):
-                closed, every, visible = (
-                    _grouped_sums(row, color[channel] * part[:, 0], n)
-                    for part in (sums.closed, sums.every, sums.visible)
-                )
-                total[channel] += light.power[channel] * ratio_estimate(closed, every, visible)
-        return total
+            parts[channel] = ratio_estimate(closed, every, visible)
+        return parts
 
     def _patch_pairs(self, shape: Emitter, flat: Surface, row: Ints) -> Pairs:
         """Candidate occluders of samples, found once for a ball around each pixel's samples.
@@ -386,13 +557,3 @@ class _DistributedRays:
             item[row, sample],
             self.time[row, sample],
         )
-
-
-def resolve_tile(
-    plan: Plan, occluders: Occluders, tile: Tile, center: CenterRays, flags: DetectionFlags
-) -> ResolvedPixels:
-    """Resolve all pixels of a tile."""
-    resolver = Resolver(plan, occluders, tile, center, flags)
-    resolver.plain()
-    resolver.distributed()
-    return resolver.out

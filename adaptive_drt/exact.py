@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Method 'EXACT' over threads: first pass by tiles, error goal, adaptive refinement."""
+"""Method 'EXACT' over threads: first pass by tiles, error goal, adaptive refinement.
+
+`ExactRender` reads like the steps of docs/algorithm.md, whose numbers its comments give.
+"""
 
 from __future__ import annotations
 
@@ -7,20 +10,20 @@ from collections.abc import Generator
 from contextlib import closing
 from dataclasses import dataclass, field, replace
 from itertools import chain
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from .cubature.adaptive import refine, shade_initial_cells
 from .cubature.error_budget import Goal, make_goal
 from .image.biquadratic_blocks import SIDES, BiquadraticBlocks
-from .image.buffers import Frame, widened_plan
-from .image.chebyshev_blocks import SIDES as SQUARES
+from .image.chebyshev_blocks import SIDES as SMOOTH_SIDES
 from .image.chebyshev_blocks import PixelBlocks, coarse_bounds, coarse_plan
+from .image.first_pass import FirstPass, trace_first_pass
+from .image.frame import Frame, widened_plan
 from .image.node_values import NodeValues
 from .image.progress_model import LEVEL_SHARES, progress_shares
 from .image.schedule import Scheduler, StageTimer
-from .image.smooth_blocks import FirstPass, trace_first_pass
 from .image.stencil_means import StencilMeans
 from .numerics.arrays import Array, Ints, Mask
 from .numerics.gather import columns
@@ -33,6 +36,8 @@ from .tracing.occluder_culling import Occluders
 
 __all__ = ["ExactRender"]
 
+Steps: TypeAlias = Generator[float, None, None]
+"""Work in steps: yields the completed fraction of it, 0 to 1, at least once a heartbeat."""
 
 FIRST_PASS_PIXELS = 262_144
 """Largest number of pixels in one call of the first pass: most of them lie in smooth blocks and
@@ -79,56 +84,51 @@ class ExactRender:
     occluders: Occluders
     goal: Goal = field(default_factory=lambda: Goal(0.0, 1.0))
     error_estimate: float = 0.0
-    stage: str = "Looking at squares"
+    stage: str = "First pass"
 
     def __post_init__(self) -> None:
         """Make the scheduler; nothing is done yet."""
         self.work = Scheduler(self.plan, self.occluders)
 
-    def run(self, film: Film) -> Generator[float, None, None]:
-        """Fill a film; yields the fraction of the work done, 0 to 1, at least once a heartbeat."""
+    @property
+    def seconds(self) -> dict[str, float]:
+        """Seconds by stage, summed over threads."""
+        return self.work.seconds
+
+    def run(self, film: Film) -> Steps:
+        """Write a picture to a film; yields the fraction of the work done, 0 to 1."""
         with closing(self.work):
             yield from self._run(film)
 
-    def _run(self, film: Film) -> Generator[float, None, None]:
+    def _run(self, film: Film) -> Steps:
+        traced, resolved = progress_shares(self.plan, self.work.free_workers > 0)
         wide = widened_plan(self.plan, self.plan.region)
-        surveyed, settled = progress_shares(self.plan, self.work.free > 0)
-        calls = self._survey(wide, 0, 1)
-        parts: CallProgress = {}
-        with closing(self.work.hands.results(calls, parts)) as results:
+        calls, progress = self._first_pass_calls(wide, 0, 1), CallProgress()
+        with closing(self.work.executor.run(calls, progress)) as results:
             # memory for the frame is allocated while workers trace
-            frame = Frame(wide, self.plan.region)
-            frame.develop(film)
-            for number in self._entered(frame, results, parts):
-                yield surveyed * number / len(calls)
-        clock = StageTimer()
+            frame = Frame(wide, self.plan.region, film)
+            # steps 1 to 5: centre rays, mask, smooth blocks, light, predicted errors
+            for done in self._enter_first_pass(frame, results, progress):
+                yield traced * done / len(calls)
+        # step 6: the goal of each pixel
         self.stage = "Setting the goal"
-        frame.correct()
-        clock("means of smooth pixels")
-        for done in self._set_goal(frame):
-            yield surveyed + (settled - surveyed) * done
+        self._correct_smooth_pixels(frame)
+        yield from _within(traced, resolved, self._set_goal(frame))
+        # step 7: pixels smooth in time
         if self.plan.motion:
             self.stage = "Integrating motion"
-            for done in self._interpolate(frame):
-                yield surveyed + (settled - surveyed) * done
-        clock.restart()
+            yield from _within(traced, resolved, self._interpolate_means(frame))
+        # step 8: adaptive cubature of all others
         self.stage = "Refining pixels"
-        tasks = frame.tasks(self.goal, self.work.part(int(frame.chosen(self.goal).sum())))
-        clock("means of smooth pixels")
-        self.work.add(clock.seconds)
-        rest, done = sum(rows.size for rows, _ in [*tasks, *self.work.aside]), 0
-        yield settled if rest else 1.0
-        for outcome in chain(self.work.results(refine, tasks), self.work.gathered()):
-            if outcome is not None:
-                rows, refined = outcome
-                frame.enter(rows, refined)
-                done += rows.size
-            yield settled + (1.0 - settled) * min((done + self.work.under_way) / rest, 1.0)
-        self.error_estimate = frame.estimate()
+        yield from _within(resolved, 1.0, self._refine(frame))
+        # step 9: the error
+        self.error_estimate = frame.estimate_error()
 
-    def _survey(self, wide: Plan, first: int, step: int) -> list[Call]:
+    # --- steps 1 to 5: the first pass ------------------------------------------------------
+
+    def _first_pass_calls(self, wide: Plan, first: int, step: int) -> list[Call]:
         """Calls that trace the first pass over every `step`-th row of blocks, from row `first`."""
-        side = SQUARES[0]
+        side = SMOOTH_SIDES[0]
         rough = coarse_plan(wide, side)
         fine = screen_bounds(wide)
         bounds = coarse_bounds(fine, side)
@@ -138,81 +138,97 @@ class ExactRender:
         most = max(1, most // (side * side * (right - left)))
         count = -(-rows // most)
         pixels = side * side * rows * (right - left)
-        hands = worker_pool.hands(wide.threads)
         if pixels >= THREADS_PIXELS or worker_pool.ready or wide.object_count > THREADS_OBJECTS:
-            count = min(rows, -(-count // hands) * hands)
+            at_a_time = worker_pool.concurrency(wide.threads)
+            count = min(rows, -(-count // at_a_time) * at_a_time)
         tiles = [Tile.make(rough, first + step * k, step * count) for k in range(count)]
-        share = SharedArguments((wide, self.occluders, fine))
-        squares = [PixelBlocks.of_tile(rough, side, bounds, tile) for tile in tiles]
-        return [Call(_first_pass_call, share, (some,)) for some in squares]
+        shared = SharedArguments((wide, self.occluders, fine))
+        blocks = [PixelBlocks.of_tile(rough, side, bounds, tile) for tile in tiles]
+        return [Call(_first_pass_call, shared, (each,)) for each in blocks]
 
-    def _entered(
+    def _enter_first_pass(
         self,
         frame: Frame,
         results: Generator[tuple[int, Any] | None, None, None],
-        parts: CallProgress,
-    ) -> Generator[float, None, None]:
+        progress: CallProgress,
+    ) -> Steps:
         """Enter the results of the first pass; yields the number of calls done.
 
-        parts : completed fractions of the calls in progress.
+        progress : completed fractions of the calls that are running.
         """
         done = 0
         for result in results:
             if result is not None:
                 _, (found, seconds) = result
                 self.work.add(seconds)
-                for lawn in found.lawns:
-                    frame.lay(lawn)
-                for rest in found.rest:
-                    frame.add(*rest)
-                self.work.shaded += found.points + sum(x.size for x, _, _ in found.rest)
+                for blocks in found.blocks:
+                    frame.add_smooth_blocks(blocks)
+                for x, y, pixels in found.pixels:
+                    frame.add_pixels(x, y, pixels)
+                frame.write_new_rows()
+                self.work.shaded += found.points + sum(x.size for x, _, _ in found.pixels)
                 done += 1
-            yield done + sum(parts.copy().values())
+            yield done + sum(progress.copy().values())
 
-    def _set_goal(self, frame: Frame) -> Generator[float, None, None]:
+    def _correct_smooth_pixels(self, frame: Frame) -> None:
+        clock = StageTimer()
+        frame.correct_smooth_pixels()
+        clock("means of smooth pixels")
+        self.work.add(clock.seconds)
+
+    # --- step 6: the goal --------------------------------------------------------------------
+
+    def _set_goal(self, frame: Frame) -> Steps:
         """Set the error goal of the whole picture, whatever part of it this frame covers.
 
         In still pictures the visible regions of pixels with outlines are shaded first: then their
         errors are known, and they are less than what has to be assumed before (a quad light, 1 %:
         nothing is left to refine).
-
-        Yields the fraction of the work done.
         """
+        chosen = self._goal_rows()
+        own = frame
         width, height = self.plan.picture
-        whole, own = (0, 0, width, height), frame
-        side = SQUARES[0]
-        step = max(1, height // (side * GOAL_ROWS))
-        first = step // 2
-        y = np.arange(height)
-        chosen = ((y // side) % step == first) & (y % side >= GOAL_ROW_BORDER)
-        chosen &= y % side < side - GOAL_ROW_BORDER
-        if step == 1 or not chosen.any():
-            chosen[:] = True
-        if self.plan.region != whole:
-            wide = widened_plan(self.plan, whole)
-            frame = Frame(wide, whole)
-            # the frame's first row of blocks is the one below the picture
-            below = -(frame.bottom // side)
-            calls = self._survey(wide, (first + below) % step, step)
-            with closing(self.work.hands.results(calls)) as results:
-                for _ in self._entered(frame, results, {}):
-                    yield 0.0
-            frame.correct()
+        if self.plan.region != (0, 0, width, height):
+            frame = Frame(widened_plan(self.plan, (0, 0, width, height)), (0, 0, width, height))
+            for _ in self._trace_goal_rows(frame):
+                yield 0.0
         inside = np.zeros(frame.height, dtype=np.bool_)
-        inside[frame.own[0]] = chosen
+        inside[frame.region_slices[0]] = chosen
         self._take_goal(frame, inside)
-        if not frame.lit(inside):
-            for _ in self._look(frame, inside):
+        if not frame.any_lit(inside):
+            for _ in self._search_light(frame, inside):
                 yield 0.0
         elif not self.plan.motion:
             self.stage = "Shading outlines"
-            yield from self._begin(own, own.outlines())
+            yield from self._shade_outlines(own, own.outline_pixels())
             if frame is not own:
-                for _ in self._begin(frame, frame.outlines(inside)):
+                for _ in self._shade_outlines(frame, frame.outline_pixels(inside)):
                     yield 1.0
             most = MAX_GOAL_RAISE * self.goal.error
             self._take_goal(frame, inside)
             self.goal = replace(self.goal, error=min(self.goal.error, most))
+
+    def _goal_row_step(self) -> int:
+        """Number of rows of blocks from each that the goal is computed from to the next."""
+        return max(1, self.plan.picture[1] // (SMOOTH_SIDES[0] * GOAL_ROWS))
+
+    def _goal_rows(self) -> Mask:
+        """Mask (height,) of the rows of pixels, of the whole picture, that set the goal."""
+        side, step = SMOOTH_SIDES[0], self._goal_row_step()
+        y = np.arange(self.plan.picture[1])
+        chosen: Mask = ((y // side) % step == step // 2) & (y % side >= GOAL_ROW_BORDER)
+        chosen &= y % side < side - GOAL_ROW_BORDER
+        return chosen if step > 1 and chosen.any() else np.ones_like(chosen)
+
+    def _trace_goal_rows(self, frame: Frame) -> Steps:
+        """Trace the first pass for the rows that set the goal, in a frame of the whole picture."""
+        step = self._goal_row_step()
+        # the frame's first row of blocks is the one below the picture
+        below = -(frame.bottom // SMOOTH_SIDES[0])
+        calls = self._first_pass_calls(frame.plan, (step // 2 + below) % step, step)
+        with closing(self.work.executor.run(calls)) as results:
+            yield from self._enter_first_pass(frame, results, {})
+        frame.correct_smooth_pixels()
 
     def _take_goal(self, frame: Frame, inside: Mask) -> None:
         clock = StageTimer()
@@ -220,46 +236,48 @@ class ExactRender:
         clock("goal")
         self.work.add(clock.seconds)
 
-    def _begin(self, frame: Frame, rows: Ints) -> Generator[float, None, None]:
-        """Shade the visible regions of pixels with outlines; yields the fraction done."""
-        tasks = frame.in_parts(rows, self.goal, self.work.part(rows.size), True)
+    def _shade_outlines(self, frame: Frame, rows: Ints) -> Steps:
+        """Shade the visible regions of pixels with outlines, whose indices are `rows`."""
+        tasks = frame.tasks(rows, self.goal, self.work.pixels_per_call(rows.size))
         done = 0
-        with closing(self.work.results(shade_initial_cells, tasks, "outlines")) as outcomes:
+        with closing(self.work.run(shade_initial_cells, tasks, "outlines")) as outcomes:
             for outcome in outcomes:
                 if outcome is not None:
-                    own, begun = outcome
-                    frame.begin(own, begun)
-                    done += own.size
-                yield (done + self.work.under_way) / rows.size
+                    pixels, shaded = outcome
+                    frame.enter_initial_cells(pixels, shaded)
+                    done += pixels.size
+                yield (done + self.work.in_progress) / rows.size
 
-    def _look(self, frame: Frame, inside: Mask) -> Generator[None, None, None]:
+    def _search_light(self, frame: Frame, inside: Mask) -> Generator[None, None, None]:
         """If no pixel centre is lit, search for light first and set the goal from what is found."""
-        some = frame.some(inside)
-        color, error, cut = columns(frame.color, some), frame.error[some], frame.outline[some]
+        rows = frame.region_pixels(inside)
+        color, error, cut = columns(frame.color, rows), frame.error[rows], frame.outline[rows]
         goal = make_goal(UNLIT_TOLERANCE, color, error, error, cut)
-        some = some[cut | (error > goal.error)]
-        if not some.size:
+        rows = rows[cut | (error > goal.error)]
+        if not rows.size:
             return
-        tasks = frame.in_parts(some, goal, self.work.part(some.size), True)
+        tasks = frame.tasks(rows, goal, self.work.pixels_per_call(rows.size))
         found: list[tuple[Ints, Array]] = []
-        with closing(self.work.results(refine, tasks)) as outcomes:
+        with closing(self.work.run(refine, tasks)) as outcomes:
             for outcome in outcomes:
                 if outcome is not None:
-                    rows, refined = outcome
-                    found.append((rows, refined.color))
-                    frame.count(rows, refined)
+                    pixels, refined = outcome
+                    found.append((pixels, refined.color))
+                    frame.count_samples(pixels, refined)
                 yield
-        pixels = np.concatenate([rows for rows, _ in found])
+        index = np.concatenate([pixels for pixels, _ in found])
         color = np.concatenate([part for _, part in found], axis=1)
         # if no light is found, the picture is too dark to be resolved
-        self.goal = frame.goal(inside, (pixels, color)) if color.any() else Goal(np.inf, 1.0)
+        self.goal = frame.goal(inside, (index, color)) if color.any() else Goal(np.inf, 1.0)
 
-    def _interpolate(self, frame: Frame) -> Generator[float, None, None]:
+    # --- step 7: pixels smooth in time -------------------------------------------------------
+
+    def _interpolate_means(self, frame: Frame) -> Steps:
         """Resolve pixels under motion by interpolation between shutter means, where these are
         smooth.
 
         Pixels that no block can resolve are meanwhile refined in the background, if there are
-        workers. Yields the fraction done.
+        workers.
         """
         clock = StageTimer()
         points = NodeValues(frame, self.goal)
@@ -270,39 +288,69 @@ class ExactRender:
         hard = frame.chosen(self.goal)
         for level in levels:
             hard[level.pixels] = False
-        rows = hard.nonzero()[0]
-        if rows.size and (size := self.work.part_aside(rows.size, frame.crowd(rows))):
-            self.work.put_aside(frame.in_parts(rows, self.goal, size, True))
-            frame.hold(rows)
+        self._refine_in_background(frame, hard.nonzero()[0])
         before = 0.0
         for level, share in zip(levels, LEVEL_SHARES, strict=True):
             wanted = level.ask()
             clock("blocks")
-            for done in self._integrate(frame, points, wanted):
-                yield before + share * done
+            yield from _within(before, before + share, self._integrate(frame, points, wanted))
             before += share
             clock.restart()
             level.settle()
             clock("blocks")
         self.work.add(clock.seconds)
 
-    def _integrate(
-        self, frame: Frame, points: NodeValues, wanted: Ints
-    ) -> Generator[float, None, None]:
-        """Integrate over the shutter at pixel centres; yields the fraction done."""
+    def _refine_in_background(self, frame: Frame, rows: Ints) -> None:
+        """Start the refinement of the pixels `rows` in the background, if there are workers."""
+        if not rows.size:
+            return
+        size = self.work.background_pixels_per_call(rows.size, frame.refinement_cost(rows))
+        if size:
+            self.work.start_background(frame.tasks(rows, self.goal, size))
+            frame.mark_in_progress(rows)
+
+    def _integrate(self, frame: Frame, points: NodeValues, wanted: Ints) -> Steps:
+        """Integrate over the shutter at the centres of the pixels `wanted`."""
         done = 0
-        tasks = frame.point_tasks(wanted, self.goal, self.work.part(wanted.size))
-        with closing(self.work.results(refine, tasks, "nodes of blocks")) as outcomes:
+        tasks = frame.point_tasks(wanted, self.goal, self.work.pixels_per_call(wanted.size))
+        with closing(self.work.run(refine, tasks, "nodes of blocks")) as outcomes:
             for outcome in outcomes:
                 if outcome is not None:
                     points.enter(*outcome)
                     done += outcome[0].size
-                yield (done + self.work.under_way) / wanted.size
+                yield (done + self.work.in_progress) / wanted.size
+
+    # --- step 8: adaptive cubature -----------------------------------------------------------
+
+    def _refine(self, frame: Frame) -> Steps:
+        """Refine the pixels that are above the goal, and take in those of the background."""
+        clock = StageTimer()
+        chosen = frame.chosen(self.goal)
+        frame.apply_corrections(chosen)
+        rows = chosen.nonzero()[0]
+        tasks = frame.tasks(rows, self.goal, self.work.pixels_per_call(rows.size))
+        clock("means of smooth pixels")
+        self.work.add(clock.seconds)
+        count = sum(pixels.size for pixels, _ in [*tasks, *self.work.background_tasks])
+        done = 0
+        yield 0.0 if count else 1.0
+        for outcome in chain(self.work.run(refine, tasks), self.work.background_results()):
+            if outcome is not None:
+                pixels, refined = outcome
+                frame.enter_refined(pixels, refined)
+                done += pixels.size
+            yield min((done + self.work.in_progress) / count, 1.0)
+
+
+def _within(low: float, high: float, steps: Steps) -> Steps:
+    """Steps of a part of the work whose progress lies between two fractions of the whole."""
+    for done in steps:
+        yield low + (high - low) * done
 
 
 def _first_pass_call(
-    plan: Plan, occluders: Occluders, bounds: Ints, squares: PixelBlocks
+    plan: Plan, occluders: Occluders, bounds: Ints, blocks: PixelBlocks
 ) -> tuple[FirstPass, dict[str, float]]:
     plan.go_on()
     clock = StageTimer()
-    return trace_first_pass(plan, occluders, bounds, squares, clock), clock.seconds
+    return trace_first_pass(plan, occluders, bounds, blocks, clock), clock.seconds

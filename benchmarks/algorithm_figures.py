@@ -27,7 +27,9 @@ from adaptive_drt.cubature.nodes import make_nodes, rotation_index
 from adaptive_drt.detection.occlusion import classify_light_visibility
 from adaptive_drt.geometry.sphere.kernels import discriminant
 from adaptive_drt.numerics.arrays import Array
+from adaptive_drt.numerics.axes import TIME
 from adaptive_drt.numerics.jet import Jet
+from adaptive_drt.numerics.line_lattice import Lattice
 from adaptive_drt.numerics.low_discrepancy import low_discrepancy_points
 from adaptive_drt.numerics.taylor_range import interval_range, rectangle_range
 from adaptive_drt.numerics.vector import dot
@@ -38,7 +40,7 @@ from adaptive_drt.tracing.compile import Plan
 from adaptive_drt.tracing.intersect import Pairs, surface
 from adaptive_drt.tracing.occluder_culling import Occluders
 from adaptive_drt.visibility.fragments import Boxes, find_fragments
-from adaptive_drt.visibility.line_intervals import TIME, Lattice, hit_intervals
+from adaptive_drt.visibility.line_intervals import hit_intervals
 from adaptive_drt.visibility.polynomials import make_polynomials
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -164,9 +166,9 @@ def blocks(watched: Watched, film: Film) -> plt.Figure:
     figure, axis = plt.subplots(figsize=(8, 4.9))
     picture(axis, 0.6 * shown(film.color) + 0.4, "")
     share = 0
-    for lawn in (lawn for found in watched.surveys for lawn in found.lawns):
-        side, colour = lawn.side, "tab:green" if lawn.side == 8 else "tab:purple"
-        corner = np.array([lawn.x, lawn.y]).T * side - 0.5
+    for block in (block for found in watched.first_passes for block in found.blocks):
+        side, colour = block.side, "tab:green" if block.side == 8 else "tab:purple"
+        corner = np.array([block.x, block.y]).T * side - 0.5
         inside = ((corner > -1) & (corner < np.array(film.color.shape[:0:-1]))).all(axis=1)
         share += side * side * int(inside.sum())
         square = np.array([[0, 0], [side, 0], [side, side], [0, side], [0, 0]])
@@ -274,13 +276,13 @@ def _show_regions(
     pairs = Pairs(np.zeros_like(every), every)
     found = find_fragments(plan, boxes, pairs, 1e-3, 16)
     wide = (high > low)[:, None] & np.ones(found.item.size, dtype=np.bool_)
-    star, turn = np.ones(found.item.size, dtype=np.bool_), rotation_index(found.place)
-    arms = make_nodes(found.place, found.spread, wide, star, ~star, turn)
-    samples = found.place[:, arms.region] + arms.offset
+    star, turn = np.ones(found.item.size, dtype=np.bool_), rotation_index(found.centroid)
+    arms = make_nodes(found.centroid, found.cholesky, wide, star, ~star, turn)
+    samples = found.centroid[:, arms.region] + arms.offset
     axis.plot(samples[one], samples[other], "ko", ms=4, mfc="w")
-    axis.plot(found.place[one], found.place[other], "k+", ms=9, mew=2)
+    axis.plot(found.centroid[one], found.centroid[other], "k+", ms=9, mew=2)
     for k in range(found.item.size):
-        axis.add_patch(_ellipse(found.place[:, k], found.spread[:, k], shown_axes))
+        axis.add_patch(_ellipse(found.centroid[:, k], found.cholesky[:, k], shown_axes))
     _show_lines(plan, axis, boxes, pairs, other == TIME)
 
 
@@ -299,7 +301,7 @@ def _show_lines(plan: Plan, axis: Axes, boxes: Boxes, pairs: Pairs, timed: bool)
     forms, cover = make_polynomials(plan, boxes, pairs)
     low, size = boxes.low[:, 0], (boxes.high - boxes.low)[:, 0]
     along, across = (TIME, 0) if timed else (0, 1)
-    first, last = hit_intervals(forms, cover.full, Lattice(along, 8, 1))
+    first, last = hit_intervals(forms, cover.all_hit, Lattice(along, 8, 1))
     for k in range(8):
         place = low[across] + (k + 0.5) / 8 * size[across]
         met = last[k, 0, : plan.sphere_count] > first[k, 0, : plan.sphere_count]

@@ -11,8 +11,8 @@ import numpy as np
 from paper_scenes import look_at
 
 from adaptive_drt.exact import ExactRender
-from adaptive_drt.image.buffers import Frame
-from adaptive_drt.image.smooth_blocks import FirstPass
+from adaptive_drt.image.first_pass import FirstPass
+from adaptive_drt.image.frame import Frame
 from adaptive_drt.numerics.arrays import Array, Mask
 from adaptive_drt.parallel.executor import CallProgress
 from adaptive_drt.scene.description import (
@@ -60,30 +60,30 @@ class Watched(ExactRender):
 
     Attributes
     ----------
-    surveys : what the first pass found.  first : (3, height, width) its radiance.
+    first_passes : what the first pass found.  first : (3, height, width) its radiance.
     before : (height, width) the errors that it estimated.  frame : the picture in the end.
     """
 
     def __post_init__(self) -> None:
         """Nothing is remembered yet."""
         super().__post_init__()
-        self.surveys: list[FirstPass] = []
+        self.first_passes: list[FirstPass] = []
         self.first = self.before = np.zeros(0)
         self.frame: Frame | None = None
 
-    def _entered(
+    def _enter_first_pass(
         self,
         frame: Frame,
         results: Generator[tuple[int, Any] | None, None, None],
-        parts: CallProgress,
+        progress: CallProgress,
     ) -> Generator[float, None, None]:
         def kept() -> Generator[tuple[int, Any] | None, None, None]:
             for result in results:
                 if result is not None:
-                    self.surveys.append(result[1][0])
+                    self.first_passes.append(result[1][0])
                 yield result
 
-        yield from super()._entered(frame, kept(), parts)
+        yield from super()._enter_first_pass(frame, kept(), progress)
 
     def _set_goal(self, frame: Frame) -> Generator[float, None, None]:
         self.frame = frame
@@ -94,7 +94,7 @@ class Watched(ExactRender):
         """Of values (..., n) of the frame those of the picture: (..., height, width)."""
         assert self.frame is not None
         whole = values.reshape(*values.shape[:-1], self.frame.height, self.frame.width)
-        return whole[..., *self.frame.own]
+        return whole[..., *self.frame.region_slices]
 
 
 def plan_of(scene: Scene, **changes: Any) -> Plan:

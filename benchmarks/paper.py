@@ -21,10 +21,13 @@ import paper_pictures
 import paper_report
 from paper_scenes import motion_scene, penumbra_scene
 
+from adaptive_drt.cost_model import PixelCosts, measure_pixel_costs
 from adaptive_drt.render import render_image
-from adaptive_drt.scene.description import Scene
+from adaptive_drt.scene.description import Scene, validate
 from adaptive_drt.scene.film import Film
 from adaptive_drt.scene.settings import Settings
+from adaptive_drt.tracing.compile import make_plan
+from adaptive_drt.tracing.occluder_culling import Occluders
 
 ROOT = Path(__file__).resolve().parent.parent
 PENUMBRA = Settings(method="RAYS", use_edges=False, use_motion=False, light_rays=49)
@@ -34,6 +37,8 @@ RAYS = {"penumbra": "light_rays", "motion": "time_rays"}
 
 REFERENCE_RAYS = {("penumbra", 300): 4096, ("motion", 300): 2048}
 REFERENCE_RAYS |= {("penumbra", 600): 1024, ("motion", 600): 512}
+COST_REPETITIONS = 15
+"""Timed repetitions of each pass that measures b: their quartiles then settle to a few percent."""
 REFERENCE_SEED = 1009
 """Any seed but the rows' own, so that their errors are not the reference's."""
 
@@ -46,6 +51,7 @@ class Row:
     ----------
     paper_seconds, paper_pixels : as printed; None for a row that the paper does not have.
     best : least seconds over the rounds.  film : of that round.
+    costs : times of a pixel with and without derivatives; None before they are measured.
     """
 
     effect: str
@@ -56,6 +62,7 @@ class Row:
     paper_pixels: int | None = None
     best: float = float("inf")
     film: Film = field(default_factory=lambda: Film(1, 1))
+    costs: PixelCosts | None = None
 
     @property
     def everywhere(self) -> bool:
@@ -74,6 +81,11 @@ class Row:
         seconds = film.stats["seconds"]["total"]
         if seconds < self.best:
             self.film, self.best = film, seconds
+
+    def measure_costs(self, scene: Scene) -> None:
+        """Measure the times of a pixel with and without derivatives, on a sample of rows."""
+        plan = make_plan(validate(scene), self.settings)
+        self.costs = measure_pixel_costs(plan, Occluders(plan), repetitions=COST_REPETITIONS)
 
 
 def paper_rows(effect: str) -> list[Row]:
@@ -138,6 +150,9 @@ def main() -> None:
     about = machine.describe()
     rows = [row for effect in SCENES for row in paper_rows(effect)]
     run_rounds(rows, {300: given.rounds, 600: given.large_rounds})
+    for row in rows:
+        if not row.everywhere:
+            row.measure_costs(SCENES[row.effect][0](row.size))
     truths = {key: reference(*key) for key in REFERENCE_RAYS}
     errors = [relative_rmse(row.film, truths[row.effect, row.size]) for row in rows]
     given.docs.mkdir(parents=True, exist_ok=True)

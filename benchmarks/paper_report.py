@@ -112,7 +112,9 @@ MODEL = """## Equation 10
 
 a is the flagged share; b = t_n / t'_n, the time of a pixel with derivatives, detection and shading,
 but nothing distributed, over that of a plain tracer's pixel; c the rays of a distributed pixel.
-a, b and c are measured in each render (`film.stats`).
+a and c are counted in the render. b is the median of 15 ratios, given with their interquartile
+range: two passes alternate on one thread over the same rows of the picture, the same code with and
+without derivatives (`measure_pixel_costs` in `cost_model.py`).
 
 The paper takes a distributed pixel for c plain ones (its equation 8, t'_d = c t'_n). Here it is
 cheaper: light rays need no new camera ray, and the closed form of the unblocked light is taken
@@ -131,14 +133,19 @@ compares the prediction from times with *reuse off*.
 
 
 def _model(rows: list[Row]) -> list[str]:
-    names = "effect|size|order|a|b|c, rays|c, time|predicted, rays|predicted, time"
+    names = "effect|size|order|a|b (spread)|c, rays|c, time|predicted, rays|predicted, time"
     lines = [*MODEL.splitlines(), "", *_header(names + "|reuse off|off by|reuse on")]
     for row in _adaptive(rows):
         model = Model.of(rows, row)
         reused = row.best / baseline(rows, row).best
         cells = (
             *(row.effect, row.size, row.settings.order),
-            *(f"{model.a:.3f}", f"{model.b:.2f}", f"{model.rays:g}", f"{model.times:.1f}"),
+            *(
+                f"{model.a:.3f}",
+                f"{model.b:.2f} ({model.spread:.2f})",
+                f"{model.rays:g}",
+                f"{model.times:.1f}",
+            ),
             f"{predicted_ratio(model.a, model.b, model.rays):.3f}",
             *(f"{model.predicted:.3f}", f"{model.measured:.3f}", f"{model.off:+.0%}"),
             f"{reused:.3f}",
@@ -154,10 +161,11 @@ def _adaptive(rows: list[Row]) -> list[Row]:
 
 @dataclass(frozen=True)
 class Model:
-    """Equation 10 of one row: a, b, c as rays and as times, and what was measured."""
+    """Equation 10 of one row: a, b with its spread, c as rays and as times, and the measurement."""
 
     a: float
     b: float
+    spread: float
     rays: float
     times: float
     measured: float
@@ -171,8 +179,10 @@ class Model:
         stats = free.film.stats
         stages = whole.film.stats["seconds"]
         distributed = sum(s for stage, s in stages.items() if stage not in ("prepare", "total"))
-        times = distributed / whole.film.stats["pixels"] / stats["pixel_seconds"]["plain"]
-        return cls(stats["a"], stats["b"], stats["c"], times, free.best / whole.best)
+        costs = free.costs
+        assert costs is not None
+        times = distributed / whole.film.stats["pixels"] / costs.summary()["plain"]
+        return cls(stats["a"], costs.b, costs.spread, stats["c"], times, free.best / whole.best)
 
     @property
     def predicted(self) -> float:

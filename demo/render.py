@@ -87,7 +87,8 @@ def render_demo(scene: Path, folder: Path) -> str:
 def statistics(width: int, height: int, stats: dict) -> str:
     counts, seconds = stats["counts"], stats["seconds"]
     effects = ", ".join(f"{n} {counts[n]}" for n in ("penumbra", "motion", "edge"))
-    costs = ", ".join(f"{k} = {stats[k]:.4g}" for k in ("a", "b", "c") if stats.get(k) is not None)
+    known = [k for k in ("a", "b", "b_spread", "c") if stats.get(k) is not None]
+    costs = ", ".join(f"{k} = {stats[k]:.4g}" for k in known)
     parts = (
         f"{width} x {height} in {seconds['total']:.2f} s: "
         f"{counts['distributed']} pixels distributed ({effects})",

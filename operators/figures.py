@@ -68,6 +68,16 @@ def issues_of(figures: dict[str, Any]) -> list[Issue]:
     return [Issue(**{key: i[key] for key in i.keys() & known}) for i in found]
 
 
+def derivative_cost(figures: dict[str, Any]) -> str | None:
+    """Return b of the paper's cost model with its interquartile range, None where it has none."""
+    if "b" not in figures:
+        return None
+    if figures["b"] is None:
+        return "not measured"
+    spread = figures.get("b_spread")
+    return f"{figures['b']:.3g}" + (f" (spread {spread:.2g})" if spread else "")
+
+
 def summary(figures: dict[str, Any]) -> str:
     """Return one line about a render."""
     counts = figures.get("counts", {})
@@ -81,5 +91,10 @@ def summary(figures: dict[str, Any]) -> str:
     for name in ("penumbra", "motion", "edge"):
         if name in counts:
             parts.append(f"{name} {counts[name]:,}")
-    parts += [f"{k} = {figures[k]:.4g}" for k in ("a", "b", "c") if figures.get(k) is not None]
+    costs = {
+        "a": f"{figures['a']:.4g}" if "a" in figures else None,
+        "b": derivative_cost(figures),
+        "c": f"{figures['c']:.4g}" if "c" in figures else None,
+    }
+    parts += [f"{name} = {value}" for name, value in costs.items() if value]
     return ", ".join(parts)

@@ -24,7 +24,8 @@ LAYERS = (
     ("shading",),
     ("cubature",),
     ("image",),
-    ("exact", "distributed", "cost_model"),
+    ("exact", "distributed"),
+    ("cost_model",),
     ("render",),
 )
 """The core's packages, and the modules of the driver, by rank: each imports only what is of a lower

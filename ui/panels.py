@@ -8,7 +8,7 @@ from typing import Any
 import bpy
 
 from ..operators.engine import ENGINE
-from ..operators.figures import read_figures
+from ..operators.figures import derivative_cost, read_figures
 from ..operators.images import MASK, RESULT, find_image
 from ..operators.issues import Group, count_text, grouped, missing_count
 from ..operators.selection import is_selectable, known_issues
@@ -230,7 +230,10 @@ def figure_lines(figures: dict[str, Any]) -> list[tuple[str, str]]:
         share = f" ({100.0 * count / pixels:.1f} %)" if pixels else ""
         lines.append((f"{name.title()} Pixels", f"{count:,}{share}"))
     for name, said, form in COSTS if is_of_rays(figures) else ():
-        if isinstance(figures.get(name), (int, float)):
+        cost = derivative_cost(figures) if name == "b" else None
+        if cost is not None:
+            lines.append((said, cost))
+        elif isinstance(figures.get(name), (int, float)):
             lines.append((said, form.format(figures[name])))
     for kind, count in figures.get("rays", {}).items():
         if isinstance(count, (int, float)):

@@ -403,11 +403,11 @@ def _region_subdomains(
     cells: Cells, found: Fragments, hit: Ints, limits: _PixelLimits
 ) -> Subdomains:
     """Subdomains for the visible regions that show an object."""
-    box, spread = found.box[hit], columns(found.spread, hit)
+    box, spread = found.box[hit], columns(found.cholesky, hit)
     half = np.minimum(0.5 * columns(cells.high - cells.low, box), _half_extents(spread))
     stake, crowd = limits.stakes(cells)
     stake = found.weight[hit] * stake[box]
-    centroid, item = columns(found.place, hit), found.item[hit]
+    centroid, item = columns(found.centroid, hit), found.item[hit]
     turn = rotation_index(0.5 * (cells.low + cells.high))[box]
     star, each, known = cells.star[box], (stake, crowd[box]), np.zeros(hit.size, dtype=np.bool_)
     light = np.zeros((3, 0)), zero_variation(0), np.zeros(0)
@@ -433,8 +433,8 @@ def _cells_from_regions(
     )
     away = color - columns(mean, found.box)
     edge = grouped_sums(found.box, found.error * rms(away), count)
-    edge += task.goal.contrast * found.missed
-    deviation[STEP_KIND, 2] += task.goal.contrast * found.late
+    edge += task.goal.contrast * found.missed_weight
+    deviation[STEP_KIND, 2] += task.goal.contrast * found.motion_error
     alpha = np.ones(count)
     if plan.transparent:
         alpha = grouped_sums(box, weight, count)

@@ -15,6 +15,7 @@ import numpy as np
 
 from ..lights.emitter import Emitter
 from ..numerics.arrays import Array, Ints, Mask
+from ..numerics.axes import TIME
 from ..numerics.floats import TINY
 from ..numerics.gather import columns, place
 from ..numerics.vector import dot
@@ -27,7 +28,6 @@ from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs, Surface, surface
 from ..tracing.occluder_culling import Occluders
 from ..visibility.fragments import Fragments
-from ..visibility.line_intervals import TIME
 from .limb_correction import limb_gains
 from .node_clipping import clip_nodes
 from .nodes import Nodes, make_nodes
@@ -232,7 +232,7 @@ def _multi_node_means(
     sampling += arms.middle * (centers.light.error - sampling)
     color = np.array([grouped_sums(region, part * row, size) for row in shown])
     color += arms.middle * (center - color)
-    round_ = (star & (parts.item < plan.sphere_count)).nonzero()[0]
+    round_ = (star & ~plan.shapes.planar[parts.item]).nonzero()[0]
     if round_.size:
         gain = _limb_gains((slant, centers.slant), round_, arms, left, axes[round_])
         off = columns(color - center, round_)

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..numerics.arrays import Array, Ints, Mask
+from ..numerics.axes import TIME
 from ..numerics.gather import columns
 from ..numerics.low_discrepancy import generalized_golden_ratio, splitmix64
 from ..tracing.intersect import positions_in_runs
-from ..visibility.line_intervals import TIME
 
 __all__ = ["Nodes", "make_nodes", "rotation_index"]
 

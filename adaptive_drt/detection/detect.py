@@ -14,15 +14,16 @@ from typing import TypeAlias
 import numpy as np
 
 from ..numerics.arrays import Array, Ints, Mask
+from ..numerics.axes import SHUTTER_ENDS
 from ..numerics.gather import columns
 from ..numerics.vector import dot
 from ..parallel.call_progress import iterate_with_progress, progress_range
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs, Surface, curvature, intersect_pairs, nearest_hits, surface
 from ..tracing.occluder_culling import Occluders
-from .edges import EdgeTest, detect_edges, half_pixel
+from .edges import EdgeTest, detect_edges
 from .moving_shadows import light_changes, patch_light_changes
-from .moving_silhouettes import SHUTTER_ENDS, detect_moving_silhouettes, moves_under_fixed_ray
+from .moving_silhouettes import detect_moving_silhouettes, moves_under_fixed_ray
 from .occlusion import (
     LightVisibility,
     classify_horizon,
@@ -82,18 +83,19 @@ class DetectionFlags:
     Attributes
     ----------
     mask : (3, n) bool, whether rays are distributed over the lights, the shutter and the pixel.
-    shadows : for each light, its visibility from the tile's hits; empty without detection.
+    visibilities : for each light, its visibility from the tile's hits; empty without detection.
     candidates : for each light, the occluders that may matter anywhere in the pixels of the hits.
-    outline : (n,) whether silhouettes, or curves in which two surfaces intersect, may pass through
-        the pixel during the shutter.
-    rivals : pairs of such pixels and objects that may be seen in them, sorted by object.
+    silhouette : (n,) whether silhouettes, or curves in which two surfaces intersect, may pass
+        through the pixel during the shutter.
+    visible_candidates : pairs of such pixels and objects that may be seen in them, sorted by
+        object.
     """
 
     mask: Mask
-    shadows: tuple[LightVisibility, ...]
+    visibilities: tuple[LightVisibility, ...]
     candidates: tuple[Pairs, ...]
-    outline: Mask
-    rivals: Pairs
+    silhouette: Mask
+    visible_candidates: Pairs
 
 
 def trace_center_rays(plan: Plan, x: Array, y: Array, pairs: Pairs) -> CenterRays:
@@ -140,7 +142,7 @@ def detect(
     """
     pairs = center.pairs
     found = _find_silhouettes(plan, center, clock)
-    test, outlines = found.test, found.outline
+    test, outlines = found.test, found.silhouette
     mask = np.zeros((3, outlines.size), dtype=np.bool_)
     mask[1], mask[2] = found.motion, found.edge
     shadows, candidates = _detect_light(plan, occluders, center, test, mask, clock)
@@ -161,13 +163,13 @@ class _SilhouetteFlags:
     test : the test over the pixel at the middle of the shutter; None if edges are not computed.
     motion : (n,) the visible surface may change with time.
     edge : (n,) such a curve may be in the pixel at some time.
-    outline : (n,) `edge`, or motion by an object that `detect_moving_silhouettes` finds.
+    silhouette : (n,) `edge`, or motion by an object that `detect_moving_silhouettes` finds.
     """
 
     test: EdgeTest | None
     motion: Mask
     edge: Mask
-    outline: Mask
+    silhouette: Mask
 
 
 def _find_silhouettes(plan: Plan, center: CenterRays, clock: StageCallback) -> _SilhouetteFlags:
@@ -180,7 +182,7 @@ def _find_silhouettes(plan: Plan, center: CenterRays, clock: StageCallback) -> _
     if plan.edges:
         test = detect_edges(plan, count, pairs, columns(center.w, pairs.pixel), center.t)
         edge |= test.edge
-        front_still, clear = test.front_still, test.nearest_still
+        front_still, clear = test.covered_from_at_rest, test.nearest_at_rest
         clock("detect edges")
     outline = edge
     if plan.motion:
@@ -198,7 +200,7 @@ def _visible_candidates(plan: Plan, pairs: Pairs, test: EdgeTest | None, outline
     """The candidates of pixels with silhouettes, without those that objects at rest hide."""
     keep = outlines[pairs.pixel]
     if test is not None:
-        still = test.some & (test.near <= test.front_still[pairs.pixel])
+        still = test.may_hit & (test.near <= test.covered_from_at_rest[pairs.pixel])
         keep &= plan.moves[pairs.item] | still
     return pairs.take(keep)
 
@@ -235,7 +237,7 @@ def detect_smooth_blocks(
     """
     found = _find_silhouettes(plan, center, clock)
     assert found.test is not None
-    clear = ~found.outline & ~found.motion
+    clear = ~found.silhouette & ~found.motion
     rows = clear[center.rows].nonzero()[0]
     hits = center.hits.take(rows)
     reach = np.minimum(*_reach_bounds(plan, center, found.test))[rows]
@@ -264,13 +266,13 @@ def detect_smooth_blocks(
         if light.displacement is not None:
             moving[center.rows[rows]] |= ~(dark | blocked)
     clear[center.rows[rows]] &= dull
-    whole = (~found.outline & (center.item >= 0)).nonzero()[0]
-    rivals = _visible_candidates(plan, center.pairs, found.test, found.outline)
+    whole = (~found.silhouette & (center.item >= 0)).nonzero()[0]
+    rivals = _visible_candidates(plan, center.pairs, found.test, found.silhouette)
     item = np.concatenate([rivals.item, center.item[whole]])
     order = np.argsort(item, kind="stable")
     pairs = Pairs(np.concatenate([rivals.pixel, whole])[order], item[order])
-    clock("clear squares")
-    item = np.where(found.outline, -1, center.item)
+    clock("smooth blocks")
+    item = np.where(found.silhouette, -1, center.item)
     return SmoothBlockFlags(clear, moving, tuple(hidden), item, pairs)
 
 
@@ -332,7 +334,7 @@ def _reach_bounds(plan: Plan, center: CenterRays, test: EdgeTest) -> tuple[Array
     deep = np.zeros(center.depth.size)
     t = center.depth[pairs.pixel[own]]
     deep[pairs.pixel[own]] = np.maximum(test.far[own] - t, t - test.near[own])
-    h = half_pixel(plan)
+    h = plan.lens.half_pixel
     across = (center.depth[rows] + deep[rows]) * h
     by_depth = np.maximum(deep[rows], 0.0) * (np.sqrt(dot(w, w)) + h) + across
     return patch_reach(plan, center.hits, w), by_depth
@@ -350,14 +352,14 @@ def _light_changes_at_silhouettes(
     changes = np.zeros(mask.shape[1], dtype=np.bool_)
     open_ = mask[2] & ~mask[1]
     rests = ~moves_under_fixed_ray(plan, pairs.item)
-    rows = (test.seen & open_[pairs.pixel] & rests).nonzero()[0]
+    rows = (test.may_be_visible & open_[pairs.pixel] & rests).nonzero()[0]
     if not rows.size:
         return changes
     w = columns(center.w, pairs.pixel[rows])
     near, far = test.near[rows], test.far[rows]
-    length = np.sqrt(dot(w, w)) + half_pixel(plan)
+    length = np.sqrt(dot(w, w)) + plan.lens.half_pixel
     with np.errstate(over="ignore", invalid="ignore"):
-        reach = 0.5 * (far - near) * length + far * half_pixel(plan)
+        reach = 0.5 * (far - near) * length + far * plan.lens.half_pixel
     # no finite ball bounds a surface that is seen edge-on
     endless = ~(np.abs(reach) < UNBOUNDED_REACH)
     changes[pairs.pixel[rows[endless]]] = True

@@ -12,6 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..geometry.sphere.kernels import origin_inside, sphere_blocks_segment, surface_tolerance
+from ..geometry.sphere.light_occlusion import ball_occlusion
 from ..lights.bounds import LightBounds
 from ..lights.emitter import Emitter
 from ..numerics.arrays import Array, Mask
@@ -20,7 +21,6 @@ from ..numerics.vector import dot, norm
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs, Surface
 from ..tracing.occluder_culling import Occluders
-from .occlusion import classify_balls
 
 __all__ = ["classify_patches"]
 
@@ -42,19 +42,20 @@ def classify_patches(
 
     Returns
     -------
-    none, full : (m,) bool; both are false where nothing is proven, and for all quads.
+    none, full : (m,) bool; both are false where nothing is proven, and for all objects that do not
+        fill their bounding spheres.
     """
     none, full = np.zeros((2, pairs.item.size), dtype=np.bool_)
     own = surface.item[pairs.pixel] == pairs.item
-    rows = ((pairs.item < plan.sphere_count) & ~own).nonzero()[0]
+    rows = ((pairs.item < plan.shapes.proxied) & ~own).nonzero()[0]
     bounds = light.bounds_from_anywhere()
     item, pixel = pairs.item[rows], pairs.pixel[rows]
     point, place = columns(surface.point, pixel), columns(occluders.center, item)
     path = bounds.swept_radius - bounds.radius
-    # `occluders.radius` are the radii of balls around the swept spheres
-    wide, own_radius = occluders.radius[item], plan.spheres.radius[item]
-    away = reach[pixel] + path + surface_tolerance(point, own_radius)
-    around, within = wide + away, 2.0 * own_radius - wide - away
+    # `occluders.radius` are the radii of balls around the swept objects
+    wide, at_rest = occluders.radius[item], plan.shapes.bounding_spheres[1][item]
+    away = reach[pixel] + path + surface_tolerance(point, at_rest)
+    around, within = wide + away, plan.shapes.inner_radii[item] + at_rest - wide - away
     none[rows] = _classify_from_outside(plan, bounds, point, place, around)[0]
     # a ball that contains both the point and the light hides nothing
     apart = norm(place - point) >= around
@@ -76,5 +77,7 @@ def _classify_from_outside(
     if not light.extended:
         block = sphere_blocks_segment(to, v, r)
         return ~block & ~enclosed, block & ~enclosed
-    none, full = classify_balls(plan, light, to, light.to_center(place), v, r, enclosed)
+    none, full = ball_occlusion(
+        light, to, light.to_center(place), v, r, enclosed, plan.settings.order
+    )
     return none & ~full & ~enclosed, full & ~enclosed

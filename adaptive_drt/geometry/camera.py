@@ -8,13 +8,20 @@ coordinates and the ray parameter is the depth along the camera's axis.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from ..numerics.arrays import Array
+from ..numerics.floats import UNIT_ROUNDOFF
+from ..numerics.vector import cross, dot
 from ..scene.description import Camera
 
 __all__ = ["PinholeCamera", "make_pinhole_camera"]
+
+PLANE_DISTANCE_OPERATIONS = 32
+"""Number of rounded operations in the distance of the image plane, counted generously: its error
+bound in roundoffs."""
 
 
 @dataclass(frozen=True)
@@ -39,6 +46,36 @@ class PinholeCamera:
         """Directions (3, s), not normalised, through pixel coordinates x, y of equal shape (s)."""
         shape = (3,) + (1,) * x.ndim
         return self.base.reshape(shape) + x * self.right.reshape(shape) + y * self.up.reshape(shape)
+
+    @cached_property
+    def half_pixel(self) -> float:
+        """Bound on |w - w0| for the directions w of a pixel's rays, w0 that of its centre."""
+        lengths = np.sqrt(dot(self.right, self.right)) + np.sqrt(dot(self.up, self.up))
+        return 0.5 * float(lengths)
+
+    @cached_property
+    def image_plane_distance(self) -> float:
+        """Lower bound on the length of directions: the distance of the plane in which they end."""
+        normal = cross(self.right, self.up)
+        distance = float(np.abs(dot(normal, self.base)) / np.sqrt(dot(normal, normal)))
+        return (1.0 - PLANE_DISTANCE_OPERATIONS * UNIT_ROUNDOFF) * distance
+
+    def least_length(self, length: Array) -> Array:
+        """Lower bounds (n,) on the lengths of pixels' directions, given those of centre rays (n,).
+
+        A direction ends within `half_pixel` of the centre's, and no nearer than the image plane.
+        """
+        return np.maximum(length - self.half_pixel, self.image_plane_distance)
+
+    def linear_range(self, w: Array, gradient: Array) -> tuple[Array, Array]:
+        """Values (n,) of w . gradient for pixels' centres, and their largest changes in the pixels.
+
+        w : (3, n) directions of the centre rays.  gradient : (3, n).
+        """
+        spread = 0.5 * (
+            np.abs(dot(self.right[:, None], gradient)) + np.abs(dot(self.up[:, None], gradient))
+        )
+        return dot(w, gradient), spread
 
 
 def make_pinhole_camera(camera: Camera) -> PinholeCamera:

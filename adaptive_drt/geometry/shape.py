@@ -19,17 +19,29 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..numerics.arrays import Array, Ints, Mask
+from ..numerics.axes import SHUTTER_ENDS
 from ..numerics.gather import columns
 from ..numerics.vector import cross, dot
 from .camera import PinholeCamera
+from .implicit_surface import ImplicitSurface
+from .light_protocol import LightShape
+from .line_forms import BoxRays, LineForms
+from .pixel_coverage import PixelCoverage
+from .planar_faces import PlanarFaces
+from .receivers import Receivers
+from .sphere.light_occlusion import moving_sphere_may_shadow
+from .sphere.pixel_coverage import moving_sphere_coverage, sphere_coverage
 
-__all__ = ["MIN_PLANE_COSINE", "ShapeSet", "Span", "shutter_ends"]
+__all__ = ["MIN_PLANE_COSINE", "UNKNOWN_CURVATURE", "ShapeSet", "Span", "shutter_ends"]
 
 Span = tuple[tuple[Array, Array], tuple[Array, Array]]
 """Least and largest x, and least and largest y, in pixels: (n,) each."""
 
 MIN_PLANE_COSINE = 2.0**-52
 """Least cosine between the normal of a plane and a ray."""
+UNKNOWN_CURVATURE = 2.0**256
+"""Curvature, in 1 / m, of surfaces without a bound on theirs: larger than any that matters, and
+finite, so that its product with an extent of 0 is 0."""
 
 
 class ShapeSet(ABC):
@@ -102,6 +114,16 @@ class ShapeSet(ABC):
         time : shutter times, a number or (m, k).
         """
 
+    @abstractmethod
+    def line_forms(self, index: Ints, rows: Ints, rays: BoxRays) -> LineForms:
+        """Shapes seen through boxes in pixel and shutter time, as polynomials.
+
+        Parameters
+        ----------
+        index : (m,).  rows : (m,) positions among all candidates, for `LineForms.rows`.
+        rays : the camera's rays through the box of each.
+        """
+
     @property
     def count(self) -> int:
         """Number of shapes."""
@@ -109,13 +131,59 @@ class ShapeSet(ABC):
 
     @property
     def curvature(self) -> Array:
-        """Curvatures (n,) of the surfaces, 1 / m; 0 for planes."""
-        return np.zeros(self.count)
+        """Upper bounds (n,) on the curvatures of the surfaces, 1 / m; 0 for planes."""
+        return np.full(self.count, 0.0 if self.planar else UNKNOWN_CURVATURE)
 
     @property
     def min_cosine(self) -> Array:
         """Least cosine (n,) between a ray and the normal at its hit that is taken for certain."""
         return np.full(self.count, MIN_PLANE_COSINE)
+
+    @property
+    def moves_under_fixed_ray(self) -> Mask:
+        """Whether the point (n,) that a fixed ray hits may move during the shutter."""
+        if self.displacement is None:
+            return np.zeros(self.count, dtype=np.bool_)
+        moves: Mask = self.displacement.any(axis=0)
+        return moves
+
+    def implicit_surface(self, index: Ints) -> ImplicitSurface | None:
+        """Planes or spheres on which shapes lie at mid-shutter; None for other surfaces."""
+        del index
+        return None
+
+    def plane(self, index: Ints, time: Array | float) -> tuple[Array, Array]:
+        """Normals n (3, m), of any length, and heights h (m,) of the planes n.P = h of shapes.
+
+        Only kinds that are `planar` have them.
+        """
+        raise NotImplementedError(f"{type(self).__name__} does not lie in planes")
+
+    def extent(self, index: Ints, direction: Array, time: Array | float) -> tuple[Array, Array]:
+        """Least and greatest dot product (m,) of the points of shapes with vectors (3, m).
+
+        The default is the extent of the bounding spheres.
+        """
+        center, radius = self.bounding_spheres
+        place = columns(center, index)
+        if self.displacement is not None:
+            place = place + time * columns(self.displacement, index)
+        middle = dot(place, direction)
+        reach = radius[index] * np.sqrt(dot(direction, direction))
+        return middle - reach, middle + reach
+
+    @property
+    def faces(self) -> PlanarFaces | None:
+        """The planes of planar shapes; None for sets of other shapes."""
+        return None
+
+    @property
+    def inner_radii(self) -> Array:
+        """Radii (n,), metres, of balls inside the shapes, around the bounding spheres' centres.
+
+        All that such a ball hides from outside of it is hidden by the shape; 0 for no ball.
+        """
+        return np.zeros(self.count)
 
     def screen_span(self, camera: PinholeCamera) -> Span:
         """Bounds of the shapes on the screen over the shutter, in pixels.
@@ -128,6 +196,122 @@ class ShapeSet(ABC):
         ends = [center] if d is None else [center + time * d for time in shutter_ends(d)]
         across = ball_span(camera, camera.right, camera.up, ends, radius)
         return across, ball_span(camera, camera.up, camera.right, ends, radius)
+
+    def coverage(self, index: Ints, w: Array, camera: PinholeCamera, order: int) -> PixelCoverage:
+        """Coverage of m pixels by shapes at mid-shutter; the default follows from bounding spheres.
+
+        w : (3, m) directions through the pixels' centres.  order : the order of jets.
+        """
+        center, radius = self.bounding_spheres
+        v, r = columns(center, index), radius[index]
+        return sphere_coverage(v, r, w, camera, order).of_enclosed(dot(v, v) <= r * r)
+
+    def moving_coverage(
+        self, index: Ints, w: Array, camera: PinholeCamera, order: int, whole_pixel: bool
+    ) -> PixelCoverage:
+        """Coverage of m pixels during the shutter; the default follows from bounding spheres.
+
+        whole_pixel : whether all rays of a pixel count, or only its centre's.
+        """
+        v, r = (part.take(index, axis=-1) for part in self.bounding_spheres)
+        d = np.zeros_like(v) if self.displacement is None else columns(self.displacement, index)
+        bound = moving_sphere_coverage(v, d, r, w, camera, order, whole_pixel)
+        return bound.of_enclosed(np.zeros_like(bound.may_hit))
+
+    def least_cosine(self, index: Ints, cosine: Array, turn: Array) -> Array:
+        """Lower bounds (m,) on the cosines between rays of pixels and the normals at their hits.
+
+        The default is 0, no bound.
+
+        Parameters
+        ----------
+        cosine : (m,) the cosine for the centre ray.  turn : (m,) bound on the sine of the angle
+            between the centre ray and the others.
+        """
+        del index, turn
+        return np.zeros_like(cosine)
+
+    def occlusion(
+        self,
+        index: Ints,
+        light: LightShape,
+        receivers: Receivers,
+        time: Array | float,
+        order: int,
+    ) -> tuple[Mask, Mask]:
+        """Whether shapes certainly hide nothing, or certainly all of a light from points.
+
+        Where a shape may hide a part, both are false; the default is false everywhere.
+
+        Parameters
+        ----------
+        light : the light as it casts shadows.  receivers : m points; their reach does not count.
+        time : shutter times of the light and the shapes, a number or (m,).  order : of jets.
+
+        Returns
+        -------
+        none, full : (m,) bool.
+        """
+        del light, receivers, time, order
+        none, full = np.zeros((2, index.size), dtype=np.bool_)
+        return none, full
+
+    def hides_from_patch(
+        self, index: Ints, light: LightShape, receivers: Receivers, time: float
+    ) -> Mask:
+        """Whether shapes that hide a light from the receivers' points do so from whole patches.
+
+        The default is nowhere.
+
+        Parameters
+        ----------
+        light : the light as it casts shadows.  receivers : m patches with a reach.
+        time : the shutter time of the light and the shapes.
+        """
+        del light, receivers, time
+        return np.zeros(index.size, dtype=np.bool_)
+
+    def may_shadow(self, index: Ints, light: LightShape, receivers: Receivers) -> Mask:
+        """Whether shapes may hide some of a light at rest from patches at some time: (m,).
+
+        The default follows from the bounding spheres and the paths of their centres.
+        """
+        center, r = (part.take(index, axis=-1) for part in self.bounding_spheres)
+        d = self.displacement
+        moved = np.zeros_like(center) if d is None else columns(d, index)
+        return moving_sphere_may_shadow(light, receivers, center, moved, r)
+
+    def casts_sharp_edge(
+        self, index: Ints, light: LightShape, receivers: Receivers, order: int
+    ) -> Mask:
+        """Whether shapes at mid-shutter may hide all of a light from one point of a patch and
+        nothing from another: (m,). The default is everywhere.
+
+        Parameters
+        ----------
+        light : the light as it casts shadows, or points of it.  order : of jets.
+        receivers : m patches of single pixels.
+        """
+        del light, receivers, order
+        return np.ones(index.size, dtype=np.bool_)
+
+    def hides_from_footprint(self, index: Ints, light: LightShape, receivers: Receivers) -> Mask:
+        """Whether shapes at mid-shutter certainly hide a point light from whole footprints: (m,).
+
+        The default is nowhere.
+        """
+        del light, receivers
+        return np.zeros(index.size, dtype=np.bool_)
+
+    def may_reach_light(self, index: Ints, light: LightShape) -> Mask:
+        """Whether shapes at mid-shutter may come within the light's radius of its centre: (m,).
+
+        The default follows from the bounding spheres.
+        """
+        center, r = (part.take(index, axis=-1) for part in self.bounding_spheres)
+        gap = light.to_center(center)
+        near: Mask = np.sqrt(dot(gap, gap)) <= r + light.radius
+        return near
 
     def closest_points(self, index: Ints, w: Array, time: Array | float) -> Array:
         """Ray parameters (m,) of the points of rays (3, m) that are nearest to shapes they miss.
@@ -143,7 +327,7 @@ class ShapeSet(ABC):
 
 def shutter_ends(displacement: Array | None) -> tuple[float, ...]:
     """Shutter times between whose positions shapes move; only mid-shutter if none moves."""
-    return (0.0,) if displacement is None else (-0.5, 0.5)
+    return (0.0,) if displacement is None else SHUTTER_ENDS
 
 
 def ball_span(

@@ -10,6 +10,8 @@ from functools import cached_property
 import numpy as np
 
 from ..numerics.arrays import Array, Ints, Mask
+from ..numerics.gather import columns
+from .planar_faces import NO_SOLID
 from .shape import ShapeSet
 
 __all__ = ["ShapeTable"]
@@ -75,6 +77,27 @@ class ShapeTable:
         number = int(np.searchsorted(self.firsts, item, side="right")) - 1
         return self.sets[number], item - self.firsts[number]
 
+    def plane(self, item: Ints, time: Array) -> tuple[Array, Array]:
+        """Normals (3, m) and heights (m,) of the planes of planar objects at shutter times (m,)."""
+        normal, height = np.empty((3, item.size)), np.empty(item.size)
+        for shapes, rows, index in self.groups(item):
+            if rows.size == item.size:
+                return shapes.plane(index, time)
+            normal[:, rows], height[rows] = shapes.plane(index, time[rows])
+        return normal, height
+
+    def extent(self, item: Ints, direction: Array, time: Array) -> tuple[Array, Array]:
+        """Least and greatest dot product (m,) of the points of objects with vectors (3, m).
+
+        time : (m,) shutter times.
+        """
+        low, high = np.empty(item.size), np.empty(item.size)
+        for shapes, rows, index in self.groups(item):
+            if rows.size == item.size:
+                return shapes.extent(index, direction, time)
+            low[rows], high[rows] = shapes.extent(index, columns(direction, rows), time[rows])
+        return low, high
+
     @cached_property
     def curvature(self) -> Array:
         """Curvatures (n,) of all objects' surfaces, 1 / m; 0 for planes."""
@@ -84,6 +107,11 @@ class ShapeTable:
     def min_cosine(self) -> Array:
         """Least cosines (n,) between rays and normals: see `ShapeSet.min_cosine`."""
         return np.concatenate([each.min_cosine for each in self.sets])
+
+    @cached_property
+    def moves_under_fixed_ray(self) -> Mask:
+        """Whether the point (n,) of each object that a fixed ray hits may move."""
+        return np.concatenate([each.moves_under_fixed_ray for each in self.sets])
 
     @cached_property
     def displacement(self) -> Array | None:
@@ -102,6 +130,24 @@ class ShapeTable:
         parts = [each.bounding_spheres for each in self.sets]
         center = np.concatenate([each[0] for each in parts], axis=1)
         return center, np.concatenate([each[1] for each in parts])
+
+    @cached_property
+    def inner_radii(self) -> Array:
+        """Radii (n,), metres, of balls inside the objects: see `ShapeSet.inner_radii`."""
+        return np.concatenate([each.inner_radii for each in self.sets])
+
+    @cached_property
+    def solid(self) -> Ints:
+        """Number (n,) of the closed solid that each object is a face of, or `NO_SOLID`.
+
+        It is the number of the solid's first face.
+        """
+        parts = []
+        for shapes, first in zip(self.sets, self.firsts[:-1], strict=True):
+            faces = shapes.faces
+            own = np.full(shapes.count, NO_SOLID) if faces is None else faces.solid
+            parts.append(np.where(own == NO_SOLID, NO_SOLID, own + first))
+        return np.concatenate(parts)
 
     @cached_property
     def proxied(self) -> int:

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The picture as a whole: first pass, interpolation over blocks, buffers and the order of work."""
+"""The picture as a whole: first pass, blocks, working frame and the order of work."""

@@ -112,7 +112,7 @@ class BiquadraticBlocks:
 
         own = windows(points.wanted, side).any(axis=(2, 3))
         at_y, at_x = np.nonzero(own)
-        sight = windows(frame.sight, side + 1)[at_y, at_x]
+        sight = windows(frame.visibility_key, side + 1)[at_y, at_x]
         low, high = sight.min(axis=(1, 2)), sight.max(axis=(1, 2))
         rough = points.rough(side // 2)
         fine = windows(rough, side + 1)[at_y, at_x].max(axis=(1, 2)) <= points.allowed

@@ -1,35 +1,51 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""First pass of method 'EXACT': one exactly shaded camera ray a pixel, and predicted pixel errors.
+"""First pass of method 'EXACT': smooth blocks, and one exactly shaded ray for each other pixel.
 
-Pixels that are cut by outlines, where light has steps or strong curvature, or where something moves
-are refined to an error goal in the second pass (`adaptive`).
+With each pixel comes its predicted error. Pixels that are cut by outlines, where light has steps or
+strong curvature, or where something moves are refined to an error goal in the second pass
+(`adaptive`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
-from ..detection.detect import CenterRays, DetectionFlags, detect, trace_center_rays
+from ..detection.detect import (
+    CenterRays,
+    DetectionFlags,
+    detect,
+    detect_smooth_blocks,
+    trace_center_rays,
+)
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.gather import columns, place
-from ..parallel.call_progress import progress_range
+from ..parallel.call_progress import progress_range, report_progress
 from ..shading.direct_light import DirectLight, shade
 from ..shading.footprint import make_patch
 from ..shading.variation import STEP_KIND, zero_variation
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs
 from ..tracing.occluder_culling import Occluders
+from .block_interpolation import SmoothBlocks, interpolate_blocks
+from .chebyshev_blocks import SIDES, PixelBlocks, coarse_plan
 from .visibility_key import NO_KEY, find_visibility_keys
 
-__all__ = ["FirstPassPixels", "SmoothBlocks", "first_pass"]
+__all__ = ["FirstPass", "FirstPassPixels", "trace_first_pass"]
+
+Clock: TypeAlias = Callable[[str], None]
+"""Callback that is called with the name of each stage that has ended."""
 
 
 DETECTION_WORK_SHARE = 0.4
 """Fraction of the work of a first pass that precedes shading (a third to a half, with 2 to 2,000
 objects); for a progress bar."""
+BLOCK_WORK_SHARE = 0.2
+"""Fraction of the work of a first pass that is done after the blocks of a side, multiplied by that
+side in pixels; for a progress bar."""
 
 
 @dataclass(frozen=True)
@@ -43,13 +59,13 @@ class FirstPassPixels:
         `variation`.
     sampling : (n,) estimated errors of light that distributed rays or other estimates cause.
     error : (n,) the sum of those.
-    across : (n,) the sum of those along x and y except steps, which neighbouring centres may
+    spatial_error : (n,) the sum of those along x and y except steps, which neighbouring centres may
         correct.
     mask : (3, n) penumbra, motion, edge.  outline : (n,) whether outlines may pass.
     item : (n,) object at the centre, -1 for none.
-    sight : (n,) visibility key: see `find_visibility_keys`.
+    visibility_key : (n,) visibility key: see `find_visibility_keys`.
     depth : (n,), normal : (3, n) of the hits.
-    rivals : objects that may be visible in pixels with outlines, sorted by pixel.
+    candidates : objects that may be visible in pixels with outlines, sorted by pixel.
     """
 
     color: Array
@@ -57,20 +73,86 @@ class FirstPassPixels:
     deviation: Array
     sampling: Array
     error: Array
-    across: Array
+    spatial_error: Array
     mask: Mask
     outline: Mask
     item: Ints
-    sight: Ints
+    visibility_key: Ints
     depth: Array
     normal: Array
-    rivals: Pairs
+    candidates: Pairs
 
 
-def first_pass(
-    plan: Plan, occluders: Occluders, x: Array, y: Array, pairs: Pairs, clock: Callable[[str], None]
+@dataclass(frozen=True)
+class FirstPass:
+    """Results of the first pass over a tile.
+
+    Attributes
+    ----------
+    blocks : the smooth blocks, by side.
+    pixels : all other pixels in batches: their coordinates x, y (n,) and results.
+    points : number of points shaded for the blocks.
+    """
+
+    blocks: list[SmoothBlocks]
+    pixels: list[tuple[Ints, Ints, FirstPassPixels]]
+    points: int
+
+
+def trace_first_pass(
+    plan: Plan, occluders: Occluders, bounds: Ints, blocks: PixelBlocks, clock: Clock
+) -> FirstPass:
+    """Find the smooth blocks; trace, detect and shade the centres of all other pixels.
+
+    Parameters
+    ----------
+    plan : its region bounds the pixels.
+    bounds : (4, objects) `screen_bounds` of the plan.
+    blocks : blocks of the largest side.
+    clock : called at the end of each stage.
+    """
+    smooth_blocks, points = [], 0
+    for side, smaller in zip(SIDES, (*SIDES[1:], 1), strict=True):
+        plan.go_on()
+        cut = np.ones(blocks.x.size, dtype=np.bool_)
+        if plan.edges:
+            rough = coarse_plan(plan, side)
+            center = trace_center_rays(rough, *blocks.middles, blocks.pairs)
+            with progress_range(BLOCK_WORK_SHARE / (2 * side), BLOCK_WORK_SHARE / side):
+                found = detect_smooth_blocks(rough, occluders, center, clock)
+            blocks = PixelBlocks(side, blocks.x, blocks.y, found.pairs)
+            clear = found.clear.nonzero()[0]
+            interpolated, smooth, count = interpolate_blocks(plan, blocks, clear, found)
+            smooth_blocks.append(interpolated)
+            points += count
+            cut[clear[smooth]] = False
+        blocks = blocks.cut(cut.nonzero()[0], smaller, plan.region)
+        clock("smooth blocks")
+        report_progress(BLOCK_WORK_SHARE / side)
+    pixels = _trace_batches(plan, occluders, blocks.within(bounds), clock)
+    return FirstPass(smooth_blocks, pixels, points)
+
+
+def _trace_batches(
+    plan: Plan, occluders: Occluders, blocks: PixelBlocks, clock: Clock
+) -> list[tuple[Ints, Ints, FirstPassPixels]]:
+    """Trace pixels, given as blocks of side 1, in batches."""
+    pixels = []
+    batch, count = plan.settings.batch, blocks.x.size
+    with progress_range(BLOCK_WORK_SHARE / SIDES[-1], 1.0):
+        for first in range(0, count, batch):
+            plan.go_on()
+            part = blocks.part(first, first + batch)
+            with progress_range(first / count, min((first + batch) / count, 1.0)):
+                traced = _trace_pixels(plan, occluders, *part.middles, part.pairs, clock)
+            pixels.append((part.x, part.y, traced))
+    return pixels
+
+
+def _trace_pixels(
+    plan: Plan, occluders: Occluders, x: Array, y: Array, pairs: Pairs, clock: Clock
 ) -> FirstPassPixels:
-    """Trace, detect and shade the centres of n pixels; arguments as those of `trace_center`."""
+    """Trace, detect and shade the centres of n pixels; see `trace_center_rays`."""
     center = trace_center_rays(plan, x, y, pairs)
     clock("camera rays")
     with progress_range(0.0, DETECTION_WORK_SHARE):
@@ -92,27 +174,29 @@ def first_pass(
     normal = np.zeros((3, n))
     place(normal, rows, center.hits.normal)
     clock("exact light")
-    rivals = flags.rivals.take(np.argsort(flags.rivals.pixel, kind="stable"))
-    sight = _visibility_keys(plan, np.array([x, y]), center, flags, rivals)
-    clock("sights")
+    candidates = flags.visible_candidates.take(
+        np.argsort(flags.visible_candidates.pixel, kind="stable")
+    )
+    visibility_key = _visibility_keys(plan, np.array([x, y]), center, flags, candidates)
+    clock("visibility keys")
     return FirstPassPixels(
         color, alpha, deviation, sampling, deviation.sum(axis=(0, 1)) + sampling,
-        deviation[:STEP_KIND, :2].sum(axis=(0, 1)), flags.mask, flags.outline,
-        center.item, sight, center.depth, normal, rivals,
+        deviation[:STEP_KIND, :2].sum(axis=(0, 1)), flags.mask, flags.silhouette,
+        center.item, visibility_key, center.depth, normal, candidates,
     )  # fmt: skip
 
 
 def _visibility_keys(
-    plan: Plan, place: Array, center: CenterRays, flags: DetectionFlags, rivals: Pairs
+    plan: Plan, place: Array, center: CenterRays, flags: DetectionFlags, candidates: Pairs
 ) -> Ints:
-    """Visibility keys (n,) of pixels with centres (2, n); `rivals` is sorted by pixel."""
-    sight = np.where(flags.outline, NO_KEY, center.item + 1)
-    rows = (flags.outline & flags.mask[1]).nonzero()[0]
+    """Visibility keys (n,) of pixels with centres (2, n); `candidates` is sorted by pixel."""
+    visibility_key = np.where(flags.silhouette, NO_KEY, center.item + 1)
+    rows = (flags.silhouette & flags.mask[1]).nonzero()[0]
     if rows.size:
         half = 0.5 if plan.edges else 0.0
-        own = rivals.of(rows, sight.size)
-        sight[rows] = find_visibility_keys(plan, columns(place, rows), half, own)
-    return sight
+        own = candidates.of(rows, visibility_key.size)
+        visibility_key[rows] = find_visibility_keys(plan, columns(place, rows), half, own)
+    return visibility_key
 
 
 def _shade_centers(
@@ -127,29 +211,5 @@ def _shade_centers(
     with np.errstate(over="ignore", invalid="ignore"):  # overflow affects error estimates only
         patch = make_patch(plan, w, center.depth[rows], center.hits, half)
     time = np.zeros(rows.size) if plan.motion else 0.0
-    known = tuple(zip(flags.shadows, flags.candidates, strict=True))
+    known = tuple(zip(flags.visibilities, flags.candidates, strict=True))
     return shade(plan, occluders, center.hits, time, patch, known)
-
-
-@dataclass(frozen=True)
-class SmoothBlocks:
-    """n smooth blocks of s x s pixels, whose pixels need no ray of their own.
-
-    Attributes
-    ----------
-    side : s.  x, y : (n,) the lower left corners in the picture, in units of s.
-    color : (3, s, s, n) mean radiance, y first.  error : (n,) its estimated error.
-    item : (n,) object that fills the block, -1 for none.
-    depth : (s, s, n), normal : (3, s, s, n) of the hits at the pixels' centres.
-    moving : (n,) whether the light on it changes during the shutter.
-    """
-
-    side: int
-    x: Ints
-    y: Ints
-    color: Array
-    error: Array
-    item: Ints
-    depth: Array
-    normal: Array
-    moving: Mask

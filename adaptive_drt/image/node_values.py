@@ -16,7 +16,7 @@ from ..cubature.error_budget import Goal
 from ..numerics.arrays import Array, Ints
 from ..numerics.gather import columns, place
 from ..shading.variation import KINK_KIND, ROOT_KIND, STEP_KIND, steps_after_shutter
-from .buffers import Frame
+from .frame import Frame
 
 __all__ = ["NodeValues"]
 
@@ -90,7 +90,7 @@ class NodeValues:
         self.error[rows] = refined.error
         self.known[rows] = True
         # the point shaded by the first pass is one of the samples
-        self.frame.count(rows, refined)
+        self.frame.count_samples(rows, refined)
 
     def settle(self, rows: Ints, mean: Array, error: Array) -> None:
         """Enter means (4, m) of pixels that need no refinement."""

@@ -34,8 +34,9 @@ MAX_BACKGROUND_PIXELS = 8_192
 """Largest number of pixels refined in one background call. The time of a part of a few thousand
 pixels is set by its number of rounds (4,500 pixels at 0.1 %: 0.56 s, but in quarters 0.19 each)."""
 BACKGROUND_CALL_COST = 131_072.0
-"""Cost, as `Frame.crowd` gives it, of one background call, roughly: in the end all workers share
-what takes long (7,000 pixels, ten moving spheres in each: one call took 68 s, and the other 2)."""
+"""Cost, as `Frame.refinement_cost` gives it, of one background call, roughly: in the end all
+workers share what takes long (7,000 pixels, ten moving spheres in each: one call took 68 s, and the
+other 2)."""
 
 
 class StageTimer:
@@ -62,27 +63,24 @@ class Scheduler:
 
     Attributes
     ----------
-    hands : executor of the calls.  share : arguments that all calls have in common.
+    executor : runs the calls.
     seconds : by stage, summed over threads.  shaded : number of points shaded.
-    under_way : completed fractions of the calls in progress, in pixels.
-    aside : the tasks that run in the background.
+    in_progress : completed fractions of the calls in progress, in pixels.
+    background_tasks : the tasks that run in the background.
     """
 
     def __init__(self, plan: Plan, occluders: Occluders) -> None:
         """Nothing is done yet."""
-        self.hands, self.share = (
-            RenderExecutor(plan.stop, plan.threads),
-            SharedArguments((plan, occluders)),
-        )
+        self.executor = RenderExecutor(plan.stop, plan.threads)
+        self._shared = SharedArguments((plan, occluders))
         self.seconds: dict[str, float] = {}
-        self.shaded, self.under_way = 0, 0.0
+        self.shaded, self.in_progress = 0, 0.0
         self._plan = plan
-        # background tasks
-        self.aside: Tasks = []
-        self._made = DeferredCalls(0)
+        self.background_tasks: Tasks = []
+        self._deferred = DeferredCalls(0)
 
     @property
-    def free(self) -> int:
+    def free_workers(self) -> int:
         """Number of workers that can refine pixels in the background."""
         return worker_pool.ready if self._plan.threads > 1 else 0
 
@@ -91,51 +89,52 @@ class Scheduler:
         for stage, span in seconds.items():
             self.seconds[stage] = self.seconds.get(stage, 0.0) + span
 
-    def part(self, count: int) -> int:
+    def pixels_per_call(self, count: int) -> int:
         """Number of pixels a call, when `count` are to be refined."""
         least = MIN_WORKER_PIXELS if worker_pool.ready else MIN_THREAD_PIXELS
-        return self._within(-(-count // worker_pool.hands(self._plan.threads)), least, MAX_PIXELS)
+        calls = worker_pool.concurrency(self._plan.threads)
+        return self._within(-(-count // calls), least, MAX_PIXELS)
 
-    def part_aside(self, count: int, crowd: float) -> int:
+    def background_pixels_per_call(self, count: int, cost: float) -> int:
         """Number of pixels a background call, run by workers only; 0 if there are none.
 
-        count : pixels to be refined.  crowd : their cost: see `Frame.crowd`.
+        count : pixels to be refined.  cost : theirs: see `Frame.refinement_cost`.
         """
         # read once: another worker may become ready a moment later
-        free = self.free
+        free = self.free_workers
         if not free:
             return 0
-        parts = max(free, int(crowd / BACKGROUND_CALL_COST))
+        parts = max(free, int(cost / BACKGROUND_CALL_COST))
         return self._within(-(-count // parts), MIN_WORKER_PIXELS, MAX_BACKGROUND_PIXELS)
 
     def _within(self, size: int, least: int, most: int) -> int:
         most = max(1, min(most, self._plan.settings.batch))
         return min(max(size, least), most)
 
-    def results(
+    def run(
         self, work: Callable[..., Done], tasks: Tasks, stage: str = "refining"
     ) -> Generator[tuple[Ints, Done] | None, None, None]:
         """Run tasks; yields pixel indices with results as they come, and None at heartbeats in
         between.
         """
         parts: CallProgress = {}
-        outcomes = self.hands.results(self._calls(work, tasks), parts)
-        return self._entered(outcomes, tasks, stage, parts)
+        outcomes = self.executor.run(self._calls(work, tasks), parts)
+        return self._counted(outcomes, tasks, stage, parts)
 
-    def put_aside(self, tasks: Tasks) -> None:
+    def start_background(self, tasks: Tasks) -> None:
         """Start the refinement of pixels in the background."""
-        self.aside = tasks
-        self._made = self.hands.aside(self._calls(refine, tasks))
+        self.background_tasks = tasks
+        self._deferred = self.executor.defer(self._calls(refine, tasks))
 
-    def gathered(self) -> Generator[tuple[Ints, RefinedPixels] | None, None, None]:
-        """Yield the results of the background tasks, as `results` does."""
-        outcomes = self.hands.gather(self._made)
-        return self._entered(outcomes, self.aside, "refining", self._made.parts)
+    def background_results(self) -> Generator[tuple[Ints, RefinedPixels] | None, None, None]:
+        """Yield the results of the background tasks, as `run` does."""
+        outcomes = self.executor.finish_deferred(self._deferred)
+        return self._counted(outcomes, self.background_tasks, "refining", self._deferred.parts)
 
     def _calls(self, work: Callable[..., Done], tasks: Tasks) -> list[Call]:
-        return [Call(_timed, self.share, (work, task)) for _, task in tasks]
+        return [Call(_timed, self._shared, (work, task)) for _, task in tasks]
 
-    def _entered(
+    def _counted(
         self, outcomes: Outcomes[Done], tasks: Tasks, stage: str, parts: CallProgress
     ) -> Generator[tuple[Ints, Done] | None, None, None]:
         """Outcomes with the pixel indices of their tasks; also updates the statistics."""
@@ -143,7 +142,7 @@ class Scheduler:
             for outcome in outcomes:
                 # threads add entries meanwhile
                 begun = parts.copy()
-                self.under_way = sum(part * tasks[k][0].size for k, part in begun.items())
+                self.in_progress = sum(part * tasks[k][0].size for k, part in begun.items())
                 if outcome is None:
                     yield None
                     continue
@@ -155,7 +154,7 @@ class Scheduler:
 
     def close(self) -> None:
         """End the threads; this cancels the render if anything is left to do."""
-        self.hands.close()
+        self.executor.close()
 
 
 def _timed(

@@ -36,7 +36,7 @@ class StencilMeans:
 
     def _fine(self, rows: Ints) -> NDArray[np.bool_]:
         points = self.points
-        sight = points.frame.sight[rows]
+        sight = points.frame.visibility_key[rows]
         fine: NDArray[np.bool_] = (sight >= 0) & (points.left[rows] <= points.allowed)
         for near in self._around(rows, 1):
             fine &= self._alike(rows, near) & (points.left[near] <= points.allowed)
@@ -76,7 +76,9 @@ class StencilMeans:
 
     def _alike(self, rows: Ints, other: Ints) -> NDArray[np.bool_]:
         """Whether pixels have the same visibility key as others."""
-        alike: NDArray[np.bool_] = self.points.frame.sight[rows] == self.points.frame.sight[other]
+        alike: NDArray[np.bool_] = (
+            self.points.frame.visibility_key[rows] == self.points.frame.visibility_key[other]
+        )
         return alike
 
     def _around(self, rows: Ints, reach: int) -> list[Ints]:

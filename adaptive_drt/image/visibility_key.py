@@ -15,12 +15,15 @@ from __future__ import annotations
 import numpy as np
 
 from ..numerics.arrays import Array, Ints, Mask
+from ..numerics.axes import TIME
+from ..numerics.box_polynomials import Boxes
 from ..numerics.gather import columns
+from ..numerics.line_lattice import Lattice
 from ..numerics.low_discrepancy import splitmix64
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs
-from ..visibility.line_intervals import TIME, Lattice, hit_intervals
-from ..visibility.polynomials import Boxes, make_polynomials
+from ..visibility.line_intervals import hit_intervals
+from ..visibility.polynomials import make_polynomials
 
 __all__ = ["NO_KEY", "find_visibility_keys"]
 
@@ -52,10 +55,10 @@ def find_visibility_keys(plan: Plan, place: Array, half: float, pairs: Pairs) ->
     boxes = Boxes(np.concatenate([place - half, -time]), np.concatenate([place + half, time]))
     _, cover = make_polynomials(plan, boxes, pairs)
     front = np.full(count, np.inf)
-    hides = cover.full.nonzero()[0]
+    hides = cover.all_hit.nonzero()[0]
     np.minimum.at(front, pairs.pixel[hides], cover.far[hides])
-    kept = (cover.some & (cover.near <= front[pairs.pixel])).nonzero()[0]
-    pairs, full, reach = pairs.take(kept), cover.full[kept], columns(cover.reach, kept)
+    kept = (cover.may_hit & (cover.near <= front[pairs.pixel])).nonzero()[0]
+    pairs, full, reach = pairs.take(kept), cover.all_hit[kept], columns(cover.apparent_size, kept)
     moves = plan.moves[pairs.item]
     refused = np.zeros(count, dtype=np.bool_)
     refused[pairs.pixel[~moves & ~full]] = True
@@ -89,7 +92,7 @@ def _shutter_phases(plan: Plan, place: Array, half: float, pairs: Pairs) -> tupl
     boxes = Boxes(np.concatenate([place - wide, -time]), np.concatenate([place + wide, time]))
     forms, cover = make_polynomials(plan, boxes, pairs)
     lines = LINES_PER_AXIS if half else 1
-    low, high = hit_intervals(forms, cover.full, Lattice(TIME, lines, lines))
+    low, high = hit_intervals(forms, cover.all_hit, Lattice(TIME, lines, lines))
     phases, seen = 2 * (low > -0.5).astype(np.int64) + (high < 0.5), high > low
     phase, met = phases[lines // 2, lines // 2], seen[lines // 2, lines // 2]
     differs: Mask = ((seen != met) | (met & (phases != phase))).any(axis=(0, 1))

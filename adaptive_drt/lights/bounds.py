@@ -7,48 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..geometry.light_protocol import LinearSpan, ViewCone
 from ..numerics.arrays import Array, Mask
 from ..numerics.vector import dot
 
-__all__ = ["LightBounds", "LinearSpan", "ViewCone", "ball_cone"]
-
-
-@dataclass(frozen=True)
-class ViewCone:
-    """Circular cones of directions that enclose a light as seen from a batch of points.
-
-    Attributes
-    ----------
-    axis : (3, ...) unit vectors to the light's centre.  distance : (...) metres to it.
-    cosine, sine : of the half angle; (-1, 1) where the point lies inside the enclosing ball.
-    near, far : (...) metres, bounds on the distance to the visible points of the light.
-
-    For round lights the cone is the light's exact silhouette; a quad lies inside it.
-    """
-
-    axis: Array
-    distance: Array
-    cosine: Array
-    sine: Array
-    near: Array
-    far: Array
-
-
-@dataclass(frozen=True)
-class LinearSpan:
-    """The surface of a flat light that emits to one side.
-
-    Its points are centre + a half_u + b half_v, with a and b in -1..1.
-
-    Attributes
-    ----------
-    half_u, half_v : (3, 1) metres, from the centre to the middles of the sides.
-    normal : (3, 1) unit vector of the side that it emits to.
-    """
-
-    half_u: Array
-    half_v: Array
-    normal: Array
+__all__ = ["LightBounds", "ball_cone"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,7 +22,8 @@ class LightBounds:
 
     Attributes
     ----------
-    center : (3, 1) metres.
+    center : (3, 1) metres; of a light at infinity, a vector to it that is longer than all distances
+        in a scene, and that `to_center` returns for every point.
     radius : metres, of a ball around the centre that encloses the light.
     displacement : (3, 1) metres over the shutter, or None for a static light.
     span : the light's surface if two coordinates span it linearly, so that it emits to one side,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Coplanarity of lights and quads: which quads lie in the plane of a light, up to rounding.
+"""Coplanarity of lights and planar shapes, up to the rounding of their coordinates.
 
 A light set into a ceiling is coplanar with it. Shadow rays end on the light's own surface, so the
 ceiling cannot occlude it. Coordinates come from float32, so such a light lies a few units in the
@@ -10,11 +10,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..geometry.polygon.shape import ParallelogramSet
+from ..geometry.planar_faces import PlanarFaces
 from ..numerics.arrays import Array, Mask
-from ..numerics.vector import cross, dot
+from ..numerics.vector import dot
 
-__all__ = ["planes_through_ball", "quads_in_plane"]
+__all__ = ["faces_in_plane", "planes_through_ball"]
 
 
 COORDINATE_ROUNDING = 32.0 * 2.0**-24
@@ -24,64 +24,52 @@ coordinate; 2^-24 is float32's unit roundoff. Seen over 400 random positions in 
 each has its own angles and one of those is applied to the mesh."""
 MAX_RELATIVE_GAP = 2.0**-10
 """Largest gap that counts as coplanar, as a fraction of the size of the quad light (for other
-lights, of the quad). In scenes so far from the world's origin that rounding is larger, coordinates
+lights, of the shape). In scenes so far from the world's origin that rounding is larger, coordinates
 are taken as exact."""
 
 
-def quads_in_plane(
+def faces_in_plane(
     center: Array,
     normal: Array,
     radius: float,
     displacement: Array | None,
-    quads: ParallelogramSet,
+    faces: PlanarFaces,
     origin: Array,
 ) -> Mask:
-    """Return which quads lie in the plane of a flat light, during the whole shutter: (n,).
+    """Return which shapes lie in the plane of a flat light, during the whole shutter: (n,).
 
-    All corners of a quad must lie near the plane.
+    All vertices of a shape must lie near the plane.
 
     Parameters
     ----------
     center, normal, radius, displacement : the light's centre (3, 1) metres, unit normal (3, 1),
         size in metres, and displacement (3, 1) metres over the shutter, or None.
-    quads : relative to the tracer's origin, as the light is.
+    faces : the planar shapes, relative to the tracer's origin, as the light is.
     origin : (3, 1) metres, that origin in world space, in which coordinates were rounded.
     """
-    corners = _corners(quads)
-    largest = _largest_coordinates(center, radius, corners, origin)
+    largest = _largest_coordinates(center, radius, faces, origin)
     size = np.full(largest.shape, radius)
-    away = [np.abs(dot(normal, corner - center)) for corner in corners]
-    return _within_rounding(away, displacement, quads, normal, largest, size)
+    away = [np.abs(dot(normal, vertex - center)) for vertex in faces.vertices]
+    return _within_rounding(away, displacement, faces, normal, largest, size)
 
 
 def planes_through_ball(
-    center: Array, radius: float, displacement: Array | None, quads: ParallelogramSet, origin: Array
+    center: Array, radius: float, displacement: Array | None, faces: PlanarFaces, origin: Array
 ) -> Mask:
-    """Return which quads have all of a ball near their plane, during the whole shutter: (n,).
+    """Return which shapes have all of a ball near their plane, during the whole shutter: (n,).
 
     Only a point or a ball no larger than rounding can. The parameters are those of
-    `quads_in_plane`.
+    `faces_in_plane`.
     """
-    largest = _largest_coordinates(center, radius, _corners(quads), origin)
-    u, v = quads.edge_u, quads.edge_v
-    normal = cross(u, v)
-    normal = normal / np.sqrt(dot(normal, normal))
-    size = np.sqrt(np.minimum(dot(u, u), dot(v, v)))
-    away = [np.abs(dot(normal, quads.corner - center)) + radius]
-    return _within_rounding(away, displacement, quads, normal, largest, size)
+    largest = _largest_coordinates(center, radius, faces, origin)
+    away = [np.abs(dot(faces.normal, faces.vertices[0] - center)) + radius]
+    return _within_rounding(away, displacement, faces, faces.normal, largest, faces.size)
 
 
-def _corners(quads: ParallelogramSet) -> tuple[Array, ...]:
-    """Return the four corners (3, n) of quads."""
-    q, u, v = quads.corner, quads.edge_u, quads.edge_v
-    return (q, q + u, q + v, q + u + v)
-
-
-def _largest_coordinates(
-    center: Array, radius: float, corners: tuple[Array, ...], origin: Array
-) -> Array:
-    """Return bounds (n,) on the coordinates, in world space, of each quad and the light."""
-    largest = np.maximum.reduce([np.abs(corner + origin).max(axis=0) for corner in corners])
+def _largest_coordinates(center: Array, radius: float, faces: PlanarFaces, origin: Array) -> Array:
+    """Return bounds (n,) on the coordinates, in world space, of each shape and the light."""
+    each = [np.abs(vertex + origin).max(axis=0) for vertex in faces.vertices]
+    largest = np.maximum.reduce(each)
     found: Array = np.maximum(largest, float(np.abs(center + origin).max()) + radius)
     return found
 
@@ -89,23 +77,21 @@ def _largest_coordinates(
 def _within_rounding(
     away: list[Array],
     displacement: Array | None,
-    quads: ParallelogramSet,
+    faces: PlanarFaces,
     normal: Array,
     largest: Array,
     size: Array,
 ) -> Mask:
     """Whether distances `away` (n,) from planes are those of coplanar surfaces, up to rounding."""
-    gap = np.maximum.reduce(away) + _relative_displacement(displacement, quads, normal)
+    gap = np.maximum.reduce(away) + _relative_displacement(displacement, faces, normal)
     near: Mask = gap <= np.minimum(COORDINATE_ROUNDING * largest, MAX_RELATIVE_GAP * size)
     return near
 
 
-def _relative_displacement(
-    displacement: Array | None, quads: ParallelogramSet, normal: Array
-) -> Array:
-    """Largest displacement (n,) along normals of quads relative to the light, from mid-shutter."""
-    zero = np.zeros_like(quads.corner)
-    moved = zero if quads.displacement is None else quads.displacement
+def _relative_displacement(displacement: Array | None, faces: PlanarFaces, normal: Array) -> Array:
+    """Largest displacement (n,) along normals of shapes relative to the light, from mid-shutter."""
+    zero = np.zeros_like(faces.vertices[0])
+    moved = zero if faces.displacement is None else faces.displacement
     if displacement is not None:
         moved = moved - displacement
     drift: Array = 0.5 * np.abs(dot(normal, moved))

@@ -7,11 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..geometry.light_protocol import ViewCone
 from ..numerics.arrays import Array
 from ..numerics.floats import TINY
 from ..numerics.vector import dot
 from ..scene.description import DiskLight
-from .bounds import LightBounds, ViewCone
+from .bounds import LightBounds
 from .emitter import LightMotion
 from .form_factor import cap_factor
 from .light_plane import LightPlane

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..geometry.polygon.shape import ParallelogramSet
+from ..geometry.planar_faces import PlanarFaces
 from ..geometry.silhouettes import CircularSilhouette
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.vector import dot
@@ -38,8 +38,8 @@ class Emitter(LightBounds, ABC):
     name : the light's name in the scene.
     power : (3,) radiance (W / m^2 / sr) of an extended light; intensity (W / sr) of a point.
     casts_shadow : whether occluders hide it.
-    coplanar : (objects,) which objects are quads in the light's plane, which cannot occlude it;
-        None if there are none.
+    coplanar : (objects,) which objects are planar and lie in the light's plane, so that they
+        cannot occlude it; None if there are none.
     """
 
     name: str
@@ -130,12 +130,12 @@ class Emitter(LightBounds, ABC):
         away = -self.to_center(point, time)
         return away, np.maximum(np.sqrt(dot(away, away)) - self.radius, 0.0)
 
-    def coplanar_quads(self, quads: ParallelogramSet, origin: Array) -> Mask:
-        """Which quads lie in the plane of the light, during the whole shutter: (n,).
+    def coplanar_faces(self, faces: PlanarFaces, origin: Array) -> Mask:
+        """Which planar shapes lie in the plane of the light, during the whole shutter: (n,).
 
         See `coplanarity`. `origin` (3, 1) metres is the tracer's origin in world space.
         """
-        return planes_through_ball(self.center, self.radius, self.displacement, quads, origin)
+        return planes_through_ball(self.center, self.radius, self.displacement, faces, origin)
 
     def is_coplanar(self, item: Ints) -> Mask:
         """Which of objects (...), given by index, lie in the light's plane; never for index -1."""

@@ -7,14 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..geometry.polygon.shape import ParallelogramSet
+from ..geometry.light_protocol import LinearSpan
+from ..geometry.planar_faces import PlanarFaces
 from ..geometry.sphere.kernels import surface_tolerance
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.floats import TINY
 from ..numerics.vector import cross, dot
 from ..scene.description import QuadLight
-from .bounds import LinearSpan
-from .coplanarity import quads_in_plane
+from .coplanarity import faces_in_plane
 from .emitter import Emitter, LightMotion, column
 from .form_factor import QUAD_CORNERS, parallelogram_factor
 from .light_plane import LightPlane
@@ -87,10 +87,10 @@ class QuadEmitter(Emitter):
             away = away - part * half
         return away, np.sqrt(dot(away, away))
 
-    def coplanar_quads(self, quads: ParallelogramSet, origin: Array) -> Mask:
-        """Which quads have all their corners near the light's plane: (n,)."""
-        return quads_in_plane(
-            self.center, self.span.normal, self.radius, self.displacement, quads, origin
+    def coplanar_faces(self, faces: PlanarFaces, origin: Array) -> Mask:
+        """Which planar shapes have all their vertices near the light's plane: (n,)."""
+        return faces_in_plane(
+            self.center, self.span.normal, self.radius, self.displacement, faces, origin
         )
 
     def edge_on(self, item: Ints) -> Mask:

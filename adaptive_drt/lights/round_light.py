@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..geometry.light_protocol import ViewCone
 from ..geometry.silhouettes import CircularSilhouette
 from ..geometry.sphere.kernels import surface_tolerance
 from ..numerics.arrays import Array, Mask
 from ..numerics.floats import TINY
 from ..numerics.vector import cross, dot
-from .bounds import ViewCone
 from .emitter import Emitter
 from .point_light import reduced_to_point
 

@@ -7,11 +7,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..geometry.light_protocol import ViewCone
 from ..numerics.arrays import Array, Mask
 from ..numerics.floats import TINY
 from ..numerics.vector import dot
 from ..scene.description import SphereLight
-from .bounds import LightBounds, ViewCone, ball_cone
+from .bounds import LightBounds, ball_cone
 from .emitter import LightMotion
 from .form_factor import cap_factor
 from .light_plane import LightPlane

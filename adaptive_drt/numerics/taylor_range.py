@@ -3,7 +3,8 @@
 
 A second-order jet of a quadratic is the whole polynomial, so its range over a rectangle or an
 interval is exact: the extremes lie at corners, on edges or at the critical point. A first-order
-jet is a linear function, to which the caller adds a bound on the remainder.
+jet is a linear function, to which the caller adds a bound on the remainder. `clip_positive` is the
+inverse for linear functions: it finds where the range is not negative.
 
 The ranges hold in exact arithmetic; the caller widens them by the rounding error of the jet.
 """
@@ -18,7 +19,7 @@ from numpy.typing import NDArray
 from .arrays import Array
 from .jet import Jet
 
-__all__ = ["Range", "interval_range", "rectangle_range"]
+__all__ = ["Range", "clip_positive", "interval_range", "rectangle_range"]
 
 Range: TypeAlias = tuple[Array, Array]
 Bound: TypeAlias = Array | float
@@ -115,3 +116,23 @@ def _critical_value(
 def _select(choice: NDArray[np.bool_] | np.bool_, a: Bound, b: Bound) -> Array:
     chosen: Array = np.where(choice, a, b)
     return chosen
+
+
+def clip_positive(first: Array, last: Array, start: Array, end: Array) -> tuple[Array, Array]:
+    """Return the parts of intervals [first, last] (n,) on which linear functions are >= 0.
+
+    Parameters
+    ----------
+    start, end : (n,) values of the functions at -1/2 and 1/2.
+
+    Returns
+    -------
+    The ends (n,) of the intervals; an interval is empty if its first end exceeds its last.
+    """
+    slope = end - start
+    safe = np.where(slope != 0.0, slope, 1.0)
+    root = -0.5 - start / safe
+    first = np.where(slope > 0.0, np.maximum(first, root), first)
+    last = np.where(slope < 0.0, np.minimum(last, root), last)
+    never = (slope == 0.0) & (start < 0.0)
+    return np.where(never, np.inf, first), last

@@ -99,17 +99,17 @@ class RenderExecutor:
         stop : event that is set when calls are cancelled.
         threads : largest number of calls that run at a time.
         """
-        self._stop, self._count, self._shift = stop, threads, CallGroup()
+        self._stop, self._threads_allowed, self._group = stop, threads, CallGroup()
         self._change = threading.Condition()
-        self._next: deque[_Job] = deque()
-        self._aside: deque[_Job] = deque()
+        self._queue: deque[_Job] = deque()
+        self._deferred: deque[_Job] = deque()
         self._threads: list[threading.Thread] = []
         # limit of calls that run at a time, how many do, how many of those are deferred
-        self._most = self._busy = self._lent = 0
-        self._spare = 1
-        self._over = False
+        self._limit = self._running = self._running_deferred = 0
+        self._reserved = 1
+        self._closed = False
 
-    def results(
+    def run(
         self, calls: Iterable[Call], parts: CallProgress | None = None
     ) -> Generator[tuple[int, Any] | None, None, None]:
         """Run calls and yield (number, result) in order of completion; None each `POLL_INTERVAL`.
@@ -122,28 +122,33 @@ class RenderExecutor:
         parts : updated with the completed fraction of the calls that are running.
         """
         parts = {} if parts is None else parts
-        self._employ()
+        self._start_threads()
         done: SimpleQueue[Outcome] = SimpleQueue()
         todo = enumerate(calls)
-        waiting = self._begin(todo, 0, done, parts)
+        waiting = self._enqueue(todo, 0, done, parts)
         return self._collected(done, waiting, todo, parts)
 
-    def aside(self, calls: Sequence[Call]) -> DeferredCalls:
-        """Run calls on threads without other work. One thread is kept for calls of `results`."""
-        aside = DeferredCalls(len(calls))
-        self._employ()
-        self._put(
-            self._aside,
-            [_Job(number, call, aside.done, aside.parts) for number, call in enumerate(calls)],
+    def defer(self, calls: Sequence[Call]) -> DeferredCalls:
+        """Run calls on threads without other work. One thread is kept for calls of `run`."""
+        deferred = DeferredCalls(len(calls))
+        self._start_threads()
+        self._push(
+            self._deferred,
+            [
+                _Job(number, call, deferred.done, deferred.parts)
+                for number, call in enumerate(calls)
+            ],
         )
-        return aside
+        return deferred
 
-    def gather(self, aside: DeferredCalls) -> Generator[tuple[int, Any] | None, None, None]:
-        """Yield the results of deferred calls, which may now use all threads; as `results`."""
+    def finish_deferred(
+        self, deferred: DeferredCalls
+    ) -> Generator[tuple[int, Any] | None, None, None]:
+        """Yield the results of deferred calls, which may now use all threads; as `run`."""
         with self._change:
-            self._spare = 0
+            self._reserved = 0
             self._change.notify_all()
-        yield from self._collected(aside.done, aside.count, iter(()), aside.parts)
+        yield from self._collected(deferred.done, deferred.count, iter(()), deferred.parts)
 
     def _collected(
         self,
@@ -155,7 +160,7 @@ class RenderExecutor:
         """Yield results. `waiting` calls have been queued already; those in `todo` have not."""
         try:
             while True:
-                waiting += self._begin(todo, waiting, done, parts)
+                waiting += self._enqueue(todo, waiting, done, parts)
                 if not waiting:
                     return
                 try:
@@ -171,9 +176,9 @@ class RenderExecutor:
         finally:
             # closed early by cancelling, or left by an exception
             if waiting:
-                self._break_off()
+                self._cancel()
 
-    def _begin(
+    def _enqueue(
         self,
         todo: Iterator[tuple[int, Call]],
         waiting: int,
@@ -182,74 +187,74 @@ class RenderExecutor:
     ) -> int:
         """Queue more calls beside the `waiting` ones, and return how many."""
         # twice as many as run at a time, so that no thread waits for this one
-        some = islice(todo, max(2 * self._most - waiting, 0))
+        some = islice(todo, max(2 * self._limit - waiting, 0))
         jobs = [_Job(*each, done, parts) for each in some]
-        self._put(self._next, jobs)
+        self._push(self._queue, jobs)
         return len(jobs)
 
     def close(self) -> None:
         """End the threads, after cancelling calls that have not completed."""
-        if self._busy or self._next or self._aside:
-            self._break_off()
+        if self._running or self._queue or self._deferred:
+            self._cancel()
         with self._change:
-            self._over = True
+            self._closed = True
             self._change.notify_all()
         for thread in self._threads:
             thread.join()
 
-    def _break_off(self) -> None:
+    def _cancel(self) -> None:
         """Cancel the queued calls and those that are running."""
         self._stop.set()
         with self._change:
-            self._next.clear()
-            self._aside.clear()
-        self._shift.break_off()
+            self._queue.clear()
+            self._deferred.clear()
+        self._group.break_off()
 
-    def _employ(self) -> None:
+    def _start_threads(self) -> None:
         """Start threads up to the current limit, which grows as workers become ready."""
         with self._change:
-            hands = worker_pool.hands(self._count)
+            allowed = worker_pool.concurrency(self._threads_allowed)
             # the pool does not count the workers that run calls of this render as ready
-            self._most = max(hands, self._most) if self._busy else hands
-            for _ in range(len(self._threads), self._most):
-                thread = threading.Thread(target=self._serve, name="Render", daemon=True)
+            self._limit = max(allowed, self._limit) if self._running else allowed
+            for _ in range(len(self._threads), self._limit):
+                thread = threading.Thread(target=self._run_jobs, name="Render", daemon=True)
                 self._threads.append(thread)
                 thread.start()
 
-    def _put(self, where: deque[_Job], jobs: list[_Job]) -> None:
+    def _push(self, where: deque[_Job], jobs: list[_Job]) -> None:
         with self._change:
             where.extend(jobs)
             self._change.notify_all()
 
-    def _take(self) -> tuple[_Job, bool] | None:
+    def _next_job(self) -> tuple[_Job, bool] | None:
         """Wait for a job. Returns it and whether it is a deferred one, or None after `close`."""
         with self._change:
-            while not self._over:
-                if self._busy < self._most:
-                    if self._next:
-                        self._busy += 1
-                        return self._next.popleft(), False
-                    if self._aside and self._lent < self._most - self._spare:
-                        self._busy += 1
-                        self._lent += 1
-                        return self._aside.popleft(), True
+            while not self._closed:
+                if self._running < self._limit:
+                    if self._queue:
+                        self._running += 1
+                        return self._queue.popleft(), False
+                    if self._deferred and self._running_deferred < self._limit - self._reserved:
+                        self._running += 1
+                        self._running_deferred += 1
+                        return self._deferred.popleft(), True
                 self._change.wait()
         return None
 
-    def _serve(self) -> None:
+    def _run_jobs(self) -> None:
         """Loop of a thread: run jobs until the executor is closed."""
-        make = self._shift.make if self._count > 1 else Call.here
-        while (taken := self._take()) is not None:
-            job, lent = taken
+        execute = self._group.make if self._threads_allowed > 1 else Call.here
+        while (taken := self._next_job()) is not None:
+            job, is_deferred = taken
             result: Any = None
             failure: BaseException | None = None
             try:
                 with report_progress_to(job.note):
-                    result = make(job.call)
+                    result = execute(job.call)
             except BaseException as error:
                 failure = error
             with self._change:
-                self._busy -= 1
-                self._lent -= lent
+                self._running -= 1
+                self._running_deferred -= is_deferred
                 self._change.notify_all()
             job.done.put((job.number, result, failure))

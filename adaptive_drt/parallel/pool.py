@@ -196,7 +196,7 @@ class WorkerPool:
         with self._lock:
             return sum(worker.ready and worker.alive for worker in self._idle)
 
-    def hands(self, threads: int) -> int:
+    def concurrency(self, threads: int) -> int:
         """Number of calls to run at a time, at most `threads`.
 
         With workers only one call runs in this process: two would wait for Python's lock.

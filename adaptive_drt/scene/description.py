@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
-from typing import TypeAlias, TypeVar
+from typing import Protocol, TypeAlias, TypeVar
 
 __all__ = [
     "Camera",
@@ -106,6 +106,15 @@ class Sphere:
     motion: Motion | None = None
     name: str = "Sphere"
 
+    def defect(self) -> str | None:
+        """Return the reason why it cannot be rendered, or None."""
+        return (
+            _vector_defect(self, "center")
+            or _motion_defect(self.motion)
+            or _color_defect(self.material)
+            or _radius_defect(self.radius)
+        )
+
 
 @dataclass(frozen=True)
 class Quad:
@@ -117,6 +126,15 @@ class Quad:
     material: Material = Material()
     motion: Motion | None = None
     name: str = "Quad"
+
+    def defect(self) -> str | None:
+        """Return the reason why it cannot be rendered, or None."""
+        return (
+            _vector_defect(self, "corner", "edge_u", "edge_v")
+            or _motion_defect(self.motion)
+            or _color_defect(self.material)
+            or _area_defect(self.edge_u, self.edge_v)
+        )
 
 
 @dataclass(frozen=True)
@@ -134,6 +152,18 @@ class QuadLight:
     casts_shadow: bool = True
     name: str = "Area"
 
+    def defect(self) -> str | None:
+        """Return the reason why it cannot be rendered, or None."""
+        return (
+            _vector_defect(self, "center", "half_u", "half_v", "radiance")
+            or _motion_defect(self.motion)
+            or _area_defect(self.half_u, self.half_v)
+        )
+
+    def brightened(self, factor: float) -> QuadLight:
+        """Return the light so many times as bright."""
+        return replace(self, radiance=_times(self.radiance, factor))
+
 
 @dataclass(frozen=True)
 class SphereLight:
@@ -145,6 +175,18 @@ class SphereLight:
     motion: Motion | None = None
     casts_shadow: bool = True
     name: str = "Point"
+
+    def defect(self) -> str | None:
+        """Return the reason why it cannot be rendered, or None."""
+        return (
+            _vector_defect(self, "center", "radiance")
+            or _motion_defect(self.motion)
+            or _radius_defect(self.radius)
+        )
+
+    def brightened(self, factor: float) -> SphereLight:
+        """Return the light so many times as bright."""
+        return replace(self, radiance=_times(self.radiance, factor))
 
 
 @dataclass(frozen=True)
@@ -158,6 +200,18 @@ class DiskLight:
     casts_shadow: bool = True
     name: str = "Point"
 
+    def defect(self) -> str | None:
+        """Return the reason why it cannot be rendered, or None."""
+        return (
+            _vector_defect(self, "center", "radiance")
+            or _motion_defect(self.motion)
+            or _radius_defect(self.radius)
+        )
+
+    def brightened(self, factor: float) -> DiskLight:
+        """Return the light so many times as bright."""
+        return replace(self, radiance=_times(self.radiance, factor))
+
 
 @dataclass(frozen=True)
 class PointLight:
@@ -169,9 +223,40 @@ class PointLight:
     casts_shadow: bool = True
     name: str = "Point"
 
+    def defect(self) -> str | None:
+        """Return the reason why it cannot be rendered, or None."""
+        return _vector_defect(self, "center", "intensity") or _motion_defect(self.motion)
+
+    def brightened(self, factor: float) -> PointLight:
+        """Return the light so many times as bright."""
+        return replace(self, intensity=_times(self.intensity, factor))
+
 
 Shape: TypeAlias = Sphere | Quad
-Light: TypeAlias = QuadLight | SphereLight | DiskLight | PointLight
+"""A record of a shape."""
+
+
+class Light(Protocol):
+    """A record of a light, of a kind that `lights.registry` knows.
+
+    Attributes
+    ----------
+    name : the light's name.  motion : its linear motion, or None.
+    casts_shadow : whether objects hide it.
+    """
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def motion(self) -> Motion | None: ...
+    @property
+    def casts_shadow(self) -> bool: ...
+
+    def defect(self) -> str | None:
+        """Return the reason why it cannot be rendered, or None."""
+
+    def brightened(self, factor: float) -> Light:
+        """Return the light so many times as bright."""
 
 
 @dataclass(frozen=True)
@@ -261,14 +346,14 @@ def checked_camera(scene: Scene) -> Camera:
     return scene.camera
 
 
-Item = TypeVar("Item", Sphere | Quad, QuadLight | SphereLight | DiskLight | PointLight)
+Item = TypeVar("Item", Shape, Light)
 
 
 def _renderable_items(things: Iterable[Item], issues: list[Issue]) -> tuple[Item, ...]:
     """Return the items that can be rendered, and append an issue for each other one."""
     kept: list[Item] = []
     for thing in things:
-        reason = _defect_of(thing)
+        reason = thing.defect()
         if reason:
             issues.append(Issue(thing.name, reason, missing=True))
         else:
@@ -276,33 +361,43 @@ def _renderable_items(things: Iterable[Item], issues: list[Issue]) -> tuple[Item
     return tuple(kept)
 
 
-def _defect_of(thing: Shape | Light) -> str | None:
-    """Return the reason why a shape or light cannot be rendered, or None."""
-    vectors = {
-        Sphere: ("center",),
-        Quad: ("corner", "edge_u", "edge_v"),
-        QuadLight: ("center", "half_u", "half_v", "radiance"),
-        SphereLight: ("center", "radiance"),
-        DiskLight: ("center", "radiance"),
-        PointLight: ("center", "intensity"),
-    }[type(thing)]
-    for name in vectors:
-        if not _finite(getattr(thing, name)):
+def _vector_defect(record: object, *names: str) -> str | None:
+    """Return what is wrong with the vectors of these names, or None."""
+    for name in names:
+        if not _finite(getattr(record, name)):
             return f"its {name} is not finite (or beyond {LARGEST_COORDINATE:g} m)"
-    if thing.motion is not None and not _finite(thing.motion.displacement):
-        return f"its motion is not finite (or beyond {LARGEST_COORDINATE:g} m)"
-    if isinstance(thing, Sphere | Quad) and not _finite(thing.material.color):
-        return "its colour is not finite"
-    if isinstance(thing, Sphere | SphereLight | DiskLight):
-        if not math.isfinite(thing.radius) or not 0.0 < thing.radius < LARGEST_COORDINATE:
-            return f"its radius is {thing.radius:g}; it must be a positive number"
-        if thing.radius < SMALLEST_SIZE:
-            return f"its radius is {thing.radius:g} m, less than {SMALLEST_SIZE:g} m"
-    if isinstance(thing, Quad) and not _has_area(thing.edge_u, thing.edge_v):
-        return "it has no area"
-    if isinstance(thing, QuadLight) and not _has_area(thing.half_u, thing.half_v):
-        return "it has no area"
     return None
+
+
+def _motion_defect(motion: Motion | None) -> str | None:
+    """Return what is wrong with a motion, or None."""
+    if motion is not None and not _finite(motion.displacement):
+        return f"its motion is not finite (or beyond {LARGEST_COORDINATE:g} m)"
+    return None
+
+
+def _color_defect(material: Material) -> str | None:
+    """Return what is wrong with a material, or None."""
+    return None if _finite(material.color) else "its colour is not finite"
+
+
+def _radius_defect(radius: float) -> str | None:
+    """Return what is wrong with a radius, or None."""
+    if not math.isfinite(radius) or not 0.0 < radius < LARGEST_COORDINATE:
+        return f"its radius is {radius:g}; it must be a positive number"
+    if radius < SMALLEST_SIZE:
+        return f"its radius is {radius:g} m, less than {SMALLEST_SIZE:g} m"
+    return None
+
+
+def _area_defect(u: Vector, v: Vector) -> str | None:
+    """Return what is wrong with the edges of a parallelogram, or None."""
+    return None if _has_area(u, v) else "it has no area"
+
+
+def _times(color: Vector, factor: float) -> Vector:
+    """Return a colour times a factor."""
+    return (color[0] * factor, color[1] * factor, color[2] * factor)
 
 
 def _finite(vector: Vector) -> bool:

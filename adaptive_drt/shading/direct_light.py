@@ -9,14 +9,15 @@ light.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..detection.occlusion import LightVisibility, classify_light_visibility
+from ..geometry.patch import Patch
 from ..lights.emitter import Emitter
-from ..numerics.arrays import Array, Mask
+from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.floats import TINY
 from ..numerics.gather import columns
 from ..numerics.vector import rms
@@ -24,14 +25,20 @@ from ..parallel.call_progress import iterate_with_progress, progress_range
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs, Surface
 from ..tracing.occluder_culling import Occluders
-from .footprint import Patch
 from .partial_occlusion import apply_occluders
 from .ratio_estimator import unoccluded_factor
 from .sampled_occlusion import SAMPLING_ERROR_SHARE
 from .unoccluded_variation import unoccluded_deviations
 from .variation import KINK_KIND, SMOOTH_KIND, shadow_variation, zero_variation
 
-__all__ = ["DirectLight", "shade", "shade_with_candidates", "unshadowed_radiance"]
+__all__ = [
+    "DirectLight",
+    "diffuse_brdf",
+    "irradiance",
+    "shade",
+    "shade_with_candidates",
+    "unshadowed_radiance",
+]
 
 
 SHADOW_STEP, VARIATION_END = 0.1, 0.4
@@ -84,9 +91,9 @@ def shade(
     allowed : radiance error that distributed rays may have at a point before more are used; None
     for `SAMPLING_ERROR_SHARE` of the tolerance, relative to the point's own light.
     """
-    total, albedo = np.zeros((3, surface.item.size)), _diffuse_brdf(plan, surface)
+    brdf = diffuse_brdf(plan, surface.item)
     spread, error = zero_variation(surface.item.size), np.zeros(surface.item.size)
-    candidates = []
+    factors, candidates = [], []
     for index, light in enumerate(iterate_with_progress(plan.lights)):
         plan.go_on()
         if known is None:
@@ -102,17 +109,17 @@ def shade(
         with progress_range(2.0 * SHADOW_STEP, VARIATION_END):
             varies = _variation(plan, surface, light, time, patch, shadow, pairs, whole)
         with progress_range(VARIATION_END, 1.0):
-            weight = rms(albedo * light.power[:, None])
+            weight = rms(brdf * light.power[:, None])
             most = _allowed_error(plan, whole, weight, allowed)
             seen, off = _shadowed_factors(plan, surface, light, time, shadow, whole, most)
-        total += light.power[:, None] * seen
+        factors.append(seen)
         with np.errstate(over="ignore", invalid="ignore"):
             spread += weight * varies
             error += weight * off
     # an estimate that overflows counts as a large one
     spread = np.minimum(np.nan_to_num(spread, copy=False, nan=0.0), MAX_DEVIATION)
-    error = np.minimum(error, MAX_DEVIATION)
-    return DirectLight(total * albedo, spread, error, tuple(candidates))
+    color = irradiance(plan.lights, factors, surface.item.size) * brdf
+    return DirectLight(color, spread, np.minimum(error, MAX_DEVIATION), tuple(candidates))
 
 
 def shade_with_candidates(
@@ -128,20 +135,21 @@ def shade_with_candidates(
 
     time : shutter times, a number or (n,).  allowed : as that of `shade`.
     """
-    total, error = np.zeros((3, surface.item.size)), np.zeros(surface.item.size)
-    albedo = _diffuse_brdf(plan, surface)
+    factors, error = [], np.zeros(surface.item.size)
+    brdf = diffuse_brdf(plan, surface.item)
     for light, pairs in iterate_with_progress(tuple(zip(plan.lights, candidates, strict=True))):
         with progress_range(0.0, VARIATION_END):
             shadow = classify_light_visibility(plan, surface, plan.shadow_light(light), pairs, time)
         whole = _unoccluded_factors(plan, surface, light, time)
         with progress_range(VARIATION_END, 1.0):
-            weight = rms(albedo * light.power[:, None])
+            weight = rms(brdf * light.power[:, None])
             most = _allowed_error(plan, whole, weight, allowed)
             seen, off = _shadowed_factors(plan, surface, light, time, shadow, whole, most)
-        total += light.power[:, None] * seen
+        factors.append(seen)
         with np.errstate(over="ignore"):
             error += weight * off
-    return total * albedo, np.minimum(error, MAX_DEVIATION)
+    color = irradiance(plan.lights, factors, surface.item.size) * brdf
+    return color, np.minimum(error, MAX_DEVIATION)
 
 
 def unshadowed_radiance(
@@ -154,18 +162,31 @@ def unshadowed_radiance(
     time : shutter times, a number or (n,).
     hidden : for each light, whether it is wholly hidden from the points, (n,).
     """
-    total = np.zeros((3, surface.item.size))
-    for light, away in zip(plan.lights, hidden, strict=True):
-        factor = _unoccluded_factors(plan, surface, light, time)
-        total += light.power[:, None] * np.where(away, 0.0, factor)
-    radiance: Array = total * _diffuse_brdf(plan, surface)
-    return radiance
+    factors = (
+        np.where(away, 0.0, _unoccluded_factors(plan, surface, light, time))
+        for light, away in zip(plan.lights, hidden, strict=True)
+    )
+    return irradiance(plan.lights, factors, surface.item.size) * diffuse_brdf(plan, surface.item)
 
 
-def _diffuse_brdf(plan: Plan, surface: Surface) -> Array:
-    """Radiance (3, n) of a diffuse surface for an irradiance of 1: its albedo over pi."""
-    albedo: Array = columns(plan.color, surface.item) / np.pi
-    return albedo
+def irradiance(lights: Sequence[Emitter], factors: Iterable[Array], count: int) -> Array:
+    """Irradiance (3, n) in W / m^2 of n points: the sum over lights of power times factor.
+
+    Parameters
+    ----------
+    factors : for each light the irradiance factors (n,), or (3, n) where they differ by channel.
+    count : number of points n.
+    """
+    total = np.zeros((3, count))
+    for light, factor in zip(lights, factors, strict=True):
+        total += light.power[:, None] * factor
+    return total
+
+
+def diffuse_brdf(plan: Plan, item: Ints) -> Array:
+    """Radiance (3, n) of diffuse objects for an irradiance of 1: the albedo over pi."""
+    brdf: Array = columns(plan.color, item) / np.pi
+    return brdf
 
 
 def _unoccluded_factors(plan: Plan, surface: Surface, light: Emitter, time: Array | float) -> Array:

@@ -3,66 +3,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cached_property
-
 import numpy as np
 
+from ..geometry.patch import Patch
+from ..geometry.shape import UNKNOWN_CURVATURE
 from ..numerics.arrays import Array, Ints
+from ..numerics.axes import TIME
 from ..numerics.floats import TINY
+from ..numerics.gather import columns
 from ..numerics.vector import dot
 from ..tracing.compile import Plan
 from ..tracing.intersect import Surface
-from ..visibility.line_intervals import TIME
 
-__all__ = ["MIN_PLANE_COSINE", "Patch", "make_patch"]
-
-
-MIN_PLANE_COSINE = 2.0**-52
-"""Least cosine between the normal of a plane and a ray."""
-MIN_SPHERE_COSINE = 2.0**-16
-"""Least cosine between the normal of a sphere and a ray. A ray that just misses a sphere stands for
-its limb, where the cosine is only rounding, sign included; the steps are limited by a chord of the
-sphere long before."""
-
-
-@dataclass(frozen=True)
-class Patch:
-    """Patches around n points: the projections of half the boxes in pixel x, y and shutter time.
-
-    Attributes
-    ----------
-    steps : (3, 3, n) metres, motion of the hit from the middle of the box to its side: first index
-    axis x, y, t, then components. On a moving object the hit moves along its ray.
-    slides : (3, n) metres, distance over the object's own surface by which the hit moves, by axis.
-    cross : (3, n) metres, motion of the object relative to the ray and normal to it, by axis.
-    time : (n,) half the box's extent in shutter times.
-    bend : (n,) curvature of the surface, 1 / m; 0 for planes.
-    slant : (n,) cosine between the surface's normal and the ray, at least `MIN_PLANE_COSINE` or
-        `MIN_SPHERE_COSINE`.
-    axes : axes along which any of the boxes extends; along others all steps are 0.
-    margin : extent of the region in which shadow edges are searched, in units of the patch's
-    extent.
-    """
-
-    steps: Array
-    slides: Array
-    cross: Array
-    time: Array
-    bend: Array
-    slant: Array
-    axes: tuple[int, ...]
-    margin: float = 1.0
-
-    @cached_property
-    def reach(self) -> Array:
-        """Radii of the patches around their points in metres, (n,): the sum of the lengths of the
-        steps."""
-        total: Array = np.zeros_like(self.time)
-        for axis in self.axes:
-            step = self.steps[axis]
-            total += np.sqrt(dot(step, step))
-        return total
+__all__ = ["make_patch"]
 
 
 def make_patch(plan: Plan, w: Array, t: Array, surface: Surface, half: Array) -> Patch:
@@ -76,9 +29,7 @@ def make_patch(plan: Plan, w: Array, t: Array, surface: Surface, half: Array) ->
     lens, normal = plan.lens, surface.normal
     length = np.sqrt(dot(w, w))
     along = dot(normal, w)
-    bend, least = np.zeros(t.size), np.full(t.size, MIN_PLANE_COSINE)
-    ball = (surface.item < plan.sphere_count).nonzero()[0]
-    bend[ball], least[ball] = 1.0 / plan.spheres.radius[surface.item[ball]], MIN_SPHERE_COSINE
+    bend, least = plan.shapes.curvature[surface.item], plan.shapes.min_cosine[surface.item]
     slant = np.maximum(np.abs(along) / length, least)
     safe = np.where(along <= least * length, -slant, slant) * length
     steps, slides, cross = np.zeros((3, 3, t.size)), np.zeros((3, t.size)), np.zeros((3, t.size))
@@ -107,26 +58,19 @@ def make_patch(plan: Plan, w: Array, t: Array, surface: Surface, half: Array) ->
 
 def _limit_to_chord(moved: Array, cross: Array, bend: Array) -> tuple[Array, Array]:
     """Lengths (n,) of steps (3, n) in a tangent plane, limited by the length of a chord of the
-    sphere.
+    sphere. Without a bound on the curvature they are not limited.
 
     Returns with them the ratio of the limited and the original length.
     """
+    curved = (bend > 0.0) & (bend < UNKNOWN_CURVATURE)
     size = np.sqrt(dot(moved, moved))
-    radius = 1.0 / np.where(bend > 0.0, bend, 1.0)
-    chord = np.where(bend > 0.0, cross + np.sqrt(2.0 * cross * radius), np.inf)
+    radius = 1.0 / np.where(curved, bend, 1.0)
+    chord = np.where(curved, cross + np.sqrt(2.0 * cross * radius), np.inf)
     short = np.minimum(size, chord)
     return short, short / np.maximum(size, TINY)
 
 
 def _displacements(plan: Plan, item: Ints) -> Array:
     """Displacements (3, n) of objects over the shutter time."""
-    drift = np.zeros((3, item.size))
-    count = plan.sphere_count
-    for part, chosen, first in (
-        (plan.spheres, item < count, 0),
-        (plan.quads, item >= count, count),
-    ):
-        rows = chosen.nonzero()[0]
-        if part.displacement is not None and rows.size:
-            drift[:, rows] = part.displacement[:, item[rows] - first]
-    return drift
+    displacement = plan.shapes.displacement
+    return np.zeros((3, item.size)) if displacement is None else columns(displacement, item)

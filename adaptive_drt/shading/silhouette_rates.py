@@ -7,15 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..geometry.patch import Patch
 from ..lights.emitter import Emitter
 from ..numerics.arrays import Array, Mask
+from ..numerics.axes import TIME
 from ..numerics.floats import TINY
 from ..numerics.gather import columns
 from ..numerics.vector import dot
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs
-from ..visibility.line_intervals import TIME
-from .footprint import Patch
 
 __all__ = [
     "MARGIN_WEIGHT",
@@ -31,8 +31,8 @@ __all__ = [
 
 
 MIN_RELATIVE_DISTANCE = 2.0**-20
-"""Least distance from the point to an outline, as a fraction of the distance to the light; nearer
-outlines count as that near."""
+"""Least distance from the point to an outline, as a fraction of the distance to the light, or of
+that to the occluder where the light is at infinity; nearer outlines count as that near."""
 ROUNDING_ANGLE = 2.0**-48
 """Rounding error of directions to outlines and lights, in radians, an upper estimate. An outline
 that moves over the light by less than this across a patch lies where rounding puts it, and no
@@ -124,7 +124,7 @@ def outline_rates(
     steps = {axis: columns(patch.steps[axis], pairs.pixel) for axis in patch.axes}
     if TIME not in steps:
         return rate, steps
-    half = patch.time[pairs.pixel]
+    half = patch.half_time[pairs.pixel]
     moved = np.zeros((3, pairs.item.size))
     for part, first in ((plan.spheres, 0), (plan.quads, plan.sphere_count)):
         d = part.displacement

@@ -10,14 +10,15 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..geometry.patch import Patch
 from ..geometry.polygon.kernels import PlaneNormals, distance_to_edge
+from ..geometry.shape import MIN_PLANE_COSINE
 from ..numerics.arrays import Array, Mask
+from ..numerics.axes import TIME
 from ..numerics.floats import TINY
 from ..numerics.gather import columns
 from ..numerics.vector import dot
 from ..tracing.intersect import Pairs, Surface
-from ..visibility.line_intervals import TIME
-from .footprint import MIN_PLANE_COSINE, Patch
 
 __all__ = ["shadowing_edges"]
 
@@ -57,7 +58,7 @@ def shadowing_edges(
     free : (4, m) the edges whose shadows count there.
     """
     point, normal = columns(surface.point, pairs.pixel), columns(surface.normal, pairs.pixel)
-    reach, flat = patch.reach[pairs.pixel], patch.bend[pairs.pixel] == 0.0
+    reach, flat = patch.reach[pairs.pixel], patch.curvature[pairs.pixel] == 0.0
     lift = np.abs(dot(columns(patch.steps[TIME], pairs.pixel) - drift, normal))
     # least distance of the camera before the quad's plane, over the time interval
     before = height + dot(point, unit) - np.abs(dot(drift, unit))

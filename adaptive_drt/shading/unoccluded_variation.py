@@ -10,14 +10,14 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..geometry.patch import Patch
 from ..lights.emitter import Emitter
 from ..numerics.arrays import Array, Ints
+from ..numerics.axes import TIME
 from ..numerics.floats import TINY
 from ..numerics.gather import columns
 from ..numerics.vector import dot
 from ..tracing.intersect import Surface
-from ..visibility.line_intervals import TIME
-from .footprint import Patch
 from .variation import KINK_KIND, ROOT_KIND, SMOOTH_KIND, zero_variation
 
 __all__ = ["unoccluded_deviations"]
@@ -77,9 +77,9 @@ def unoccluded_deviations(
     for axis in patch.axes:
         step = patch.steps[axis]
         if axis == TIME and light.displacement is not None:
-            step = step - light.displacement * patch.time
+            step = step - light.displacement * patch.half_time
         moves[axis] = np.sqrt(dot(step, step)) / clear
-        turns[axis] = patch.slides[axis] * patch.bend
+        turns[axis] = patch.surface_steps[axis] * patch.curvature
     bent, turns = turns, turns + moves
     sine = dot(surface.normal, to) / distance
     risen = sine > -(np.sqrt(dot(turns, turns)) + np.sin(half))
@@ -88,7 +88,7 @@ def unoccluded_deviations(
     result[SMOOTH_KIND] += np.where(risen, most * CURVATURE_COEFFICIENT, 0.0) * np.minimum(
         bent * bent, 1.0
     )
-    rows = (risen & (patch.bend > 0.0)).nonzero()[0]
+    rows = (risen & (patch.curvature > 0.0)).nonzero()[0]
     _add_limb(result, rows, patch, to, surface, most, bent)
     _add_plane_crossing(result, sine, half, most, turns)
     if front is not None:
@@ -128,11 +128,11 @@ def _add_limb(
     """
     if not rows.size:
         return
-    to, view, slant = columns(to, rows), columns(surface.point, rows), patch.slant[rows]
+    to, view, slant = columns(to, rows), columns(surface.point, rows), patch.cosine[rows]
     # at the limb the normal turns towards the camera or away from it
     toward = np.abs(dot(to, view)) / np.maximum(np.sqrt(dot(to, to) * dot(view, view)), TINY)
-    slope = np.sqrt(np.maximum(1.0 - slant**2, 0.0)) * patch.bend[rows] / slant**2
-    near = np.minimum(columns(patch.cross, rows) * slope, 1.0)
+    slope = np.sqrt(np.maximum(1.0 - slant**2, 0.0)) * patch.curvature[rows] / slant**2
+    near = np.minimum(columns(patch.view_steps, rows) * slope, 1.0)
     size = most[rows] * toward * CURVATURE_COEFFICIENT * np.minimum(columns(bent, rows) * near, 1.0)
     result[SMOOTH_KIND][:, rows] += np.where(near < LIMB_RATIO, size, 0.0)
     result[ROOT_KIND][:, rows] += np.where(near >= LIMB_RATIO, size, 0.0)

@@ -14,6 +14,7 @@ from dataclasses import fields
 
 import numpy as np
 
+from ..geometry.patch import Patch
 from ..lights.emitter import Emitter
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.floats import TINY
@@ -21,7 +22,6 @@ from ..numerics.gather import columns
 from ..parallel.call_progress import report_progress
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs, Surface, cache_sized_chunks
-from .footprint import Patch
 from .silhouette_rates import MAX_SHARPNESS, ShadowEdges
 from .variation_past_quads import quad_shadow_edges
 from .variation_past_spheres import sphere_shadow_edges

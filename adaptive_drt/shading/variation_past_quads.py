@@ -10,6 +10,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from ..geometry.patch import Patch
 from ..geometry.polygon.kernels import (
     PlaneNormals,
     distance_at_closest_approach,
@@ -21,10 +22,9 @@ from ..lights.emitter import Emitter
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.floats import TINY
 from ..numerics.gather import columns
-from ..numerics.vector import dot
+from ..numerics.vector import dot, norm
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs, Surface
-from .footprint import Patch
 from .silhouette_rates import (
     MARGIN_WEIGHT,
     MAX_SHARPNESS,
@@ -74,6 +74,12 @@ class _QuadView:
         """A corner of each quad (3, m), and the two edge vectors from there."""
         (corner, *_), (v, u, *_) = self.edges
         return corner, u, v
+
+    @property
+    def corner_distance(self) -> Array:
+        """Sum (m,) of the distances of two opposite corners, metres."""
+        corner, u, v = self.sides
+        return norm(corner) + norm(corner + u + v)
 
 
 def quad_shadow_edges(
@@ -174,7 +180,7 @@ def _shadow_edges(
     shifts, away = np.zeros((3, count)), np.full(count, np.inf)
     ends, misses = np.zeros((2, count), dtype=np.bool_)
     covers = np.ones(count, dtype=np.bool_) if free is None else free.any(axis=0)
-    nearest = far * MIN_RELATIVE_DISTANCE
+    nearest = light.distance_or(far, view.corner_distance) * MIN_RELATIVE_DISTANCE
     for number, (plane, start, edge) in enumerate(zip(view.planes, *view.edges, strict=True)):
         near = np.maximum(distance_at_closest_approach(start, edge, axis), nearest)
         rate, steps = outline_rates(plan, light, patch, pairs, near, far)
@@ -222,14 +228,13 @@ def _edge_on_shifts(
     wide = 0.5 * np.sqrt(np.maximum(dot(u + v, u + v), dot(u - v, u - v)))
     far = np.maximum(np.sqrt(dot(to, to)), TINY)
     axis = to / far
-    rate, steps = outline_rates(
-        plan, light, patch, pairs, np.maximum(near, far * MIN_RELATIVE_DISTANCE), far
-    )
+    away, along = np.sqrt(dot(center, center)), dot(axis, center)
+    nearest = light.distance_or(far, away) * MIN_RELATIVE_DISTANCE
+    rate, steps = outline_rates(plan, light, patch, pairs, np.maximum(near, nearest), far)
     moved = np.zeros((3, rate.size))
     for number, step in steps.items():
         aside = step - dot(step, axis) * axis
         moved[number] = np.sqrt(dot(aside, aside)) * rate
-    away, along = np.sqrt(dot(center, center)), dot(axis, center)
     angle = np.arctan2(np.sqrt(np.maximum(away * away - along * along, 0.0)), along)
     opening = np.arcsin(np.minimum(wide / np.maximum(away, TINY), 1.0))
     whole = largest_shift(moved.sum(axis=0)) * patch.margin
@@ -243,7 +248,7 @@ def _motion(plan: Plan, patch: Patch, pairs: Pairs) -> Array:
     d = plan.quads.displacement
     if d is None:
         return np.zeros((3, pairs.item.size))
-    drift: Array = columns(d, pairs.item - plan.sphere_count) * patch.time[pairs.pixel]
+    drift: Array = columns(d, pairs.item - plan.sphere_count) * patch.half_time[pairs.pixel]
     return drift
 
 
@@ -272,7 +277,7 @@ def _normal_motion(
     for axis in patch.axes:
         point += np.abs(dot(columns(patch.steps[axis], pairs.pixel), normal))
     moved = np.zeros(pairs.item.size)
-    half, d = patch.time[pairs.pixel], plan.quads.displacement
+    half, d = patch.half_time[pairs.pixel], plan.quads.displacement
     if d is not None:
         moved += half * np.abs(dot(columns(d, pairs.item - plan.sphere_count), normal))
     point += moved

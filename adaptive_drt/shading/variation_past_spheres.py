@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..geometry.patch import Patch
 from ..lights.emitter import Emitter
 from ..numerics.arrays import Array, Mask
 from ..numerics.floats import TINY
@@ -12,7 +13,6 @@ from ..numerics.gather import columns
 from ..numerics.vector import cross, dot
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs, Surface
-from .footprint import Patch
 from .silhouette_rates import (
     MARGIN_WEIGHT,
     MIN_RELATIVE_DISTANCE,
@@ -51,9 +51,8 @@ def sphere_shadow_edges(
     tangent = np.sqrt(np.maximum(vv - r * r, 0.0))
     opening = np.arctan2(r, tangent)
     half = light.half_angle_along(toward, far)
-    rate, steps = outline_rates(
-        plan, light, patch, pairs, np.maximum(tangent, far * MIN_RELATIVE_DISTANCE), far
-    )
+    nearest = light.distance_or(far, np.sqrt(vv)) * MIN_RELATIVE_DISTANCE
+    rate, steps = outline_rates(plan, light, patch, pairs, np.maximum(tangent, nearest), far)
     shifts = outline_shifts(steps, toward, axis, rate, angle)
     within = shifts.sum(axis=0)
     whole = largest_shift(within) * patch.margin
@@ -135,9 +134,11 @@ def _encloses_patch(
     drift, carried = np.zeros(r.size), np.zeros(r.size)
     if plan.spheres.displacement is not None:
         d = columns(plan.spheres.displacement, pairs.item)
-        drift = np.sqrt(dot(d, d)) * patch.time[pairs.pixel]
+        drift = np.sqrt(dot(d, d)) * patch.half_time[pairs.pixel]
     if light.displacement is not None:
-        carried = np.sqrt(dot(light.displacement, light.displacement)) * patch.time[pairs.pixel]
+        carried = (
+            np.sqrt(dot(light.displacement, light.displacement)) * patch.half_time[pairs.pixel]
+        )
     apart = np.sqrt(dot(gap, gap)) - (drift + carried) > r + light.radius
     within = np.sqrt(dot(v, v)) + patch.reach[pairs.pixel] + drift < r
     # for a camera inside a sphere, all of its visible surface is its inside

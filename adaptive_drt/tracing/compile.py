@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..geometry.camera import PinholeCamera, make_pinhole_camera
-from ..geometry.polygon.closed_boxes import find_boxes
 from ..geometry.polygon.shape import ParallelogramSet
 from ..geometry.registry import SHAPES
 from ..geometry.shape_table import ShapeTable
@@ -31,11 +30,12 @@ __all__ = ["Plan", "make_plan"]
 
 
 EMBREE_CROSSOVER = 2_000
-"""Number of spheres from which embree finds candidate occluders faster than NumPy arrays do.
+"""Number of proxies from which embree finds candidate occluders faster than NumPy arrays do.
 
-Measured by `benchmarks/crossover.py`."""
+Measured by `benchmarks/crossover.py` with spheres."""
 EMBREE_MAX_LIGHT_SIZE = 4.0
-"""Largest radius of a light, with its path, for which embree is used, in mean radii of the spheres.
+"""Largest radius of a light, with its path, for which embree is used, in mean radii of the
+objects that have proxies.
 
 Embree's proxies are inflated by the light's radius, so a ray towards a large light intersects many
 of them, and each hit costs one call."""
@@ -51,7 +51,6 @@ class Plan:
     ----------
     settings : the settings of the render.  lens : the camera's rays.
     shapes : the objects, relative to the camera, metres.
-    solid : (quads,) the closed box that each quad is a face of: see `find_boxes`.
     color : (3, objects) albedo.
     moves : (objects,) bool, whether the object moves relative to the camera during the shutter.
     region : pixels (left, bottom, right, top) to render; picture : width and height of the image.
@@ -69,7 +68,6 @@ class Plan:
     region: tuple[int, int, int, int]
     picture: tuple[int, int]
     shapes: ShapeTable
-    solid: NDArray[np.int64]
     color: Array
     moves: NDArray[np.bool_]
     lights: tuple[Emitter, ...]
@@ -122,12 +120,13 @@ class Plan:
 
     def embree_finds(self, light: Emitter) -> bool:
         """Whether embree, rather than NumPy arrays, finds the candidate occluders of a light."""
-        if not self.embree or not self.sphere_count or not light.casts_shadow:
+        if not self.embree or not self.shapes.proxied or not light.casts_shadow:
             return False
         inflation = self.shadow_light(light).occluder_inflation
         if self.settings.accelerator == "EMBREE":
             return math.isfinite(inflation)
-        return inflation <= EMBREE_MAX_LIGHT_SIZE * float(self.spheres.radius.mean())
+        radius = self.shapes.bounding_spheres[1][: self.shapes.proxied]
+        return inflation <= EMBREE_MAX_LIGHT_SIZE * float(radius.mean())
 
     @property
     def soft(self) -> bool:
@@ -141,9 +140,10 @@ class Plan:
 
     def summary(self) -> dict[str, Any]:
         """The compiled scene in figures, for the statistics."""
+        kinds = [f"{record.__name__.lower()}s" for record, _ in SHAPES]
+        counts = [shapes.count for shapes in self.shapes.sets]
         return {
-            "spheres": self.sphere_count,
-            "quads": self.object_count - self.sphere_count,
+            **dict(zip(kinds, counts, strict=True)),
             "lights": len(self.lights),
             "penumbra": self.penumbra,
             "motion": self.motion,
@@ -176,24 +176,21 @@ def make_plan(scene: Scene, settings: Settings) -> Plan:
     skipped += _skipped_effects(settings, motion, len(shift))
     origin = lens.origin[:, None]
     table = _make_shape_table(records, origin, displacement)
-    count, flats = len(records[0]), table.sets[1]
-    assert isinstance(flats, ParallelogramSet)
     return Plan(
         settings=settings,
         lens=lens,
         region=camera.region,
         picture=camera.resolution,
         shapes=table,
-        solid=find_boxes(flats, [q.name for q in records[1]]),
         color=_columns([s.material.color for s in shapes]),
         moves=moves,
-        lights=tuple(_with_coplanar_quads(light, flats, origin, count) for light in lights),
+        lights=tuple(_with_coplanar_faces(light, table, origin) for light in lights),
         background=np.array(scene.background, dtype=np.float64),
         transparent=scene.transparent,
         penumbra=penumbra,
         motion=motion,
         edges=settings.use_edges and bool(shift),
-        embree=_wants_embree(settings, count),
+        embree=_wants_embree(settings, table.proxied),
         threads=settings.threads or os.cpu_count() or 1,
         skipped=tuple(skipped),
     )
@@ -239,13 +236,14 @@ def _make_emitters(
     return tuple(kept)
 
 
-def _with_coplanar_quads(
-    light: Emitter, flats: ParallelogramSet, origin: Array, spheres: int
-) -> Emitter:
-    """The light with its list of the quads that lie in its plane, which occlude nothing of it."""
-    coplanar = np.concatenate(
-        [np.zeros(spheres, dtype=np.bool_), light.coplanar_quads(flats, origin)]
-    )
+def _with_coplanar_faces(light: Emitter, table: ShapeTable, origin: Array) -> Emitter:
+    """The light with its list of the planar objects in its plane, which occlude nothing of it."""
+    parts = []
+    for shapes in table.sets:
+        faces = shapes.faces
+        none = np.zeros(shapes.count, dtype=np.bool_)
+        parts.append(none if faces is None else light.coplanar_faces(faces, origin))
+    coplanar = np.concatenate(parts)
     return replace(light, coplanar=coplanar) if coplanar.any() else light
 
 
@@ -277,12 +275,12 @@ def _skipped_effects(settings: Settings, motion: bool, objects: int) -> list[dic
     return skipped
 
 
-def _wants_embree(settings: Settings, spheres: int) -> bool:
-    """Whether embree may be used, by the setting and the number of spheres."""
+def _wants_embree(settings: Settings, proxied: int) -> bool:
+    """Whether embree may be used, by the setting and the number of objects that have proxies."""
     if settings.accelerator == "AUTO":
         # without embreex the image is the same, but takes longer
-        return spheres >= EMBREE_CROSSOVER and find_spec("embreex") is not None
-    return settings.accelerator == "EMBREE" and spheres > 0
+        return proxied >= EMBREE_CROSSOVER and find_spec("embreex") is not None
+    return settings.accelerator == "EMBREE" and proxied > 0
 
 
 def _displacement(motion: Motion | None) -> Array:

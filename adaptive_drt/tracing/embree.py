@@ -2,9 +2,10 @@
 """Candidate occluders by embree. This is the only file that uses embreex.
 
 Embree works in float32: it returns candidates only, and which of them occlude is decided in
-float64. Each object is replaced by a proxy, an icosahedron around its bounding sphere, inflated by
-a bound on the float32 rounding errors. embreex returns only the nearest triangle and has no minimum
-distance, so each ray is restarted behind each hit until it has passed its end.
+float64. Each object that fills its bounding sphere (`ShapeTable.proxied`) is replaced by a proxy,
+an icosahedron around that sphere, inflated by a bound on the float32 rounding errors. embreex
+returns only the nearest triangle and has no minimum distance, so each ray is restarted behind each
+hit until it has passed its end.
 """
 
 from __future__ import annotations

@@ -15,14 +15,15 @@ from typing import TypeAlias
 
 import numpy as np
 
-from ..geometry.polygon.closed_boxes import NO_BOX, outward_sign
+from ..geometry.light_protocol import ViewCone
+from ..geometry.planar_faces import NO_SOLID
+from ..geometry.shape_table import ShapeTable
 from ..geometry.sphere.kernels import cone_overlap, surface_tolerance
-from ..lights.bounds import LightBounds, ViewCone
+from ..lights.bounds import LightBounds
 from ..lights.emitter import Emitter
 from ..numerics.arrays import Array, Ints, Mask
-from ..numerics.floats import TINY
 from ..numerics.gather import columns
-from ..numerics.vector import cross, dot
+from ..numerics.vector import dot
 from ..parallel.call_progress import progress_range, report_progress
 from .compile import Plan
 from .embree import ProxyScene
@@ -61,22 +62,17 @@ class Occluders:
     def __init__(self, plan: Plan) -> None:
         """Compute the bounding spheres, and build embree's proxies for the lights that use them."""
         self._plan = plan
-        center, radius = plan.quads.bounding_spheres
-        self.center = np.concatenate([plan.spheres.center, center], axis=1)
-        radius = np.concatenate([plan.spheres.radius, radius])
-        for part, first in ((plan.spheres, 0), (plan.quads, plan.sphere_count)):
-            d = part.displacement
-            if d is not None:
-                radius[first : first + d.shape[1]] += 0.5 * np.sqrt(dot(d, d))
-        self.radius = radius
-        self._flats = _QuadPlanes.make(plan)
+        self.center, radius = plan.shapes.bounding_spheres
+        d = plan.shapes.displacement
+        self.radius = radius if d is None else radius + 0.5 * np.sqrt(dot(d, d))
+        self._planes = _FacePlanes.make(plan.shapes)
         self._proxies: dict[str, ProxyScene] = {}
-        balls = plan.sphere_count
+        proxied = plan.shapes.proxied
         for light in plan.lights:
             if plan.embree_finds(light):
                 reach = plan.shadow_light(light).occluder_inflation
                 self._proxies[_light_key(light)] = ProxyScene(
-                    self.center[:, :balls], self.radius[:balls] + reach
+                    self.center[:, :proxied], self.radius[:proxied] + reach
                 )
 
     def __reduce__(self) -> tuple[type[Occluders], tuple[Plan]]:
@@ -98,11 +94,11 @@ class Occluders:
             return Pairs(none, none)
         reach = np.broadcast_to(np.asarray(reach, dtype=np.float64), (count,))
         sight = _LightView.make(light, surface, reach, curvature(self._plan, surface))
-        pairs = self._flats.needed(sight, self._found(light, sight))
-        return _without_coplanar_quads(light, pairs)
+        pairs = self._planes.needed(sight, self._found(light, sight))
+        return _without_coplanar_faces(light, pairs)
 
     def _found(self, light: Emitter, sight: _LightView) -> Pairs:
-        """The candidate pairs, including faces of boxes that `needed` removes."""
+        """The candidate pairs, including faces of solids that `needed` removes."""
         surface, reach = sight.surface, sight.reach
         count = reach.size
         proxies = None if (reach > 0.0).any() else self._proxies.get(_light_key(light))
@@ -111,8 +107,8 @@ class Occluders:
         first = 0
         parts: list[Pairs] = []
         if proxies is not None:
-            # the bounding spheres of quads are too large: embree would return them for most rays
-            first = self._plan.sphere_count
+            # where bounding spheres are too large, embree would return objects for most rays
+            first = self._plan.shapes.proxied
             parts.append(self._kept(sight, self._around(sight, proxies)))
             to = light.to_center(surface.point)
             met = Pairs(*proxies.along(surface.point, to))
@@ -174,8 +170,8 @@ class Occluders:
         chosen = np.atleast_1d(item)
         center, radius = columns(self.center, chosen), self.radius[chosen] + sight.reach[at]
         point = columns(surface.point, at)
-        if isinstance(item, int) and item >= self._flats.first:
-            apart = self._flats.part(sight, at, np.atleast_1d(item))
+        if isinstance(item, int) and self._planes.planar[item]:
+            apart = self._planes.part(sight, at, np.atleast_1d(item))
             if not apart.any():
                 return apart
         v = center - point
@@ -193,53 +189,54 @@ class Occluders:
             lowest = lowest - sight.bend[at] * sight.reach[at] * np.sqrt(vv)
         keep &= dot(columns(surface.normal, at), v) > lowest
         keep &= sight.front(center, radius)
-        if not isinstance(item, int) or item >= self._flats.first:
-            keep &= self._flats.part(sight, at, chosen)
-        # an object does not occlude light from itself, except on the inner side of a sphere
+        if not isinstance(item, int) or self._planes.planar[item]:
+            keep &= self._planes.part(sight, at, chosen)
+        # a convex object does not occlude light from itself, except on its inner side
         keep &= (item != surface.item[at]) | surface.inside[at]
         return keep
 
 
 @dataclass(frozen=True)
-class _QuadPlanes:
-    """Planes of quads: a quad occludes only light from the other side of its plane.
+class _FacePlanes:
+    """Planes of planar objects: such an object occludes only light from the plane's other side.
 
     Attributes
     ----------
-    first : number of the first quad.
-    normal : (3, objects) unit, 0 for spheres.  offset : (objects,) metres from the origin.
+    planar : (objects,) whether the object lies in a plane.
+    normal : (3, objects) unit, 0 for other objects.  offset : (objects,) metres from the origin.
     slack : (objects,) metres that the plane moves along its normal either way during the shutter.
-    solid : (objects,) the closed box that each is a face of: normals point out of it.
+    solid : (objects,) the closed solid that each is a face of: normals point out of it.
     """
 
-    first: int
+    planar: Mask
     normal: Array
     offset: Array
     slack: Array
     solid: Ints
 
     @classmethod
-    def make(cls, plan: Plan) -> _QuadPlanes:
-        quads, first = plan.quads, plan.sphere_count
-        normal = np.zeros((3, plan.object_count))
-        across = cross(quads.edge_u, quads.edge_v) * outward_sign(quads, plan.solid)
-        normal[:, first:] = across / np.maximum(np.sqrt(dot(across, across)), TINY)
-        offset, slack = np.zeros((2, plan.object_count))
-        offset[first:] = dot(normal[:, first:], quads.corner)
-        if quads.displacement is not None:
-            slack[first:] = 0.5 * np.abs(dot(normal[:, first:], quads.displacement))
-        solid = np.concatenate([np.full(first, NO_BOX), plan.solid])
-        return cls(first, normal, offset, slack, solid)
+    def make(cls, table: ShapeTable) -> _FacePlanes:
+        normal = np.zeros((3, table.count))
+        offset, slack = np.zeros((2, table.count))
+        for shapes, first in zip(table.sets, table.firsts[:-1], strict=True):
+            faces, own = shapes.faces, slice(first, first + shapes.count)
+            if faces is None:
+                continue
+            normal[:, own] = faces.normal
+            offset[own] = dot(faces.normal, faces.vertices[0])
+            if faces.displacement is not None:
+                slack[own] = 0.5 * np.abs(dot(faces.normal, faces.displacement))
+        return cls(table.planar, normal, offset, slack, table.solid)
 
     def part(self, sight: _LightView, at: Ints | slice, item: Ints) -> Mask:
-        """Whether the plane of a quad may separate points from some of the light."""
+        """Whether the plane of an object may separate points from some of the light."""
         bounds = sight.bounds
         light = bounds.height_over_planes(columns(self.normal, item), self.offset[item])
         place, reach = self._places(sight, at, item)
         margin = bounds.radius + self.slack[item]
         parts: Mask = (light <= margin) | (place < reach)
         parts &= (light >= -margin) | (place > -reach)
-        parts |= item < self.first
+        parts |= ~self.planar[item]
         return parts
 
     def _places(self, sight: _LightView, at: Ints | slice, item: Ints) -> tuple[Array, Array]:
@@ -250,17 +247,17 @@ class _QuadPlanes:
         return place, self.slack[item] + sight.reach[at] + surface_tolerance(point, np.abs(offset))
 
     def needed(self, sight: _LightView, pairs: Pairs) -> Pairs:
-        """The pairs without faces of closed boxes that occlude only what other faces do."""
-        rows = (self.solid[pairs.item] != NO_BOX).nonzero()[0]
+        """The pairs without faces of closed solids that occlude only what other faces do."""
+        rows = (self.solid[pairs.item] != NO_SOLID).nonzero()[0]
         if not rows.size:
             return pairs
         at, item = pairs.pixel[rows], pairs.item[rows]
         place, reach = self._places(sight, at, item)
-        box = np.unique(at * self.solid.size + self.solid[item], return_inverse=True)[1]
-        outside = np.zeros(box.max() + 1, dtype=np.bool_)
-        outside[box[place > reach]] = True
-        spare = outside[box] & (place < -reach)
-        # from the outer side of a face, all of its box is below the horizon
+        solid = np.unique(at * self.solid.size + self.solid[item], return_inverse=True)[1]
+        outside = np.zeros(solid.max() + 1, dtype=np.bool_)
+        outside[solid[place > reach]] = True
+        spare = outside[solid] & (place < -reach)
+        # from the outer side of a face, all of its solid is below the horizon
         own = sight.surface.item[at]
         seen = dot(columns(sight.surface.normal, at), columns(self.normal, own)) > 0.0
         spare |= (self.solid[own] == self.solid[item]) & seen
@@ -366,15 +363,15 @@ def _merge_pairs(parts: list[Pairs], objects: int) -> Pairs:
 
 
 def all_pairs_unculled(plan: Plan, light: Emitter, surface: Surface) -> Pairs:
-    """Without culling: all pairs of points and objects, except a point's own object and quads in
-    the light's plane."""
+    """Without culling: all pairs of points and objects, except a point's own object and planar
+    objects in the light's plane."""
     pairs = _all_pairs(surface.item.size, plan.object_count)
     own = pairs.item == surface.item[pairs.pixel]
-    return _without_coplanar_quads(light, pairs.take(~own | surface.inside[pairs.pixel]))
+    return _without_coplanar_faces(light, pairs.take(~own | surface.inside[pairs.pixel]))
 
 
-def _without_coplanar_quads(light: Emitter, pairs: Pairs) -> Pairs:
-    """The pairs without quads in the plane of the light: they occlude nothing of it."""
+def _without_coplanar_faces(light: Emitter, pairs: Pairs) -> Pairs:
+    """The pairs without planar objects in the plane of the light: they occlude nothing of it."""
     return pairs if light.coplanar is None else pairs.take(~light.is_coplanar(pairs.item))
 
 

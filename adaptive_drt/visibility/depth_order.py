@@ -2,21 +2,24 @@
 """Depth order of objects, where it is the same for all rays of a box.
 
 Two objects on opposite sides of a plane have the same depth order for every camera off that plane:
-the object on the camera's side is in front. Separating planes are the plane of a quad and, for two
-spheres that do not intersect, their radical plane, where the tangents to both have equal length.
-All else moves linearly in time, so that the ends of a box's time interval decide.
+the object on the camera's side is in front. Separating planes are the planes of planar objects and,
+for two solids whose bounding spheres do not intersect, the radical plane of these spheres, where
+the tangents to both have equal length. All else moves linearly in time, so that the ends of a box's
+time interval decide.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
+from ..geometry.line_forms import BoxCoverage
+from ..geometry.shape_table import ShapeTable
 from ..numerics.arrays import Array, Ints, Mask
+from ..numerics.box_polynomials import Boxes
 from ..numerics.gather import columns
-from ..numerics.vector import cross, dot
+from ..numerics.vector import dot
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs
-from .polynomials import Boxes, Coverage
 
 __all__ = ["find_depth_order"]
 
@@ -28,76 +31,87 @@ at a distance of a million times its size is rounded to some 2^-33 of its size."
 
 
 def find_depth_order(
-    plan: Plan, boxes: Boxes, pairs: Pairs, cover: Coverage, number: Ints
+    plan: Plan, boxes: Boxes, pairs: Pairs, cover: BoxCoverage, count: Ints
 ) -> tuple[Ints, Mask, Mask, tuple[Ints, Ints]]:
     """Rank of each candidate in the depth order of its box, and whether that order is known.
 
     Parameters
     ----------
-    pairs : (m,) candidates, sorted by box and then by `cover.near`.  number : (n,) candidates of
-    each box.
+    pairs : (m,) candidates, sorted by box and then by `cover.near`.
+    count : (n,) number of candidates of each box.
 
     Returns
     -------
     rank : (m,) number of candidates of the box that are in front, from 0; all are different within
-    a box whose order is known.
-    settled : (n,) whether the depth order is known.
-    balls : (n,) whether the box has two spheres whose order is not known.
-    unsure : (p,) and (p,) pairs of candidates whose order is not known.
+        a box whose order is known.
+    ordered : (n,) whether the depth order is known.
+    curved : (n,) whether the box has two objects, neither of them planar, whose order is not known.
+    unordered : (p,) and (p,) pairs of candidates whose order is not known.
     """
     box, m = pairs.pixel, pairs.item.size
     rank = np.zeros(m, dtype=np.int64)
-    settled = np.ones(number.size, dtype=np.bool_)
-    balls = np.zeros(number.size, dtype=np.bool_)
+    ordered = np.ones(count.size, dtype=np.bool_)
+    curved = np.zeros(count.size, dtype=np.bool_)
     open_: list[tuple[Ints, Ints]] = [(np.zeros(0, dtype=np.int64),) * 2]
-    for step in range(1, int(number.max(initial=1))):
+    for step in range(1, int(count.max(initial=1))):
         one = (box[step:] == box[:-step]).nonzero()[0]
         other = one + step
         behind = other.copy()
         unsure = (cover.far[one] >= cover.near[other]).nonzero()[0]
         a, b = one[unsure], other[unsure]
-        ahead = _compare(plan, boxes, box[a], pairs.item[a], pairs.item[b])
+        ahead = _compare(plan.shapes, boxes, box[a], pairs.item[a], pairs.item[b])
         behind[unsure] = np.where(ahead < 0, a, b)
         open_.append((a[ahead == 0], b[ahead == 0]))
         rank += np.bincount(behind, minlength=m)
     one, other = (np.concatenate(each) for each in zip(*open_, strict=True))
-    settled[box[one]] = False
-    spheres = np.maximum(pairs.item[one], pairs.item[other]) < plan.sphere_count
-    balls[box[one[spheres]]] = True
+    ordered[box[one]] = False
+    planar = plan.shapes.planar
+    solid = ~(planar[pairs.item[one]] | planar[pairs.item[other]])
+    curved[box[one[solid]]] = True
     # a cycle of objects has no depth order: two of them then have the same rank
-    start = np.cumsum(number) - number
+    start = np.cumsum(count) - count
     order = np.lexsort((rank, box))
-    settled[box[rank[order] != np.arange(m) - start[box]]] = False
-    return rank, settled, balls, (one, other)
+    ordered[box[rank[order] != np.arange(m) - start[box]]] = False
+    return rank, ordered, curved, (one, other)
 
 
-def _compare(plan: Plan, boxes: Boxes, box: Ints, a: Ints, b: Ints) -> Ints:
+def _compare(shapes: ShapeTable, boxes: Boxes, box: Ints, a: Ints, b: Ints) -> Ints:
     """1 where object a is in front of b for all rays of a box, -1 where behind, 0 if not known."""
     sign = np.where(a <= b, 1, -1)
     a, b = np.minimum(a, b), np.maximum(a, b)
     known = np.zeros(a.size, dtype=np.int64)
     times = boxes.low[2, box], boxes.high[2, box]
-    ball, other_ball = a < plan.sphere_count, b < plan.sphere_count
-    # spheres come first, so `a` is a sphere wherever one of the two is
-    rows = other_ball.nonzero()[0]
-    if rows.size:
-        known[rows] = _compare_spheres(plan, a[rows], b[rows], (times[0][rows], times[1][rows]))
-    rows = (~other_ball).nonzero()[0]
+    planar, other_planar = shapes.planar[a], shapes.planar[b]
+    rows = (~(planar | other_planar)).nonzero()[0]
     if rows.size:
         ends = times[0][rows], times[1][rows]
-        known[rows] = _compare_by_quad_plane(plan, a[rows], b[rows], ends)
-    rows = (~ball & (known == 0)).nonzero()[0]
+        known[rows] = _compare_by_radical_plane(shapes, a[rows], b[rows], ends)
+    rows = other_planar.nonzero()[0]
     if rows.size:
         ends = times[0][rows], times[1][rows]
-        known[rows] = -_compare_by_quad_plane(plan, b[rows], a[rows], ends)
+        known[rows] = _compare_by_plane(shapes, a[rows], b[rows], ends)
+    rows = (planar & (known == 0)).nonzero()[0]
+    if rows.size:
+        ends = times[0][rows], times[1][rows]
+        known[rows] = -_compare_by_plane(shapes, b[rows], a[rows], ends)
     return sign * known
 
 
-def _compare_spheres(plan: Plan, a: Ints, b: Ints, times: tuple[Array, Array]) -> Ints:
-    """`_compare` for two spheres, by their radical plane."""
-    spheres = plan.spheres
-    radius = spheres.radius
-    (a0, a1), (b0, b1) = ([spheres.moved(i, t) for t in times] for i in (a, b))
+def _compare_by_radical_plane(
+    shapes: ShapeTable, a: Ints, b: Ints, times: tuple[Array, Array]
+) -> Ints:
+    """`_compare` for two objects by the radical plane of their bounding spheres."""
+    center, radius = shapes.bounding_spheres
+    displacement = shapes.displacement
+
+    def centers(item: Ints) -> list[Array]:
+        rest = columns(center, item)
+        if displacement is None:
+            return [rest, rest]
+        change = columns(displacement, item)
+        return [rest + time * change for time in times]
+
+    (a0, a1), (b0, b1) = centers(a), centers(b)
     start, turn = b0 - a0, (b1 - a1) - (b0 - a0)
     square = dot(turn, turn)
     part = np.where(square > 0.0, -dot(start, turn), 0.0) / np.where(square > 0.0, square, 1.0)
@@ -115,49 +129,21 @@ def _compare_spheres(plan: Plan, a: Ints, b: Ints, times: tuple[Array, Array]) -
     return known
 
 
-def _compare_by_quad_plane(plan: Plan, a: Ints, b: Ints, times: tuple[Array, Array]) -> Ints:
-    """`_compare` for objects a and quads b, by the planes of the quads."""
-    quads, ids = plan.quads, b - plan.sphere_count
-    normal = cross(columns(quads.edge_u, ids), columns(quads.edge_v, ids))
-    size = np.sqrt(dot(normal, normal))
+def _compare_by_plane(shapes: ShapeTable, a: Ints, b: Ints, times: tuple[Array, Array]) -> Ints:
+    """`_compare` for objects a and planar objects b, by the planes of the latter."""
     least, most = np.full(a.size, np.inf), np.full(a.size, -np.inf)
     heights = []
     for time in times:
-        corner = quads.corners_at(ids, time)
-        height = dot(normal, corner)
-        low, high = _extent(plan, a, time, normal)
+        normal, height = shapes.plane(b, time)
+        low, high = shapes.extent(a, normal, time)
         # signed distances from the plane, positive on the side of the camera
         side = np.where(height < 0.0, -1.0, 1.0)
         least = np.minimum(least, np.where(side > 0.0, height - high, low - height))
         most = np.maximum(most, np.where(side > 0.0, height - low, high - height))
         heights.append(height)
     seen = heights[0] * heights[1] > 0.0
-    slack = CONTACT_TOLERANCE * np.maximum(np.abs(heights[0]), size * _bounding_radius(plan, a))
+    size = np.sqrt(dot(normal, normal)) * shapes.bounding_spheres[1][a]
+    slack = CONTACT_TOLERANCE * np.maximum(np.abs(heights[0]), size)
     first, last = seen & (least >= -slack), seen & (most <= slack)
     known: Ints = first.astype(np.int64) - (last & ~first)
     return known
-
-
-def _bounding_radius(plan: Plan, item: Ints) -> Array:
-    """Radii (m,) of bounding balls of objects."""
-    radius: Array = np.concatenate([plan.spheres.radius, plan.quads.bounding_spheres[1]])[item]
-    return radius
-
-
-def _extent(plan: Plan, item: Ints, time: Array, normal: Array) -> tuple[Array, Array]:
-    """Least and greatest dot product (m,) of the points of objects with vectors (3, m)."""
-    low, high = np.empty(item.size), np.empty(item.size)
-    rows = (item < plan.sphere_count).nonzero()[0]
-    middle = dot(plan.spheres.moved(item[rows], time[rows]), columns(normal, rows))
-    reach = plan.spheres.radius[item[rows]] * np.sqrt(
-        dot(columns(normal, rows), columns(normal, rows))
-    )
-    low[rows], high[rows] = middle - reach, middle + reach
-    rows = (item >= plan.sphere_count).nonzero()[0]
-    ids = item[rows] - plan.sphere_count
-    corner = dot(plan.quads.corners_at(ids, time[rows]), columns(normal, rows))
-    u = dot(columns(plan.quads.edge_u, ids), columns(normal, rows))
-    v = dot(columns(plan.quads.edge_v, ids), columns(normal, rows))
-    low[rows] = corner + np.minimum(u, 0.0) + np.minimum(v, 0.0)
-    high[rows] = corner + np.maximum(u, 0.0) + np.maximum(v, 0.0)
-    return low, high

@@ -12,8 +12,9 @@ import numpy as np
 
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.gather import columns
+from ..numerics.line_lattice import Lattice
 from .depth_events import find_depth_events, split_by_candidate
-from .line_intervals import Lattice, depth_coefficients, evaluate_depth, hit_intervals
+from .line_intervals import depth_coefficients, evaluate_depth, hit_intervals
 from .polynomials import CandidatePolynomials
 from .unordered_pairs import GroupPairs
 
@@ -48,17 +49,20 @@ def pairwise_sum(values: Array, axis: int = 0) -> Array:
 
 
 def visible_moments(
-    forms: CandidatePolynomials, full: Mask, lattice: Lattice, k: int, met: GroupPairs | None
+    forms: CandidatePolynomials,
+    full: Mask,
+    lattice: Lattice,
+    k: int,
+    unordered: GroupPairs | None,
 ) -> Array:
-    """Lengths of visible parts along lines, and their first two moments about the middle of the
-    box.
+    """Lengths of visible parts along lines, and first two moments about the middles of boxes.
 
     Parameters
     ----------
     forms, full : k candidates of each of n boxes, (k n,), the first candidates of all boxes first.
-    The candidates of a box are in order of depth where that is known, else by item (of objects
-    equally deep the first wins).
-    met : the pairs of candidates whose depth order is not known; None where every order is known.
+        The candidates of a box are in order of depth where that is known, else by item (of objects
+        equally deep the first wins).
+    unordered : pairs of candidates whose depth order is not known; None if every order is known.
 
     Returns
     -------
@@ -69,14 +73,13 @@ def visible_moments(
         for end in hit_intervals(forms, full, lattice)
     )
     sums = np.zeros((3, k + 1, *low.shape[1:]))
-    if k == 1 or (k == 2 and met is None):
+    if k == 1 or (k == 2 and unordered is None):
         sums[:, 0] = _interval_moments(low[0], high[0])
         rest = WHOLE_LINE_MOMENTS - sums[:, 0]
         if k == 2:
             sums[:, 1] = _interval_moments(low[1], np.maximum(np.minimum(high[1], low[0]), low[1]))
-            sums[:, 1] += _interval_moments(
-                np.minimum(np.maximum(low[1], high[0]), high[1]), high[1]
-            )
+            behind = np.minimum(np.maximum(low[1], high[0]), high[1])
+            sums[:, 1] += _interval_moments(behind, high[1])
             rest -= sums[:, 1]
         sums[:, k] = rest
         return sums
@@ -84,9 +87,9 @@ def visible_moments(
     missed = low >= high
     low[missed] = high[missed] = 0.5
     table = events = None
-    if met is not None:
+    if unordered is not None:
         table = depth_coefficients(forms, lattice)
-        events = find_depth_events(table, forms.is_ball, met, lattice)
+        events = find_depth_events(table, forms, unordered, lattice)
     start, end = _spans(low, high, events)
     nearest = _nearest(low, high, start, end, table)
     # bincount adds the spans of a line in order, whatever other lines there are: the same bits

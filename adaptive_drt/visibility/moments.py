@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..geometry.line_forms import BoxCoverage
 from ..numerics.arrays import Array, Ints, Mask
-from .line_intervals import Lattice
+from ..numerics.line_lattice import Lattice
 from .line_visibility import pairwise_sum
-from .polynomials import Coverage
 
 __all__ = ["KINK_ERROR", "MIN_WEIGHT", "SQUARE_INDICES", "MomentSums"]
 
@@ -51,7 +51,7 @@ class MomentSums:
     error: Array
 
     @classmethod
-    def of(cls, size: int) -> MomentSums:
+    def zeros(cls, size: int) -> MomentSums:
         """Zero sums for `size` entries."""
         return cls(np.zeros(size), np.zeros((3, size)), np.zeros((6, size)), np.zeros(size))
 
@@ -101,7 +101,9 @@ class MomentSums:
                 kinks, bends = kinks + square, bends + np.abs(bend)
         self.error[place] = (KINK_ERROR * share) * (np.sqrt(kinks) + bends / 3.0)
 
-    def add_unseen(self, cover: Coverage, index: Ints, wide: Mask, axis: int, lines: int) -> None:
+    def raise_errors(
+        self, cover: BoxCoverage, index: Ints, wide: Mask, axis: int, lines: int
+    ) -> None:
         """Increase the errors of candidates `index` (k, n) that may be hidden between the lines.
 
         Parameters
@@ -109,13 +111,13 @@ class MomentSums:
         wide : (3,) the axes along which the boxes extend.  axis : the axis of the lines.
         lines : number of lines along each of the other axes.
         """
-        x, y = cover.reach[0, index], cover.reach[1, index]
+        x, y = cover.apparent_size[0, index], cover.apparent_size[1, index]
         small = ((x < 1.0 / lines) & wide[0]) | ((y < 1.0 / lines) & wide[1])
         area = np.pi * np.minimum(x, 1.0) * np.minimum(y, 1.0)
         unseen = np.where(
-            small & ~cover.full[index], SMALL_OBJECT_ERROR * np.minimum(area, 1.0), 0.0
+            small & ~cover.all_hit[index], SMALL_OBJECT_ERROR * np.minimum(area, 1.0), 0.0
         )
-        along = 1.0 / np.maximum(cover.across[axis, index], 1.0 / lines)
-        unmet = (self.weight[index] <= MIN_WEIGHT) & ~cover.full[index]
+        along = 1.0 / np.maximum(cover.outline_normal[axis, index], 1.0 / lines)
+        unmet = (self.weight[index] <= MIN_WEIGHT) & ~cover.all_hit[index]
         hidden = np.where(unmet, MISSED_WEIGHT / lines**2 * along, 0.0)
         self.error[index] = np.maximum(self.error[index], np.maximum(unseen, hidden))

@@ -28,17 +28,18 @@ class GroupPairs:
 
     Attributes
     ----------
-    boxes, room : number of boxes n, and number of pairs for which each has room.
+    boxes, capacity : number of boxes n, and number of pairs that each has room for.
     box, slot : (p,) the box of each pair, and its index among the pairs of that box.
-    one, other : (p,) indices of the two candidates within the box, `one` less than `other`.
+    first_candidate, second_candidate : (p,) indices of the two candidates within the box, the first
+        less than the second.
     """
 
     boxes: int
-    room: int
+    capacity: int
     box: Ints
     slot: Ints
-    one: Ints
-    other: Ints
+    first_candidate: Ints
+    second_candidate: Ints
 
 
 @dataclass(frozen=True)
@@ -47,19 +48,19 @@ class UnorderedPairs:
 
     Attributes
     ----------
-    number, start : (n,) number of pairs of each box, and index of its first pair.
-    room : (n,) number of pairs for which a box has room: the same for boxes of the same layout.
-    one, other : (p,) indices of the two candidates among all.
+    count, start : (n,) number of pairs of each box, and index of its first pair.
+    capacity : (n,) number of pairs that a box has room for: the same for boxes of the same layout.
+    first_candidate, second_candidate : (p,) indices of the two candidates among all.
     """
 
-    number: Ints
+    count: Ints
     start: Ints
-    room: Ints
-    one: Ints
-    other: Ints
+    capacity: Ints
+    first_candidate: Ints
+    second_candidate: Ints
 
     @classmethod
-    def of(cls, pair: tuple[Ints, Ints], box: Ints, candidates: Ints) -> UnorderedPairs:
+    def from_pairs(cls, pair: tuple[Ints, Ints], box: Ints, candidates: Ints) -> UnorderedPairs:
         """Sort pairs (p,) of candidates, given in any order.
 
         Parameters
@@ -69,23 +70,24 @@ class UnorderedPairs:
         one, other = np.minimum(*pair), np.maximum(*pair)
         order = np.lexsort((other, one))
         one, other = one[order], other[order]
-        number = np.bincount(box[one], minlength=candidates.size)
+        count = np.bincount(box[one], minlength=candidates.size)
         # round up to powers of 2, at most the number of all pairs: few different layouts
         every = candidates * (candidates - 1) // 2
-        power = 1 << np.ceil(np.log2(np.maximum(number, 1))).astype(np.int64)
+        power = 1 << np.ceil(np.log2(np.maximum(count, 1))).astype(np.int64)
         some = np.where(candidates <= MAX_CANDIDATES_ALL_PAIRS, every, np.minimum(power, every))
-        room = np.where(number > 0, some, 0)
-        return cls(number, np.cumsum(number) - number, room, one, other)
+        capacity = np.where(count > 0, some, 0)
+        return cls(count, np.cumsum(count) - count, capacity, one, other)
 
-    def among(self, some: Ints, first: Ints) -> GroupPairs:
+    def for_boxes(self, some: Ints, first: Ints) -> GroupPairs:
         """Pairs of the boxes `some` (n,), which have the same layout.
 
         first : (n,) index of the first candidate of each of these boxes.
         """
-        number = self.number[some]
-        box = np.repeat(np.arange(some.size), number)
-        rows = run_indices(self.start[some], number)
-        one, other = self.one[rows] - first[box], self.other[rows] - first[box]
+        count = self.count[some]
+        box = np.repeat(np.arange(some.size), count)
+        rows = run_indices(self.start[some], count)
+        one = self.first_candidate[rows] - first[box]
+        other = self.second_candidate[rows] - first[box]
         return GroupPairs(
-            some.size, int(self.room[some[0]]), box, positions_in_runs(number), one, other
+            some.size, int(self.capacity[some[0]]), box, positions_in_runs(count), one, other
         )

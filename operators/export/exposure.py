@@ -4,10 +4,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any
 
-from ...adaptive_drt.scene.description import Light, PointLight, Vector
+from ...adaptive_drt.scene.description import Light, Vector
 from .checklist import cycles_of
 
 
@@ -22,13 +21,7 @@ def exposed(
     """Return lights and a background so many times as bright."""
     if factor == 1.0:
         return lights, background
-    return [_exposed_light(light, factor) for light in lights], _times(background, factor)
-
-
-def _exposed_light(light: Light, factor: float) -> Light:
-    if isinstance(light, PointLight):
-        return replace(light, intensity=_times(light.intensity, factor))
-    return replace(light, radiance=_times(light.radiance, factor))
+    return [light.brightened(factor) for light in lights], _times(background, factor)
 
 
 def _times(color: Vector, factor: float) -> Vector:

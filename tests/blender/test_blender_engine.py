@@ -216,7 +216,7 @@ def test_an_error_is_told_and_writes_no_file(render, stage, part, monkeypatch):
     stage.camera.data.type = "PERSP"
     for place, name in (
         ("adaptive_drt.scene.film", "Film.pixels"),
-        ("adaptive_drt.render", "resolve_tile"),
+        ("adaptive_drt.distributed", "trace_center_rays"),
     ):
         with monkeypatch.context() as patch:
             patch.setattr(f"{part(place).__name__}.{name}", fault)

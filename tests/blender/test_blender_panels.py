@@ -198,7 +198,7 @@ RAYS = {
     "seconds": {"total": 12345.678},
     "pixels": 2_073_600,
     "counts": dict.fromkeys(("penumbra", "motion", "edge", "distributed"), 2_073_600),
-    "a": 0.26318, "b": 10.9712, "c": 123.4567, "predicted_ratio": 0.0712345,
+    "a": 0.26318, "b": 10.9712, "b_spread": 0.2468, "c": 123.4567, "predicted_ratio": 0.0712345,
     "measured_ratio": 0.08123, "rays": {"camera": 265_420_800, "shadow": 3_317_760_000},
 }  # fmt: skip
 
@@ -235,6 +235,9 @@ def test_ratios_say_of_what_they_are_and_belong_to_one_method(addon):
     said = dict(panels.figure_lines(RAYS))
     assert said["Predicted Time"] == "0.071 of Everywhere"
     assert said["Measured Time"] == "0.081 of Everywhere"
+    assert said["b, Derivative Cost"] == "11 (spread 0.25)"
+    unknown = dict(panels.figure_lines({**RAYS, "b": None, "predicted_ratio": None}))
+    assert unknown["b, Derivative Cost"] == "not measured" and "Predicted Time" not in unknown
     exact = dict(panels.figure_lines({**RAYS, "tolerance": 0.001}))
     assert not any("Everywhere" in value for value in exact.values())
 

@@ -33,5 +33,5 @@ def test_six_planes_around_a_cube_are_one_box_to_the_tracer(export, core):
     plan, settings = (
         importlib.import_module(f"{root}.{name}") for name in ("tracing.compile", "scene.settings")
     )
-    solid = plan.make_plan(scene, settings.Settings(threads=1)).solid
+    solid = plan.make_plan(scene, settings.Settings(threads=1)).shapes.solid
     assert sorted(np.unique(solid, return_counts=True)[1]) == [1, 6]

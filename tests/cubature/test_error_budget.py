@@ -21,7 +21,7 @@ from adaptive_drt.cubature.error_budget import (
     make_goal,
 )
 from adaptive_drt.exact import MAX_GOAL_RAISE
-from adaptive_drt.image.buffers import Frame
+from adaptive_drt.image.frame import Frame
 from adaptive_drt.render import render_image
 from adaptive_drt.scene.settings import Settings
 from random_scenes import random_scene
@@ -115,19 +115,19 @@ def test_darkness_asks_for_nothing_and_no_pixels_either():
 
 def rendered(monkeypatch, second):
     """The goals that a still picture asks for when it is said to need `second` after outlines."""
-    asked, rows, final, kept = [], [], [], (Frame.goal, Frame.tasks)
+    asked, rows, final, kept = [], [], [], (Frame.goal, Frame.chosen)
 
     def goal(frame, inside, *found):
-        rows.append(inside[frame.own[0]])
+        rows.append(inside[frame.region_slices[0]])
         asked.append(kept[0](frame, inside, *found))
         return asked[-1] if len(asked) == 1 else replace(asked[-1], error=second(asked[0].error))
 
-    def tasks(frame, goal, size):
+    def chosen(frame, goal):
         final.append(goal.error)
-        return kept[1](frame, goal, size)
+        return kept[1](frame, goal)
 
     monkeypatch.setattr(Frame, "goal", goal)
-    monkeypatch.setattr(Frame, "tasks", tasks)
+    monkeypatch.setattr(Frame, "chosen", chosen)
     render_image(random_scene(220), Settings(tolerance=1e-3, threads=1))
     return asked[0].error, final[0], rows
 

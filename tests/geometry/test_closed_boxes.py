@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from adaptive_drt.geometry.polygon.closed_boxes import NO_BOX
+from adaptive_drt.geometry.planar_faces import NO_SOLID
 from adaptive_drt.scene.description import (
     DiskLight,
     Motion,
@@ -51,11 +51,11 @@ def test_boxes_are_found_among_other_quads(seed):
     one, two = some_box(rng, "One"), some_box(rng, "Two", Motion(tuple(rng.normal(size=3))))
     shapes = [FLOOR, *one, *two]
     order = rng.permutation(len(shapes))
-    solid = plan_of([shapes[k] for k in order]).solid
+    solid = plan_of([shapes[k] for k in order]).shapes.solid
     first, second = (solid[(order >= low) & (order < low + 6)] for low in (1, 7))
-    assert solid[order == 0] == NO_BOX
+    assert solid[order == 0] == NO_SOLID
     assert (first == first[0]).all() and (second == second[0]).all()
-    assert NO_BOX not in (first[0], second[0]) and first[0] != second[0]
+    assert NO_SOLID not in (first[0], second[0]) and first[0] != second[0]
 
 
 def test_what_is_no_closed_box_is_none():
@@ -70,14 +70,14 @@ def test_what_is_no_closed_box_is_none():
         [*whole[1:], shifted],
         plate,
     ):
-        assert (plan_of(shapes).solid == NO_BOX).all()
+        assert (plan_of(shapes).shapes.solid == NO_SOLID).all()
 
 
 def test_six_planes_of_any_names_are_a_box():
     rng = np.random.default_rng(6)
     one, two = some_box(rng), some_box(rng)
     faces = [Quad(q.corner, q.edge_u, q.edge_v, name=f"Plane.{k}") for k, q in enumerate(one + two)]
-    solid = plan_of([faces[k] for k in rng.permutation(12)] + [FLOOR]).solid
+    solid = plan_of([faces[k] for k in rng.permutation(12)] + [FLOOR]).shapes.solid
     assert sorted(np.unique(solid, return_counts=True)[1]) == [1, 6, 6]
 
 
@@ -90,8 +90,8 @@ def test_boxes_of_rounded_corners_and_stacks_are_found():
              name=q.name)
         for cube in stack for q in cube
     ]  # fmt: skip
-    solid = plan_of([FLOOR, *rounded]).solid[1:].reshape(3, 6)
-    assert (solid == solid[:, :1]).all() and NO_BOX not in solid
+    solid = plan_of([FLOOR, *rounded]).shapes.solid[1:].reshape(3, 6)
+    assert (solid == solid[:, :1]).all() and NO_SOLID not in solid
     assert all(a[0] != b[0] for a, b in pairwise(solid))
 
 
@@ -137,7 +137,7 @@ def test_the_light_is_the_same_without_the_faces_behind(seed, monkeypatch):
     shape = plan.shadow_light(plan.lights[0])
     few = Occluders(plan).find(shape, hits, reach)
     with monkeypatch.context() as patch:
-        patch.setattr(occluder._QuadPlanes, "needed", lambda self, sight, pairs: pairs)
+        patch.setattr(occluder._FacePlanes, "needed", lambda self, sight, pairs: pairs)
         every = Occluders(plan).find(shape, hits, reach)
     one, other = (shade_with_candidates(plan, hits, time, [pairs]) for pairs in (few, every))
     print(f"seed {seed}: {few.item.size} of {every.item.size} pairs")
@@ -148,7 +148,7 @@ def test_half_the_faces_and_more_are_left_out(monkeypatch):
     plan = plan_of([FLOOR, *turned((-0.5, -0.5, 0.0), (1.0, 1.0, 1.0), 0.3, name="Cube")])
     hits = hits_of(plan)
     few = Occluders(plan).find(plan.lights[0], hits)
-    monkeypatch.setattr(occluder._QuadPlanes, "needed", lambda self, sight, pairs: pairs)
+    monkeypatch.setattr(occluder._FacePlanes, "needed", lambda self, sight, pairs: pairs)
     every = Occluders(plan).find(plan.lights[0], hits)
     print(f"{few.item.size} of {every.item.size} pairs")
     assert few.item.size < 0.5 * every.item.size

@@ -5,9 +5,9 @@ from itertools import pairwise
 
 import numpy as np
 
+from adaptive_drt.geometry.light_protocol import LinearSpan
 from adaptive_drt.geometry.sphere.kernels import surface_tolerance
 from adaptive_drt.lights import form_factor as light
-from adaptive_drt.lights.bounds import LinearSpan
 from adaptive_drt.lights.disk_light import DiskEmitter
 from adaptive_drt.lights.point_light import PointEmitter
 from adaptive_drt.lights.quad_light import QuadEmitter

@@ -11,7 +11,7 @@ import pytest
 from adaptive_drt.cubature.error_budget import Goal
 from adaptive_drt.exact import ExactRender
 from adaptive_drt.image.biquadratic_blocks import SIDES, BiquadraticBlocks, _cubic_means, _means
-from adaptive_drt.image.buffers import Frame, widened_plan
+from adaptive_drt.image.frame import Frame, widened_plan
 from adaptive_drt.image.node_values import NodeValues
 from adaptive_drt.image.stencil_means import StencilMeans
 from adaptive_drt.image.visibility_key import NO_KEY, find_visibility_keys
@@ -136,7 +136,7 @@ def points_of(function):
     found.value[:] = function(x, y)
     found.known[:] = True
     found.wanted = frame.inner()
-    frame.sight = np.ones(frame.item.size, dtype=np.int64)
+    frame.visibility_key = np.ones(frame.item.size, dtype=np.int64)
     found.left = np.zeros(frame.item.size)
     found.rough = lambda spacing: found.left
     return found
@@ -181,9 +181,9 @@ def test_crosses_ask_only_beside_pixels_that_see_the_same():
     found.wanted[:] = False
     found.wanted[20 * width + 20] = True
     assert StencilMeans(found).ask().size == 9
-    found.frame.sight[20 * width + 22] = 2
+    found.frame.visibility_key[20 * width + 22] = 2
     assert StencilMeans(found).ask().size == 8
-    found.frame.sight[20 * width + 21] = 2
+    found.frame.visibility_key[20 * width + 21] = 2
     assert StencilMeans(found).ask().size == 0
 
 

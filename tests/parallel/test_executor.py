@@ -27,7 +27,7 @@ def plan_for(threads):
     return make_plan(random_scene(SEED), Settings(threads=threads))
 
 
-def hands_for(threads):
+def executor_for(threads):
     plan = plan_for(threads)
     return RenderExecutor(plan.stop, plan.threads)
 
@@ -48,22 +48,22 @@ def worker(monkeypatch):
 
 @pytest.mark.parametrize("threads", [1, 2, 5])
 def test_every_call_is_answered_by_its_number(threads):
-    with closing(hands_for(threads)) as hands:
-        aside = hands.aside(roots(range(50, 60)))
-        assert found(hands.results(roots(range(40)))) == {n: n for n in range(40)}
-        assert found(hands.results([])) == {}
-        assert found(hands.gather(aside)) == {n: n + 50 for n in range(10)}
-    assert not any(thread.is_alive() for thread in hands._threads)
+    with closing(executor_for(threads)) as executor:
+        deferred = executor.defer(roots(range(50, 60)))
+        assert found(executor.run(roots(range(40)))) == {n: n for n in range(40)}
+        assert found(executor.run([])) == {}
+        assert found(executor.finish_deferred(deferred)) == {n: n + 50 for n in range(10)}
+    assert not any(thread.is_alive() for thread in executor._threads)
 
 
 def test_what_is_aside_waits_for_a_hand_that_is_free():
     """With one hand it begins when it is gathered, and not before."""
-    with closing(hands_for(1)) as hands:
-        aside = hands.aside(roots([3]))
-        assert found(hands.results(roots(range(5)))) == {n: n for n in range(5)}
+    with closing(executor_for(1)) as executor:
+        deferred = executor.defer(roots([3]))
+        assert found(executor.run(roots(range(5)))) == {n: n for n in range(5)}
         time.sleep(0.1)
-        assert aside.done.empty()
-        assert found(hands.gather(aside)) == {0: 3}
+        assert deferred.done.empty()
+        assert found(executor.finish_deferred(deferred)) == {0: 3}
 
 
 @pytest.mark.parametrize("aside", [False, True])
@@ -74,43 +74,43 @@ def test_an_exception_comes_out_and_the_rest_is_stopped(aside):
         Call(time.sleep, SharedArguments(()), (0.2,)),
     ]
     with (
-        closing(RenderExecutor(plan.stop, plan.threads)) as hands,
+        closing(RenderExecutor(plan.stop, plan.threads)) as executor,
         pytest.raises(ValueError, match="math domain"),
     ):
-        list(hands.gather(hands.aside(calls)) if aside else hands.results(calls))
+        list(executor.finish_deferred(executor.defer(calls)) if aside else executor.run(calls))
     assert plan.stop.is_set()
 
 
 def test_closing_stops_what_is_under_way():
     plan = plan_for(2)
-    hands = RenderExecutor(plan.stop, plan.threads)
+    executor = RenderExecutor(plan.stop, plan.threads)
 
     def until_stopped():
         wait_for(plan.stop.is_set)
         raise RenderCancelled
 
-    hands.aside([Call(until_stopped, SharedArguments(()), ())] * 3)
-    wait_for(lambda: hands._busy)
-    hands.close()
-    assert plan.stop.is_set() and not any(thread.is_alive() for thread in hands._threads)
+    executor.defer([Call(until_stopped, SharedArguments(()), ())] * 3)
+    wait_for(lambda: executor._running)
+    executor.close()
+    assert plan.stop.is_set() and not any(thread.is_alive() for thread in executor._threads)
 
 
 def test_closing_when_all_is_done_stops_nothing():
     plan = plan_for(2)
-    with closing(RenderExecutor(plan.stop, plan.threads)) as hands:
-        assert found(hands.results(roots([2]))) == {0: 2}
+    with closing(RenderExecutor(plan.stop, plan.threads)) as executor:
+        assert found(executor.run(roots([2]))) == {0: 2}
     assert not plan.stop.is_set()
 
 
 def test_pixels_refined_aside_are_the_same(worker, monkeypatch):
     """Those that blocks cannot settle, by a worker while this process is asked for blocks."""
-    put, lent = work_module.Scheduler.put_aside, []
+    put, lent = work_module.Scheduler.start_background, []
 
     def watched(self, tasks):
         lent.append(sum(rows.size for rows, _ in tasks))
         put(self, tasks)
 
-    monkeypatch.setattr(work_module.Scheduler, "put_aside", watched)
+    monkeypatch.setattr(work_module.Scheduler, "start_background", watched)
     alone, beside = (
         render_image(random_scene(SEED), Settings(tolerance=1e-3, threads=threads))
         for threads in (1, 2)

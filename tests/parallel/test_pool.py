@@ -103,10 +103,10 @@ def test_a_worker_may_get_ready_while_parts_are_cut(monkeypatch):
     plan = make_plan(random_scene(207), Settings(threads=2))
     work, ready = Scheduler(plan, Occluders(plan)), iter((0, 1, 1, 1))
     monkeypatch.setattr(WorkerPool, "ready", property(lambda _: next(ready)))
-    assert work.part_aside(5_000, 1.0) == 0
-    assert work.part_aside(5_000, 1.0) == 5_000
+    assert work.background_pixels_per_call(5_000, 1.0) == 0
+    assert work.background_pixels_per_call(5_000, 1.0) == 5_000
     # what has much in it is cut up
-    assert work.part_aside(5_000, 3.0 * BACKGROUND_CALL_COST) == 1_667
+    assert work.background_pixels_per_call(5_000, 3.0 * BACKGROUND_CALL_COST) == 1_667
 
 
 def test_a_call_is_broken_off(workers):
@@ -160,7 +160,7 @@ def test_nothing_is_left_behind(workers):
     processes = [worker._process for worker in workers._idle]
     workers.stop()
     assert all(process.poll() is not None for process in processes)
-    assert workers.ready == 0 and workers.hands(4) == 4
+    assert workers.ready == 0 and workers.concurrency(4) == 4
 
 
 def test_an_idle_worker_ends_and_leaves_no_zombie(monkeypatch):
@@ -225,7 +225,7 @@ def test_without_a_python_there_are_none(monkeypatch, tmp_path, program):
     none = WorkerPool()
     none.muster(2)
     none.muster(2)
-    assert not none._idle and none.hands(3) == 3
+    assert not none._idle and none.concurrency(3) == 3
 
 
 def test_a_python_that_fails_is_tried_once(monkeypatch, tmp_path):

@@ -89,7 +89,7 @@ def test_tiny_occluders_before_a_wide_light_are_not_lost(radius, order):
     scene = Scene(CAMERA, (Sphere(tuple(center), radius), floor), (LIGHT,))
     plan = make_plan(scene, Settings(method="RAYS", order=order))
     light = plan.lights[0]
-    u, v = light.half_u, light.half_v
+    u, v = light.span.half_u, light.span.half_v
     aim = light.center + rng.choice([-1.0, 1.0], n) * u + rng.uniform(-1.0, 1.0, n) * v
     place = plan.spheres.center[:, :1]
     side = cross(aim - place, v + 0.0 * aim)

@@ -6,12 +6,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from adaptive_drt.numerics.box_polynomials import Boxes
 from adaptive_drt.scene.description import Camera, Motion, Quad, Scene, Sphere, SphereLight
 from adaptive_drt.scene.settings import Settings
 from adaptive_drt.tracing.compile import make_plan
 from adaptive_drt.tracing.intersect import Pairs
 from adaptive_drt.visibility.event_smoothness import find_smooth_boxes
-from adaptive_drt.visibility.polynomials import Boxes, make_polynomials
+from adaptive_drt.visibility.polynomials import make_polynomials
 from plain_hits import oracle_depth, rays
 
 LAMP = SphereLight((3.0, -2.0, 9.0), 0.5, (10.0, 10.0, 10.0))
@@ -41,9 +42,9 @@ def test_smooth_boxes_have_no_kinks(seed):
     forms, cover = make_polynomials(
         plan, boxes, Pairs(np.arange(count), np.zeros(count, dtype=int))
     )
-    smooth = find_smooth_boxes(forms, cover.full, np.arange(count), count)
+    smooth = find_smooth_boxes(forms, cover.all_hit, np.arange(count), count)
     share = (np.arange(MOMENTS) + 0.5) / MOMENTS
-    for box in np.flatnonzero(smooth & ~cover.full):
+    for box in np.flatnonzero(smooth & ~cover.all_hit):
         # ends count at once for all rays, or for none
         corner, side = low[:, box], np.array([1.0, 1.0, 0.2])
         u, v = (part.ravel() for part in np.meshgrid(*[np.linspace(0.0, 1.0, LINES)] * 2))
@@ -80,6 +81,6 @@ def test_some_boxes_are_smooth():
     forms, cover = make_polynomials(
         plan, boxes, Pairs(np.arange(x.size), np.zeros(x.size, dtype=int))
     )
-    cut = cover.some & ~cover.full
-    smooth = find_smooth_boxes(forms, cover.full, np.arange(x.size), x.size)
+    cut = cover.may_hit & ~cover.all_hit
+    smooth = find_smooth_boxes(forms, cover.all_hit, np.arange(x.size), x.size)
     assert smooth[cut].mean() > 0.4

@@ -6,12 +6,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from adaptive_drt.geometry.line_forms import BoxCoverage
 from adaptive_drt.scene.description import Camera, Motion, Quad, Sphere
 from adaptive_drt.tracing.intersect import Pairs
 from adaptive_drt.visibility import fragments as regions
 from adaptive_drt.visibility.depth_order import find_depth_order
 from adaptive_drt.visibility.fragments import Boxes, find_fragments
-from adaptive_drt.visibility.polynomials import Coverage
 from plain_hits import oracle_hits
 from visibility_boxes import FLOOR, PLAIN, SIZE, all_pairs, dense, every_pair, planned, random_boxes
 
@@ -64,7 +64,7 @@ def compare(plan, shapes, boxes, accuracy, chosen):
             item = found.item[row] + 1
             if weight[item] > 0.05:
                 size = np.maximum(boxes.high[:, box] - boxes.low[:, box], 1e-9)
-                away = np.abs(found.place[:, row] - place[:, item]) / size
+                away = np.abs(found.centroid[:, row] - place[:, item]) / size
                 apart.append(away.max() * weight[item])
     return np.array(off), np.array(claimed), np.array(apart)
 
@@ -78,8 +78,8 @@ def check_form(found, boxes):
     np.testing.assert_allclose(total, 1.0, rtol=0, atol=1e-14)
     assert (found.weight > 0).all() and (found.error >= 0).all()
     slack = 1e-12 * (1 + np.abs(boxes.high[:, found.box]))
-    assert (found.place >= boxes.low[:, found.box] - slack).all()
-    assert (found.place <= boxes.high[:, found.box] + slack).all()
+    assert (found.centroid >= boxes.low[:, found.box] - slack).all()
+    assert (found.centroid <= boxes.high[:, found.box] + slack).all()
 
 
 BRUTE = 1e-3  # what brute force itself is off by: 16,384 points, evenly spread
@@ -213,7 +213,7 @@ def test_a_tiny_sphere_has_the_area_of_its_ellipse():
         error = found.error.max(initial=0.0)
         assert abs(weight - np.pi * radius**2) <= 3 * error + 1e-3, radius
         if radius > 0.04:
-            np.testing.assert_allclose(found.place[:2, found.item == 0], 12.5, atol=1e-2)
+            np.testing.assert_allclose(found.centroid[:2, found.item == 0], 12.5, atol=1e-2)
 
 
 def test_rays_over_time_are_exact():
@@ -227,11 +227,11 @@ def test_rays_over_time_are_exact():
     plan = planned(sphere)
     found = find_fragments(plan, Boxes(low, high), every_pair(plan, 1), 1e-6)
     np.testing.assert_allclose(found.weight, [0.75, 0.25], atol=1e-14)  # 1 m of 4
-    np.testing.assert_allclose(found.place[2], 0.0, atol=1e-14)
+    np.testing.assert_allclose(found.centroid[2], 0.0, atol=1e-14)
     assert found.error.max() == 0.0
     low[2] = 0.0
     found = find_fragments(plan, Boxes(low, high), every_pair(plan, 1), 1e-6)
-    np.testing.assert_allclose(found.place[2], [0.3125, 0.0625], atol=1e-14)
+    np.testing.assert_allclose(found.centroid[2], [0.3125, 0.0625], atol=1e-14)
 
 
 def test_points_see_one_object():
@@ -268,7 +268,7 @@ def test_a_box_does_not_depend_on_its_batch(moving):
             found = find_fragments(plan, some, every_pair(plan, len(part)), accuracy[part])
             for number, box in enumerate(part):
                 ours, theirs = whole.box == box, found.box == number
-                for name in ("item", "weight", "place", "error"):
+                for name in ("item", "weight", "centroid", "error"):
                     a, b = getattr(whole, name)[..., ours], getattr(found, name)[..., theirs]
                     assert np.array_equal(a, b), (seed, box, name)
 
@@ -323,7 +323,7 @@ def test_a_sphere_that_rolls_on_the_floor_is_in_front_of_it():
     plan = planned(ball, below, FLOOR)
     boxes = Boxes(np.array([[9.0], [2.0], [-0.5]]), np.array([[10.0], [3.0], [0.5]]))
     pairs = Pairs(np.zeros(3, dtype=np.int64), np.array([2, 1, 0]))
-    cover = Coverage(*np.ones((2, 3), dtype=bool), np.zeros(3), *np.full((4, 3), np.inf))
+    cover = BoxCoverage(*np.ones((2, 3), dtype=bool), np.zeros(3), *np.full((4, 3), np.inf))
     rank, settled, *_ = find_depth_order(plan, boxes, pairs, cover, np.array([3]))
     assert settled.tolist() == [True]
     assert rank.tolist() == [1, 2, 0]

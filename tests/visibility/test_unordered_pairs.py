@@ -59,14 +59,14 @@ def test_pairs_of_alike_boxes_are_numbered_from_their_first_candidates():
     box = np.repeat(np.arange(3), candidates)
     one = np.array([7, 4, 1, 2, 9, 11, 3, 8])
     other = np.array([9, 2, 0, 6, 10, 7, 2, 9])
-    meets = UnorderedPairs.of((one, other), box, candidates)
-    assert meets.number.tolist() == [1, 3, 4]
+    meets = UnorderedPairs.from_pairs((one, other), box, candidates)
+    assert meets.count.tolist() == [1, 3, 4]
     # all pairs of few, else a power of two
-    assert MAX_CANDIDATES_ALL_PAIRS >= 2 and meets.room.tolist() == [1, 4, 4]
-    met = meets.among(np.array([1, 2]), first[1:])
-    assert met.boxes == 2 and met.room == 4
+    assert MAX_CANDIDATES_ALL_PAIRS >= 2 and meets.capacity.tolist() == [1, 4, 4]
+    met = meets.for_boxes(np.array([1, 2]), first[1:])
+    assert met.boxes == 2 and met.capacity == 4
     assert met.box.tolist() == [0, 0, 0, 1, 1, 1, 1]
     assert met.slot.tolist() == [0, 1, 2, 0, 1, 2, 3]
-    assert list(zip(met.one.tolist(), met.other.tolist(), strict=True)) == [
+    assert list(zip(met.first_candidate.tolist(), met.second_candidate.tolist(), strict=True)) == [
         (0, 1), (0, 2), (0, 4), (0, 2), (0, 4), (1, 2), (2, 3),
     ]  # fmt: skip

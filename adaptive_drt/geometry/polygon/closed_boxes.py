@@ -16,13 +16,11 @@ from ...numerics.arrays import Array, Ints
 from ...numerics.floats import TINY
 from ...numerics.gather import columns
 from ...numerics.vector import cross, dot
-from .shape import ParallelogramSet
+from ..planar_faces import NO_SOLID
 
-__all__ = ["NO_BOX", "find_boxes", "outward_sign"]
+__all__ = ["find_boxes", "outward_sign"]
 
 
-NO_BOX = -1
-"""Box number of a quad that belongs to no box."""
 BOX_FACES, BOX_CORNERS, FACES_PER_EDGE = 6, 8, 2
 """Numbers of faces and of corners of a box, and of faces that share an edge."""
 LABEL_PASSES = 3
@@ -37,39 +35,46 @@ MIN_THICKNESS = 2.0**-10
 which the outward direction is certain."""
 
 
-def find_boxes(quads: ParallelogramSet, names: Sequence[str]) -> Ints:
+def find_boxes(
+    q: Array, u: Array, v: Array, displacement: Array | None, names: Sequence[str]
+) -> Ints:
     """Find closed boxes among n quads.
 
     Parameters
     ----------
+    q, u, v : (3, n) corners and edges, metres.
+    displacement : (3, n) metres over the shutter, or None if no quad moves.
     names : object name of each quad. Quads of one name are joined first, since boxes may touch
         each other; then the quads that are left, whatever their names.
 
     Returns
     -------
-    (n,) int64, the box of each quad: the index of its first face, or `NO_BOX`.
+    (n,) int64, the box of each quad: the index of its first face, or `NO_SOLID`.
     """
-    solid = np.full(len(names), NO_BOX)
+    solid = np.full(len(names), NO_SOLID)
     name = np.unique(np.array(names, dtype=np.str_), return_inverse=True)[1]
     for group in (name, np.zeros_like(name)):
-        rest = (solid == NO_BOX).nonzero()[0]
+        rest = (solid == NO_SOLID).nonzero()[0]
         if rest.size < BOX_FACES:
             break
-        found = _boxes_in_group(quads.take(rest), group[rest])
-        faces = (found != NO_BOX).nonzero()[0]
+        own = columns(q, rest), columns(u, rest), columns(v, rest)
+        moved = np.zeros_like(own[0]) if displacement is None else columns(displacement, rest)
+        found = _boxes_in_group(*own, moved, group[rest])
+        faces = (found != NO_SOLID).nonzero()[0]
         solid[rest[faces]] = rest[found[faces]]
     return solid
 
 
-def _boxes_in_group(quads: ParallelogramSet, group: Ints) -> Ints:
-    """Find boxes as `find_boxes`, of quads with equal group number (n,) and equal motion."""
-    q, u, v = quads.corner, quads.edge_u, quads.edge_v
+def _boxes_in_group(q: Array, u: Array, v: Array, moved: Array, group: Ints) -> Ints:
+    """Find boxes as `find_boxes`, of quads with equal group number (n,) and equal motion.
+
+    moved : (3, n) displacements over the shutter, metres.
+    """
     count = group.size
     corner = np.stack([q, q + u, q + u + v, q + v], axis=2)
     length = np.sqrt(np.minimum(dot(u, u), dot(v, v)))
-    vertex = _vertex_labels(
-        corner, MERGE_TOLERANCE * float(length.min()), _group_and_motion_labels(quads, group)
-    )
+    kind: Ints = np.unique(np.stack([group, *moved]), axis=1, return_inverse=True)[1].ravel()
+    vertex = _vertex_labels(corner, MERGE_TOLERANCE * float(length.min()), kind)
     ends = np.sort([vertex, np.roll(vertex, -1, axis=1)], axis=0)
     edge = np.unique(ends[0] * (4 * count) + ends[1], return_inverse=True)[1].reshape(count, 4)
     label = np.arange(count)
@@ -82,38 +87,35 @@ def _boxes_in_group(quads: ParallelogramSet, group: Ints) -> Ints:
     open_ = key[uses != FACES_PER_EDGE] // (4 * count)
     closed[np.isin(label, open_)] = False
     closed &= _has_distinct_count(label, BOX_CORNERS, vertex)
-    solid = np.where(closed, label, NO_BOX)
-    thick = np.abs(_centroid_distances(quads, solid))
+    solid = np.where(closed, label, NO_SOLID)
+    thick = np.abs(_centroid_distances(q, u, v, solid))
     longest = np.sqrt(np.maximum(dot(u, u), dot(v, v)))
     flat = closed & ~(thick > MIN_THICKNESS * longest)
-    solid[np.isin(label, label[flat])] = NO_BOX
+    solid[np.isin(label, label[flat])] = NO_SOLID
     return solid
 
 
-def outward_sign(quads: ParallelogramSet, solid: Ints) -> Array:
-    """Sign (n,) that turns edge_u x edge_v out of the quad's box; 1 for quads of no box."""
-    return np.where(_centroid_distances(quads, solid) < 0.0, -1.0, 1.0)
+def outward_sign(q: Array, u: Array, v: Array, solid: Ints) -> Array:
+    """Sign (n,) that turns u x v out of the quad's box; 1 for quads of no box.
+
+    q, u, v : (3, n) corners and edges, metres.  solid : (n,) as `find_boxes` returns it.
+    """
+    return np.where(_centroid_distances(q, u, v, solid) < 0.0, -1.0, 1.0)
 
 
-def _centroid_distances(quads: ParallelogramSet, solid: Ints) -> Array:
-    """Signed distances (n,) of faces from the centroids of their boxes, along edge_u x edge_v."""
+def _centroid_distances(q: Array, u: Array, v: Array, solid: Ints) -> Array:
+    """Signed distances (n,) of faces from the centroids of their boxes, along u x v."""
     height = np.zeros(solid.size)
-    faces = (solid != NO_BOX).nonzero()[0]
+    faces = (solid != NO_SOLID).nonzero()[0]
     if not faces.size:
         return height
-    own, some = solid[faces], quads.take(faces)
-    middle, across = some.bounding_spheres[0], cross(some.edge_u, some.edge_v)
+    own = solid[faces]
+    q, u, v = (columns(part, faces) for part in (q, u, v))
+    middle, across = q + 0.5 * (u + v), cross(u, v)
     inside = np.array([np.bincount(own, row, solid.size) / BOX_FACES for row in middle])
     away = middle - columns(inside, own)
     height[faces] = dot(across, away) / np.maximum(np.sqrt(dot(across, across)), TINY)
     return height
-
-
-def _group_and_motion_labels(quads: ParallelogramSet, group: Ints) -> Ints:
-    """Labels (n,), equal for quads of one group that move alike."""
-    moved = np.zeros_like(quads.corner) if quads.displacement is None else quads.displacement
-    kinds: Ints = np.unique(np.stack([group, *moved]), axis=1, return_inverse=True)[1].ravel()
-    return kinds
 
 
 def _vertex_labels(corner: Array, near: float, kind: Ints) -> Ints:

@@ -18,20 +18,31 @@ from ...numerics.floats import TINY
 from ...numerics.vector import cross, dot
 
 __all__ = [
+    "EDGE_FUNCTION_OPERATIONS",
     "PlaneNormals",
     "distance_at_closest_approach",
     "distance_to_edge",
     "distance_to_quad",
     "edge_planes",
     "intersect_quad",
+    "moves_in_own_plane",
     "plane_hits",
     "quad_blocks_segment",
     "quad_edges",
     "snapped_height",
 ]
 
+EDGE_FUNCTION_OPERATIONS = 32
+"""Number of rounded operations behind one edge function w.plane.
+
+Its rounding error is at most so many unit roundoffs of |w| |plane|."""
 PlaneNormals: TypeAlias = tuple[Array, ...]
 """Normals (3, ...) of the planes through the origin and each edge of a polygon, inwards."""
+
+TRIPLE_PRODUCT_ROUNDING = 2.0**-48
+"""Generous bound on the rounding error of the triple product of a displacement and two edges.
+
+It is relative to the product of their lengths, and also holds in a scene that was rotated."""
 
 
 def edge_planes(q: Array, a: Array, b: Array) -> tuple[PlaneNormals, Array, Array]:
@@ -166,3 +177,10 @@ def plane_hits(w: Array, normal: Array, corner: Array, vertices: PlaneNormals) -
     ahead &= facing * height > 0.0
     t = np.where(ahead, height, 0.0) / np.where(ahead, facing, 1.0)
     return np.where(ahead, t, np.maximum.reduce(along))
+
+
+def moves_in_own_plane(d: Array, u: Array, v: Array) -> Mask:
+    """Whether displacements d of polygons with edges u, v are in their planes: (n,)."""
+    lengths = np.sqrt(dot(d, d)) * np.sqrt(dot(u, u)) * np.sqrt(dot(v, v))
+    within: Mask = np.abs(dot(d, cross(u, v))) <= TRIPLE_PRODUCT_ROUNDING * lengths
+    return within

@@ -16,22 +16,45 @@ from typing import ClassVar, TypeVar
 import numpy as np
 
 from ...numerics.arrays import Array, Ints, Mask
+from ...numerics.axes import SHUTTER_ENDS
+from ...numerics.box_polynomials import linear_coefficients
 from ...numerics.gather import columns
 from ...numerics.vector import cross, dot
 from ...scene.description import Quad
 from ..camera import PinholeCamera
+from ..implicit_surface import ImplicitPlane
+from ..light_protocol import LightShape
+from ..line_forms import BoxRays
+from ..pixel_coverage import PixelCoverage
+from ..planar_faces import NO_SOLID, PlanarFaces
+from ..receivers import Receivers
 from ..shape import ShapeSet, Span, shutter_ends
 from ..sphere.kernels import surface_tolerance
+from .closed_boxes import find_boxes, outward_sign
 from .kernels import (
     PlaneNormals,
     distance_to_quad,
     edge_planes,
     intersect_quad,
+    moves_in_own_plane,
     plane_hits,
     quad_blocks_segment,
     quad_edges,
     snapped_height,
 )
+from .light_occlusion import (
+    moving_polygon_may_shadow,
+    polygon_casts_sharp_edge,
+    polygon_hides_from_patch,
+    polygon_occlusion,
+)
+from .line_polynomials import (
+    PolygonForms,
+    edge_functions,
+    parallelogram_edge_functions,
+    polygon_forms,
+)
+from .pixel_coverage import moving_polygon_coverage, polygon_coverage
 
 __all__ = ["ParallelogramSet", "PolygonSet", "PolygonView"]
 
@@ -82,12 +105,15 @@ class PolygonSet(ShapeSet):
     ----------
     corner : (3, n) metres, the first vertex.
     edge_u, edge_v : (3, n) metres, the edges that leave it.
+    boxes : (n,) index of the first face of the closed box that each polygon is a face of, or
+        `NO_SOLID`; None if there are no boxes.
     """
 
     corner: Array
     edge_u: Array
     edge_v: Array
     displacement: Array | None
+    boxes: Ints | None = None
     planar: ClassVar[bool] = True
 
     @staticmethod
@@ -127,7 +153,7 @@ class PolygonSet(ShapeSet):
         )
 
     def take(self: Polygons, index: Ints) -> Polygons:
-        """The polygons selected by an index."""
+        """The polygons selected by an index, without their boxes."""
         q, u, v = (columns(each, index) for each in (self.corner, self.edge_u, self.edge_v))
         d = self.displacement
         return type(self)(q, u, v, None if d is None else columns(d, index))
@@ -138,6 +164,16 @@ class PolygonSet(ShapeSet):
         unit = cross(self.edge_u, self.edge_v)
         unit /= np.sqrt(dot(unit, unit))
         return unit
+
+    @cached_property
+    def faces(self) -> PlanarFaces:
+        """See `ShapeSet.faces`."""
+        q, u, v, normal = self.corner, self.edge_u, self.edge_v, self.unit_normal
+        solid = np.full(self.count, NO_SOLID) if self.boxes is None else self.boxes
+        if self.boxes is not None:
+            normal = normal * outward_sign(q, u, v, solid)
+        size = np.sqrt(np.minimum.reduce([dot(edge, edge) for edge in self.edges(q, u, v)[1]]))
+        return PlanarFaces(self.vertices(q, u, v), normal, size, self.displacement, solid)
 
     @property
     def bounding_spheres(self) -> tuple[Array, Array]:
@@ -170,6 +206,44 @@ class PolygonSet(ShapeSet):
             spans.append((first, last))
         return spans[0], spans[1]
 
+    @property
+    def moves_under_fixed_ray(self) -> Mask:
+        """See `ShapeSet.moves_under_fixed_ray`: not where a polygon moves within its own plane."""
+        d = self.displacement
+        if d is None:
+            return np.zeros(self.count, dtype=np.bool_)
+        moves: Mask = d.any(axis=0) & ~moves_in_own_plane(d, self.edge_u, self.edge_v)
+        return moves
+
+    def implicit_surface(self, index: Ints) -> ImplicitPlane:
+        """See `ShapeSet.implicit_surface`."""
+        normal = cross(columns(self.edge_u, index), columns(self.edge_v, index))
+        return ImplicitPlane(normal, columns(self.corner, index))
+
+    def coverage(self, index: Ints, w: Array, camera: PinholeCamera, order: int) -> PixelCoverage:
+        """See `ShapeSet.coverage`. Edge functions are linear, so jets are not needed."""
+        del order
+        q, u, v = (columns(part, index) for part in (self.corner, self.edge_u, self.edge_v))
+        planes, normal, height = self.planes(q, u, v)
+        return polygon_coverage(self.vertices(q, u, v), planes, normal, height, w, camera)
+
+    def moving_coverage(
+        self, index: Ints, w: Array, camera: PinholeCamera, order: int, whole_pixel: bool
+    ) -> PixelCoverage:
+        """See `ShapeSet.moving_coverage`."""
+        del order
+        u, v = columns(self.edge_u, index), columns(self.edge_v, index)
+        corners = [self.corners_at(index, time) for time in SHUTTER_ENDS]
+        normal = cross(u, v)
+        planes = [self.planes(q, u, v)[0] for q in corners]
+        height = [dot(q, normal) for q in corners]
+        return moving_polygon_coverage(planes, height, normal, w, camera, whole_pixel)
+
+    def least_cosine(self, index: Ints, cosine: Array, turn: Array) -> Array:
+        """See `ShapeSet.least_cosine`: the normal is the same everywhere."""
+        del index
+        return cosine - turn
+
     def intersect(self, index: Ints, w: Array, time: Array | float) -> Array:
         """See `ShapeSet.intersect`. Planes are made once a polygon unless times differ by ray."""
         if isinstance(time, np.ndarray) and self.displacement is not None:
@@ -198,6 +272,70 @@ class PolygonSet(ShapeSet):
         graze = surface_tolerance(start, np.sqrt(dot(q, q)))
         return quad_blocks_segment(to, planes, normal, snapped_height(height, normal, graze))
 
+    def occlusion(
+        self,
+        index: Ints,
+        light: LightShape,
+        receivers: Receivers,
+        time: Array | float,
+        order: int,
+    ) -> tuple[Mask, Mask]:
+        """See `ShapeSet.occlusion`. Edge functions are linear, so jets are not needed."""
+        del order
+        point = receivers.point
+        q = self.corners_at(index, time) - point
+        u, v = columns(self.edge_u, index), columns(self.edge_v, index)
+        planes, normal, height = self.planes(q, u, v)
+        height = snapped_height(height, normal, surface_tolerance(point, np.sqrt(dot(q, q))))
+        to = light.to_center(point, time)
+        if not light.extended:
+            block = quad_blocks_segment(to, planes, normal, height)
+            return ~block, block
+        vertices, edges = self.vertices(q, u, v), self.edges(q, u, v)
+        return polygon_occlusion(light, to, vertices, edges, planes, normal, height)
+
+    def hides_from_patch(
+        self, index: Ints, light: LightShape, receivers: Receivers, time: float
+    ) -> Mask:
+        """See `ShapeSet.hides_from_patch`."""
+        point = receivers.point
+        q = self.corners_at(index, time) - point
+        u, v = columns(self.edge_u, index), columns(self.edge_v, index)
+        planes, normal, height = self.planes(q, u, v)
+        to, edges = light.to_center(point, time), self.edges(q, u, v)
+        return polygon_hides_from_patch(light, to, receivers.reach, edges, planes, normal, height)
+
+    def may_shadow(self, index: Ints, light: LightShape, receivers: Receivers) -> Mask:
+        """See `ShapeSet.may_shadow`."""
+        u, v = columns(self.edge_u, index), columns(self.edge_v, index)
+        q = columns(self.corner, index) - receivers.point
+        d = self.displacement
+        corners = [q if d is None else q + time * columns(d, index) for time in SHUTTER_ENDS]
+        planes = [self.planes(corner, u, v)[0] for corner in corners]
+        to, edges = light.to_center(receivers.point), self.edges(np.zeros_like(q), u, v)
+        return moving_polygon_may_shadow(
+            light, to, receivers.reach, corners, edges, planes, cross(u, v)
+        )
+
+    def casts_sharp_edge(
+        self, index: Ints, light: LightShape, receivers: Receivers, order: int
+    ) -> Mask:
+        """See `ShapeSet.casts_sharp_edge`."""
+        del order
+        q = columns(self.corner, index) - receivers.point
+        u, v = columns(self.edge_u, index), columns(self.edge_v, index)
+        planes, normal, height = self.planes(q, u, v)
+        return polygon_casts_sharp_edge(
+            light, receivers, self.edges(q, u, v), planes, normal, height
+        )
+
+    def may_reach_light(self, index: Ints, light: LightShape) -> Mask:
+        """See `ShapeSet.may_reach_light`; from the distance to the polygon's plane."""
+        normal = cross(columns(self.edge_u, index), columns(self.edge_v, index))
+        height = dot(light.to_center(columns(self.corner, index)), normal)
+        near: Mask = np.abs(height) <= light.radius * np.sqrt(dot(normal, normal))
+        return near
+
     def closest_points(self, index: Ints, w: Array, time: Array | float) -> Array:
         """See `ShapeSet.closest_points`: here the hits on the polygons' planes."""
         q, u, v = (
@@ -206,6 +344,46 @@ class PolygonSet(ShapeSet):
             columns(self.edge_v, index),
         )
         return plane_hits(w, cross(u, v), q, self.vertices(q, u, v))
+
+    def plane(self, index: Ints, time: Array | float) -> tuple[Array, Array]:
+        """See `ShapeSet.plane`; the normal is edge_u x edge_v."""
+        normal = cross(columns(self.edge_u, index), columns(self.edge_v, index))
+        return normal, dot(normal, self.corners_at(index, time))
+
+    def extent(self, index: Ints, direction: Array, time: Array | float) -> tuple[Array, Array]:
+        """See `ShapeSet.extent`; from the vertices."""
+        u, v = columns(self.edge_u, index), columns(self.edge_v, index)
+        vertices = self.vertices(self.corners_at(index, time), u, v)
+        along = np.array([dot(vertex, direction) for vertex in vertices])
+        return along.min(axis=0), along.max(axis=0)
+
+    def line_forms(self, index: Ints, rows: Ints, rays: BoxRays) -> PolygonForms:
+        """See `ShapeSet.line_forms`."""
+        d = None if self.displacement is None else columns(self.displacement, index)
+        corner = rays.positions(columns(self.corner, index), d)
+        u, v = columns(self.edge_u, index), columns(self.edge_v, index)
+        normal = cross(u, v)
+        normal_dot = linear_coefficients(rays.directions, normal)[None]
+        edges = self.edge_functions(rays, corner, u, v, normal_dot)
+        return polygon_forms(rows, edges, normal_dot, corner, normal)
+
+    def edge_functions(
+        self,
+        rays: BoxRays,
+        corner: tuple[Array, Array | None],
+        u: Array,
+        v: Array,
+        normal_dot: Array,
+    ) -> tuple[Array, ...]:
+        """Edge functions of polygons in boxes: see `line_polynomials.edge_functions`.
+
+        Parameters
+        ----------
+        corner : (3, m) in the middle of the boxes, and its change over their times.
+        u, v : (3, m) the edges that leave the corner.  normal_dot : (1, 3, m) w.normal.
+        """
+        del normal_dot
+        return edge_functions(rays, self.vertices(corner[0], u, v), corner[1])
 
 
 @dataclass(frozen=True)
@@ -225,7 +403,8 @@ class ParallelogramSet(PolygonSet):
                 [r.edge_v for r in records],
             )
         )
-        return cls(q - origin, u, v, displacement)
+        boxes = find_boxes(q - origin, u, v, displacement, [r.name for r in records])
+        return cls(q - origin, u, v, displacement, boxes)
 
     @staticmethod
     def vertices(q: Array, u: Array, v: Array) -> PlaneNormals:
@@ -246,3 +425,22 @@ class ParallelogramSet(PolygonSet):
     def distance(q: Array, u: Array, v: Array) -> Array:
         """See `PolygonSet.distance`."""
         return distance_to_quad(q, u, v)
+
+    def extent(self, index: Ints, direction: Array, time: Array | float) -> tuple[Array, Array]:
+        """See `ShapeSet.extent`."""
+        corner = dot(self.corners_at(index, time), direction)
+        u = dot(columns(self.edge_u, index), direction)
+        v = dot(columns(self.edge_v, index), direction)
+        low = corner + np.minimum(u, 0.0) + np.minimum(v, 0.0)
+        return low, corner + np.maximum(u, 0.0) + np.maximum(v, 0.0)
+
+    def edge_functions(
+        self,
+        rays: BoxRays,
+        corner: tuple[Array, Array | None],
+        u: Array,
+        v: Array,
+        normal_dot: Array,
+    ) -> tuple[Array, ...]:
+        """See `PolygonSet.edge_functions`; opposite edges share their products."""
+        return parallelogram_edge_functions(rays, corner, u, v, normal_dot)

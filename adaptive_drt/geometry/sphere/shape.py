@@ -13,8 +13,22 @@ from ...numerics.arrays import Array, Ints, Mask
 from ...numerics.gather import columns
 from ...numerics.vector import dot
 from ...scene.description import Sphere
+from ..camera import PinholeCamera
+from ..implicit_surface import ImplicitSphere
+from ..light_protocol import LightShape
+from ..line_forms import BoxRays
+from ..pixel_coverage import PixelCoverage
+from ..receivers import Receivers
 from ..shape import ShapeSet
 from .kernels import intersect_sphere, sphere_blocks_segment, surface_tolerance
+from .light_occlusion import (
+    sphere_casts_sharp_edge,
+    sphere_hides_from_footprint,
+    sphere_hides_from_patch,
+    sphere_occlusion,
+)
+from .line_polynomials import SphereForms, sphere_forms
+from .pixel_coverage import moving_sphere_coverage, sphere_coverage
 
 __all__ = ["SphereSet"]
 
@@ -66,6 +80,11 @@ class SphereSet(ShapeSet):
         return self.center, self.radius
 
     @property
+    def inner_radii(self) -> Array:
+        """The radii: spheres are balls themselves."""
+        return self.radius
+
+    @property
     def curvature(self) -> Array:
         """Reciprocals (n,) of the radii."""
         return 1.0 / self.radius
@@ -74,6 +93,30 @@ class SphereSet(ShapeSet):
     def min_cosine(self) -> Array:
         """`MIN_SPHERE_COSINE` for each sphere, (n,)."""
         return np.full(self.radius.size, MIN_SPHERE_COSINE)
+
+    def implicit_surface(self, index: Ints) -> ImplicitSphere:
+        """See `ShapeSet.implicit_surface`."""
+        return ImplicitSphere(columns(self.center, index), self.radius[index])
+
+    def coverage(self, index: Ints, w: Array, camera: PinholeCamera, order: int) -> PixelCoverage:
+        """See `ShapeSet.coverage`."""
+        return sphere_coverage(columns(self.center, index), self.radius[index], w, camera, order)
+
+    def moving_coverage(
+        self, index: Ints, w: Array, camera: PinholeCamera, order: int, whole_pixel: bool
+    ) -> PixelCoverage:
+        """See `ShapeSet.moving_coverage`."""
+        assert self.displacement is not None
+        v, d = columns(self.center, index), columns(self.displacement, index)
+        return moving_sphere_coverage(v, d, self.radius[index], w, camera, order, whole_pixel)
+
+    def least_cosine(self, index: Ints, cosine: Array, turn: Array) -> Array:
+        """See `ShapeSet.least_cosine`: cos^2 = 1 - (distance of the line from the centre / r)^2."""
+        v, r = columns(self.center, index), self.radius[index]
+        shift = np.sqrt(dot(v, v)) * turn / r
+        sine = np.sqrt(np.maximum(1.0 - cosine**2, 0.0)) + shift
+        least: Array = np.sqrt(np.maximum(1.0 - sine * sine, 0.0))
+        return least
 
     def intersect(self, index: Ints, w: Array, time: Array | float) -> Array:
         """See `ShapeSet.intersect`."""
@@ -95,3 +138,39 @@ class SphereSet(ShapeSet):
         center, radius = self.moved(index, time), self.radius[index]
         graze = surface_tolerance(start, radius)
         return sphere_blocks_segment(to, center - start, radius, graze)
+
+    def line_forms(self, index: Ints, rows: Ints, rays: BoxRays) -> SphereForms:
+        """See `ShapeSet.line_forms`."""
+        d = None if self.displacement is None else columns(self.displacement, index)
+        return sphere_forms(rows, rays, columns(self.center, index), d, self.radius[index])
+
+    def occlusion(
+        self,
+        index: Ints,
+        light: LightShape,
+        receivers: Receivers,
+        time: Array | float,
+        order: int,
+    ) -> tuple[Mask, Mask]:
+        """See `ShapeSet.occlusion`."""
+        center = self.moved(index, time)
+        return sphere_occlusion(light, receivers, center, self.radius[index], time, order)
+
+    def hides_from_patch(
+        self, index: Ints, light: LightShape, receivers: Receivers, time: float
+    ) -> Mask:
+        """See `ShapeSet.hides_from_patch`."""
+        center = self.moved(index, time)
+        return sphere_hides_from_patch(light, receivers, center, self.radius[index], time)
+
+    def casts_sharp_edge(
+        self, index: Ints, light: LightShape, receivers: Receivers, order: int
+    ) -> Mask:
+        """See `ShapeSet.casts_sharp_edge`."""
+        center = columns(self.center, index)
+        return sphere_casts_sharp_edge(light, receivers, center, self.radius[index], order)
+
+    def hides_from_footprint(self, index: Ints, light: LightShape, receivers: Receivers) -> Mask:
+        """See `ShapeSet.hides_from_footprint`."""
+        center = columns(self.center, index)
+        return sphere_hides_from_footprint(light, receivers, center, self.radius[index])

@@ -1,39 +1,29 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""First pass over a tile: smooth blocks by interpolation from a few points, the rest pixel by
-pixel.
-"""
+"""Smooth blocks of pixels: those that detection found clear, interpolated from a few points."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
 
-from ..detection.detect import SmoothBlockFlags, detect_smooth_blocks, trace_center_rays
+from ..detection.detect import SmoothBlockFlags
+from ..geometry.implicit_surface import ImplicitPlane
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.gather import columns
-from ..numerics.vector import cross
-from ..parallel.call_progress import progress_range, report_progress
 from ..shading.direct_light import unshadowed_radiance
 from ..tracing.compile import Plan
 from ..tracing.intersect import intersect_pairs, surface
-from ..tracing.occluder_culling import Occluders
 from .chebyshev_blocks import (
-    SIDES,
     PixelBlocks,
     block_means,
     block_nodes,
     chebyshev_series,
-    coarse_plan,
     interpolation_error,
 )
-from .first_pass import FirstPassPixels, SmoothBlocks, first_pass
 
-__all__ = ["FirstPass", "trace_first_pass"]
+__all__ = ["SmoothBlocks", "interpolate_blocks"]
 
-Clock: TypeAlias = Callable[[str], None]
 
 GAUSS_TIMES = (-0.5 * np.sqrt(0.6), 0.0, 0.5 * np.sqrt(0.6))
 """Shutter times of a three-point Gauss rule, with the shutter from -0.5 to 0.5."""
@@ -43,86 +33,56 @@ second difference of its samples. For example, 1 / (1 - e t)^3 has a second diff
 and the rule leaves e^6 / 72."""
 ALLOWED_ERROR = 0.1
 """Largest interpolation error of a block, as a fraction of the tolerance times its own radiance."""
-BLOCK_WORK_SHARE = 0.2
-"""Fraction of the work of a first pass that is done after the blocks of a side, multiplied by that
-side in pixels; for a progress bar."""
 
 
 @dataclass(frozen=True)
-class FirstPass:
-    """Results of the first pass: smooth blocks, all other pixels, and the points shaded for blocks.
+class SmoothBlocks:
+    """n smooth blocks of s x s pixels, whose pixels need no ray of their own.
 
-    `rest` holds pixel coordinates x, y and their results.
+    Attributes
+    ----------
+    side : s.  x, y : (n,) the lower left corners in the picture, in units of s.
+    color : (3, s, s, n) mean radiance, y first.  error : (n,) its estimated error.
+    item : (n,) object that fills the block, -1 for none.
+    depth : (s, s, n), normal : (3, s, s, n) of the hits at the pixels' centres.
+    moving : (n,) whether the light on it changes during the shutter.
     """
 
-    lawns: list[SmoothBlocks]
-    rest: list[tuple[Ints, Ints, FirstPassPixels]]
-    points: int
+    side: int
+    x: Ints
+    y: Ints
+    color: Array
+    error: Array
+    item: Ints
+    depth: Array
+    normal: Array
+    moving: Mask
 
 
-def trace_first_pass(
-    plan: Plan, occluders: Occluders, bounds: Ints, squares: PixelBlocks, clock: Clock
-) -> FirstPass:
-    """Find the smooth blocks; trace, detect and shade the centres of all other pixels.
+def interpolate_blocks(
+    plan: Plan, blocks: PixelBlocks, clear: Ints, found: SmoothBlockFlags
+) -> tuple[SmoothBlocks, Mask, int]:
+    """Interpolate clear blocks, those where nothing changes abruptly.
 
     Parameters
     ----------
-    plan : its region bounds the pixels.
-    bounds : (4, objects) `screen_bounds` of the plan.
-    squares : blocks of the largest side.
-    clock : called at the end of each stage.
-    """
-    lawns, points = [], 0
-    for side, smaller in zip(SIDES, (*SIDES[1:], 1), strict=True):
-        plan.go_on()
-        cut = np.ones(squares.x.size, dtype=np.bool_)
-        if plan.edges:
-            rough = coarse_plan(plan, side)
-            center = trace_center_rays(rough, *squares.middles, squares.pairs)
-            with progress_range(BLOCK_WORK_SHARE / (2 * side), BLOCK_WORK_SHARE / side):
-                found = detect_smooth_blocks(rough, occluders, center, clock)
-            squares = PixelBlocks(side, squares.x, squares.y, found.pairs)
-            some = found.clear.nonzero()[0]
-            lawn, smooth, count = _interpolate_blocks(plan, squares, some, found)
-            lawns.append(lawn)
-            points += count
-            cut[some[smooth]] = False
-        squares = squares.cut(cut.nonzero()[0], smaller, plan.region)
-        clock("clear squares")
-        report_progress(BLOCK_WORK_SHARE / side)
-    squares = squares.within(bounds)
-    rest = []
-    cleared, batch, count = BLOCK_WORK_SHARE / SIDES[-1], plan.settings.batch, squares.x.size
-    with progress_range(cleared, 1.0):
-        for first in range(0, count, batch):
-            plan.go_on()
-            part = squares.part(first, first + batch)
-            with progress_range(first / count, min((first + batch) / count, 1.0)):
-                sheet = first_pass(plan, occluders, *part.middles, part.pairs, clock)
-            rest.append((part.x, part.y, sheet))
-    return FirstPass(lawns, rest, points)
-
-
-def _interpolate_blocks(
-    plan: Plan, squares: PixelBlocks, some: Ints, found: SmoothBlockFlags
-) -> tuple[SmoothBlocks, Mask, int]:
-    """Interpolate clear blocks, those where nothing changes abruptly.
+    clear : indices of those blocks.  found : what detection found of all blocks.
 
     Returns the blocks that are smooth enough, which of the given ones those are, and the number of
     points shaded.
     """
-    side, item, moving = squares.side, found.item[some], found.moving[some]
-    color = np.zeros((3, 16, some.size))
+    side, item, moving = blocks.side, found.item[clear], found.moving[clear]
+    color = np.zeros((3, 16, clear.size))
     if not plan.transparent:
         color[:] = plan.background[:, None, None]
-    seen, late = np.ones(some.size, dtype=np.bool_), np.zeros(some.size)
+    seen, late = np.ones(clear.size, dtype=np.bool_), np.zeros(clear.size)
     points = 0
     for rows, times in ((~moving & (item >= 0), (0.0,)), (moving, GAUSS_TIMES)):
         hit = rows.nonzero()[0]
         if hit.size:
-            across, up = squares.middles
-            x, y = block_nodes(across[some[hit]], up[some[hit]], side)
-            hidden = [np.tile(each[some[hit]], 16) for each in found.hidden]
+            across, up = blocks.middles
+            x, y = block_nodes(across[clear[hit]], up[clear[hit]], side)
+            hidden = [np.tile(each[clear[hit]], 16) for each in found.hidden]
             light, there = _shade(plan, x.ravel(), y.ravel(), np.tile(item[hit], 16), hidden, times)
             light = light.reshape(len(times), 3, 16, -1)
             color[:, :, hit], late[hit] = _shutter_means(light)
@@ -137,10 +97,10 @@ def _interpolate_blocks(
     index = index[np.argsort(item[index], kind="stable")]
     # radiance is never below 0, whatever the polynomial gives
     mean = np.maximum(block_means(columns(coefficients, index, -1), side), 0.0)
-    lawn = _make_smooth_blocks(
-        plan, squares, some[index], item[index], mean, off[index], moving[index]
+    kept = _make_smooth_blocks(
+        plan, blocks, clear[index], item[index], mean, off[index], moving[index]
     )
-    return lawn, smooth, points
+    return kept, smooth, points
 
 
 def _shutter_means(light: Array) -> tuple[Array, Array]:
@@ -182,16 +142,16 @@ def _shade(
 
 def _make_smooth_blocks(
     plan: Plan,
-    squares: PixelBlocks,
+    blocks: PixelBlocks,
     chosen: Ints,
     item: Ints,
     mean: Array,
     error: Array,
     moving: Mask,
 ) -> SmoothBlocks:
-    """Smooth blocks of the chosen squares, by object, given their pixel means (3, s, s, n)."""
-    side = squares.side
-    x, y = squares.x[chosen], squares.y[chosen]
+    """The chosen blocks, by object, given their pixel means (3, s, s, n)."""
+    side = blocks.side
+    x, y = blocks.x[chosen], blocks.y[chosen]
     depth, normal = np.full(mean.shape[1:], np.inf), np.zeros_like(mean)
     place = np.arange(side) + 0.5
     across, up = side * x + place[None, :, None], side * y + place[:, None, None]
@@ -207,10 +167,11 @@ def _make_smooth_blocks(
 
 def _geometry(plan: Plan, x: Array, y: Array, item: int) -> tuple[Array, Array]:
     """Depth and normal of an object that fills blocks of pixels; x is (1, s, n) and y (s, 1, n)."""
-    if item >= plan.sphere_count:
-        lens, own = plan.lens, slice(item - plan.sphere_count, item - plan.sphere_count + 1)
-        across = cross(plan.quads.edge_u[:, own], plan.quads.edge_v[:, own])[:, 0]
-        height = float(across @ plan.quads.corner[:, own][:, 0])
+    shapes, index = plan.shapes.locate(item)
+    plane = shapes.implicit_surface(np.array([index]))
+    if isinstance(plane, ImplicitPlane):
+        lens, across = plan.lens, plane.normal[:, 0]
+        height = float(across @ plane.point[:, 0])
         facing = (across @ lens.base + x * (across @ lens.right)) + y * (across @ lens.up)
         # facing the camera
         unit = across / np.sqrt(across @ across) * (-1.0 if height > 0.0 else 1.0)

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Image buffers of method 'EXACT': what is known of each pixel of a region during the render.
+"""The working frame of method 'EXACT': what is known of each pixel of a region during the render.
 
 After the first pass, smooth pixels get their means by second differences (I + h^2/24 (Ixx + Iyy)).
-The buffers tell which pixels are left to refine, and take in the results.
+The frame tells which pixels are left to refine, and takes in the results. What it enters it also
+writes to the film.
 """
 
 from __future__ import annotations
@@ -22,17 +23,19 @@ from ..cubature.error_budget import GOAL_GROWTH, MIN_GOAL, Goal, MotionErrors, m
 from ..cubature.evaluate import multi_node_error
 from ..cubature.regions import Cells
 from ..numerics.arrays import Array, Ints, Mask
+from ..numerics.axes import TIME
 from ..numerics.gather import columns, place
 from ..numerics.vector import rms
-from ..scene.film import NO_DEPTH, Film
+from ..scene.film import FILM_BORDER, Film
 from ..shading.sampled_occlusion import SAMPLING_ERROR_SHARE
 from ..shading.variation import STEP_KIND, steps_after_shutter, zero_variation
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs
 from ..visibility.fragments import MAX_REFINED_CANDIDATES
-from ..visibility.line_intervals import TIME
-from .first_pass import FirstPassPixels, SmoothBlocks
+from .block_interpolation import SmoothBlocks
+from .first_pass import FirstPassPixels
 from .midpoint_correction import PixelCenters
+from .schedule import Tasks
 from .visibility_key import NO_KEY
 
 __all__ = ["Frame", "interleaved_parts", "widened_plan"]
@@ -45,7 +48,7 @@ REGION_ALIGNMENT = 8
 """Regions are extended to multiples of this many pixels, within the picture, so that blocks are
 complete whatever part of the picture is rendered."""
 STORAGE_ALIGNMENT = 8
-"""Buffers begin and end at multiples of this many pixels, so that blocks of the first pass are
+"""Frames begin and end at multiples of this many pixels, so that blocks of the first pass are
 contiguous sub-arrays."""
 NEGLIGIBLE_ERROR = 0.01
 """Predicted error below which a pixel needs no correction of its curvature, as a fraction of the
@@ -74,13 +77,22 @@ def interleaved_parts(rows: Ints, size: int) -> list[Ints]:
 
 
 class Frame:
-    """Image buffers of a region and its border, as filled by the first pass and by refinement.
+    """What is known of the n pixels of a region and its border, in the first pass and later.
 
     Pixels are numbered row by row, from the lower left; arrays as in `FirstPassPixels`.
     """
 
-    def __init__(self, plan: Plan, region: tuple[int, int, int, int]) -> None:
-        """Make empty buffers for a region, given its `widened_plan`."""
+    def __init__(
+        self, plan: Plan, region: tuple[int, int, int, int], film: Film | None = None
+    ) -> None:
+        """Make an empty frame.
+
+        Parameters
+        ----------
+        plan : `widened_plan` of the region.
+        region : pixels (left, bottom, right, top).
+        film : takes the pixels of the region; None if nobody is to see them.
+        """
         left, bottom, right, top = plan.region
         self.plan = plan
         self.left, self.bottom = (
@@ -90,10 +102,14 @@ class Frame:
         self.width = right + -right % STORAGE_ALIGNMENT - self.left
         self.height = top + -top % STORAGE_ALIGNMENT - self.bottom
         # columns and rows of the region itself
-        self.own = (
+        self.region_slices = (
             slice(region[1] - self.bottom, region[3] - self.bottom),
             slice(region[0] - self.left, region[2] - self.left),
         )
+        self.film = film
+        assert max(self.region_slices[0].start, self.region_slices[1].start) <= FILM_BORDER
+        # rows of the first pass that are not in the film yet
+        self._unwritten_rows = np.zeros(self.height, dtype=np.bool_)
         n = self.width * self.height
         self.color, self.alpha = np.zeros((3, n)), np.zeros(n)
         self.deviation, self.sampling = zero_variation(n), np.zeros(n)
@@ -101,57 +117,89 @@ class Frame:
         self.outline = np.zeros(n, dtype=np.bool_)
         self.item = np.full(n, -1)
         # visibility keys: see `find_visibility_keys`
-        self.sight = np.full(n, NO_KEY)
-        self.depth, self.normal = np.full(n, NO_DEPTH), np.zeros((3, n))
-        self.samples, self.error = np.ones(n, dtype=np.int32), np.zeros(n)
+        self.visibility_key = np.full(n, NO_KEY)
+        self.error = np.zeros(n)
         # pixels that need no refinement, and those that are being refined already
-        self.settled, self._held = np.zeros((2, n), dtype=np.bool_)
+        self.settled, self._in_progress = np.zeros((2, n), dtype=np.bool_)
         # for pixels with outlines: whether their regions are shaded, whether those may use the
         # multi-node rule, and their errors of shape
-        self.begun, self._star = np.zeros((2, n), dtype=np.bool_)
-        self._across, self._edge = np.zeros((2, n))
+        self.regions_shaded, self._multi_node = np.zeros((2, n), dtype=np.bool_)
+        self._spatial_error, self._shape_error = np.zeros((2, n))
         # pixels traced by a ray of their own; the predicted errors of the first pass are 0
         # elsewhere
         self.traced = np.zeros(n, dtype=np.bool_)
         self._corrected, self._change = np.zeros(0, dtype=np.int64), np.zeros((3, 0))
         # a picture made of smooth blocks only has no pixel with candidate objects
         nothing = np.zeros(0, dtype=np.int64)
-        self._rivals: list[Pairs] = [Pairs(nothing, nothing)]
+        self._candidates: list[Pairs] = [Pairs(nothing, nothing)]
 
-    def add(self, x: Ints, y: Ints, sheet: FirstPassPixels) -> None:
-        """Enter the first pass of pixels that have been traced."""
-        index = self.numbers(x, y)
+    def add_pixels(self, x: Ints, y: Ints, pixels: FirstPassPixels) -> None:
+        """Enter pixels that the first pass has traced, given their coordinates (n,)."""
+        index = self.pixel_indices(x, y)
         for name in (
-            "color", "alpha", "deviation", "sampling", "error", "mask", "outline", "item", "sight",
-            "normal",
+            "color", "alpha", "deviation", "sampling", "error", "mask", "outline", "item",
+            "visibility_key",
         ):  # fmt: skip
-            place(getattr(self, name), index, getattr(sheet, name))
-        self.depth[index] = _film_depth(sheet.depth)
-        self._across[index] = sheet.across
+            place(getattr(self, name), index, getattr(pixels, name))
+        self._spatial_error[index] = pixels.spatial_error
         self.traced[index] = True
-        self._rivals.append(Pairs(index[sheet.rivals.pixel], sheet.rivals.item))
+        self._candidates.append(Pairs(index[pixels.candidates.pixel], pixels.candidates.item))
+        self._write_surfaces(x, y, pixels.depth, pixels.normal)
 
-    def lay(self, lawn: SmoothBlocks) -> None:
+    def add_smooth_blocks(self, blocks: SmoothBlocks) -> None:
         """Enter smooth blocks, whose pixel means are known."""
-        across = np.arange(lawn.side)
-        first = self.numbers(lawn.side * lawn.x, lawn.side * lawn.y)
+        across = np.arange(blocks.side)
+        x, y = blocks.side * blocks.x, blocks.side * blocks.y
+        first = self.pixel_indices(x, y)
         index = first + (self.width * across[:, None] + across)[..., None]
-        place(self.color, index, lawn.color)
-        place(self.error, index, lawn.error)
-        place(self.item, index, lawn.item)
-        place(self.sight, index, lawn.item + 1)
-        place(self.depth, index, _film_depth(lawn.depth))
-        place(self.normal, index, lawn.normal)
-        place(self.alpha, index, np.where((lawn.item < 0) & self.plan.transparent, 0.0, 1.0))
+        place(self.color, index, blocks.color)
+        place(self.error, index, blocks.error)
+        place(self.item, index, blocks.item)
+        place(self.visibility_key, index, blocks.item + 1)
+        place(self.alpha, index, np.where((blocks.item < 0) & self.plan.transparent, 0.0, 1.0))
         self.settled[index] = True
-        if lawn.moving.any():
-            place(self.mask[1], index, lawn.moving)
+        if blocks.moving.any():
+            place(self.mask[1], index, blocks.moving)
+        x, y = x + across[None, :, None], y + across[:, None, None]
+        self._write_surfaces(x, y, blocks.depth, blocks.normal)
 
-    def numbers(self, x: Ints, y: Ints) -> Ints:
+    def _write_surfaces(self, x: Ints, y: Ints, depth: Array, normal: Array) -> None:
+        """Write what the frame itself does not need, of pixels given by their coordinates."""
+        self._unwritten_rows[y - self.bottom] = True
+        if self.film is not None:
+            down, across = self.region_slices
+            x, y = x - (self.left + across.start), y - (self.bottom + down.start)
+            self.film.write_pixels(x, y, depth=depth, normal=normal)
+
+    def write_new_rows(self) -> None:
+        """Write to the film the rows that the first pass has entered since the last call."""
+        if self.film is None:
+            return
+        ends = np.diff(self._unwritten_rows[self.region_slices[0]], prepend=False, append=False)
+        for first, last in ends.nonzero()[0].reshape(-1, 2).tolist():
+            rows = slice(first, last)
+            color, alpha, mask = (
+                self._part(values)[..., rows, :] for values in (self.color, self.alpha, self.mask)
+            )
+            self.film.write_rows(rows, color=color, alpha=alpha, mask=mask, samples=1)
+        self._unwritten_rows[:] = False
+
+    def _write_pixels(self, index: Ints) -> None:
+        """Write the colour and coverage of some pixels to the film."""
+        if self.film is not None and index.size:
+            color, alpha = columns(self.color, index), self.alpha[index]
+            self.film.write_pixels(*self._film_coordinates(index), color=color, alpha=alpha)
+
+    def _film_coordinates(self, index: Ints) -> tuple[Ints, Ints]:
+        """Coordinates x, y (n,) in the film of pixels given by their indices."""
+        y, x = np.divmod(index, self.width)
+        return x - self.region_slices[1].start, y - self.region_slices[0].start
+
+    def pixel_indices(self, x: Ints, y: Ints) -> Ints:
         """Indices of pixels given by their coordinates."""
         return (y - self.bottom) * self.width + (x - self.left)
 
-    def correct(self) -> None:
+    def correct_smooth_pixels(self) -> None:
         """Compute the means of smooth pixels from their centres: where no outline passes and
         nothing moves.
         """
@@ -163,7 +211,7 @@ class Frame:
             # the outermost pixels lack neighbours on one side
             inside = np.zeros((self.height, self.width), dtype=np.bool_)
             inside[1:-1, 1:-1] = True
-            some = (self._across[traced] > flat) | self.mask[0, traced]
+            some = (self._spatial_error[traced] > flat) | self.mask[0, traced]
             some &= inside.ravel()[traced] & ~self.outline[traced] & ~self.mask[1, traced]
             index = traced[some]
             sharp = self.mask[0] | self.mask[2]
@@ -179,7 +227,7 @@ class Frame:
         rows : (height,) mask.  found : indices and colours (3, m) of pixels to be used instead of
         those stored, if any.
         """
-        index, color = self.some(rows), self.color
+        index, color = self.region_pixels(rows), self.color
         if found is not None:
             color = color.copy()
             color[:, found[0]] = found[1]
@@ -190,7 +238,7 @@ class Frame:
         if self.plan.motion:
             deviation = columns(self.deviation, index, -1)
             hard, steps = deviation[:, :TIME].sum(axis=(0, 1)), deviation[STEP_KIND, TIME]
-            crowded = self._crowd[index] > MAX_REFINED_CANDIDATES
+            crowded = self._candidate_counts[index] > MAX_REFINED_CANDIDATES
             # shadows of lights without extent stay steps, however short the shutter interval
             left = (
                 steps_after_shutter(deviation[STEP_KIND])
@@ -200,8 +248,8 @@ class Frame:
             motion = MotionErrors(crowded, self.mask[1, index], hard, left, steps)
         rest = float((done * done).sum()), done.size
         tolerance = self.plan.settings.tolerance
-        starred = self._starred(index, MIN_GOAL * tolerance * float(np.abs(color).mean()))
-        cut = (self._unknown & (self.sight < 0))[index]
+        starred = self._multi_node_errors(index, MIN_GOAL * tolerance * float(np.abs(color).mean()))
+        cut = (self._unknown & (self.visibility_key < 0))[index]
         goal = make_goal(tolerance, color, self.error[index], starred, cut, rest, motion)
         if self.plan.transparent:
             return goal
@@ -209,19 +257,19 @@ class Frame:
         # from the contrast
         return replace(goal, contrast=max(goal.contrast, float(rms(self.plan.background))))
 
-    def _starred(self, index: Ints, least: float) -> Array:
+    def _multi_node_errors(self, index: Ints, least: float) -> Array:
         """Predicted errors of some pixels under the multi-node rule, where the errors exceed
         `least`.
         """
         starred = self.error[index]
         # errors of regions that may use the multi-node rule are already those
-        rows = ((starred > least) & ~self._star[index]).nonzero()[0]
+        rows = ((starred > least) & ~self._multi_node[index]).nonzero()[0]
         more = index[rows]
         left = multi_node_error(columns(self.deviation, more, -1), np.full(more.size, 2))
-        starred[rows] = left + self._edge[more] + self.sampling[more]
+        starred[rows] = left + self._shape_error[more] + self.sampling[more]
         return starred
 
-    def outlines(self, rows: Mask | None = None) -> Ints:
+    def outline_pixels(self, rows: Mask | None = None) -> Ints:
         """Pixels of the region, in the rows given by a mask, of which nothing is known but
         outlines.
         """
@@ -231,17 +279,17 @@ class Frame:
         index: Ints = unknown.nonzero()[0]
         return index
 
-    def lit(self, rows: Mask) -> bool:
+    def any_lit(self, rows: Mask) -> bool:
         """Whether any pixel of the region itself, in the rows given by a mask, is known lit."""
         return bool(self._in_rows(self.color, rows).any())
 
-    def some(self, rows: Mask) -> Ints:
+    def region_pixels(self, rows: Mask) -> Ints:
         """Indices of the pixels of the region itself in the rows given by a mask."""
-        y, x = (np.arange(own.start, own.stop) for own in self.own)
+        y, x = (np.arange(own.start, own.stop) for own in self.region_slices)
         index: Ints = self.width * y[rows[y], None] + x
         return index.ravel()
 
-    def estimate(self) -> float:
+    def estimate_error(self) -> float:
         """Estimated RMS error of the region, relative to its mean."""
         # plane by plane: temporary arrays of the picture's size take longer than the sums
         mean = float(np.mean([np.abs(plane).mean() for plane in self._part(self.color)]))
@@ -251,19 +299,19 @@ class Frame:
     def inner(self) -> Mask:
         """Mask (n,) of the pixels of the region itself, without the border."""
         inside = np.zeros((self.height, self.width), dtype=np.bool_)
-        inside[self.own] = True
+        inside[self.region_slices] = True
         return inside.ravel()
 
     def chosen(self, goal: Goal) -> Mask:
         """Mask (n,) of pixels to be refined, without those settled or being refined already."""
         chosen: Mask = (self._unknown | (self.error > goal.error)) & self.inner()
-        chosen &= ~(self.settled | self._held)
+        chosen &= ~(self.settled | self._in_progress)
         return chosen
 
     @property
     def _unknown(self) -> Mask:
         """Mask (n,) of the pixels of which nothing is known except that outlines cut them."""
-        unknown: Mask = self.outline & ~self.begun
+        unknown: Mask = self.outline & ~self.regions_shaded
         return unknown
 
     def grid(self, side: int) -> tuple[int, int, int, int]:
@@ -279,66 +327,67 @@ class Frame:
         place(self.color, rows, color)
         self.alpha[rows], self.error[rows] = alpha, error
         self.settled[rows] = True
+        self._write_pixels(rows)
 
-    def tasks(self, goal: Goal, size: int) -> list[tuple[Ints, RefinementTask]]:
-        """Refinement tasks with their pixel indices; also corrects the smooth pixels that are not
-        refined.
-        """
-        chosen = self.chosen(goal)
+    def apply_corrections(self, chosen: Mask) -> None:
+        """Correct the smooth pixels that are not refined; chosen (n,) are those that will be."""
         rest = self._corrected
-        kept = (~(chosen[rest] | self.settled[rest] | self._held[rest])).nonzero()[0]
+        kept = (~(chosen[rest] | self.settled[rest] | self._in_progress[rest])).nonzero()[0]
         rows = rest[kept]
         # mean radiance is never below 0, whatever the differences give
         self.color[:, rows] = np.maximum(
             columns(self.color, rows) + columns(self._change, kept), 0.0
         )
-        return self.in_parts(chosen.nonzero()[0], goal, size, True)
+        self._write_pixels(rows)
 
-    def point_tasks(self, rows: Ints, goal: Goal, size: int) -> list[tuple[Ints, RefinementTask]]:
-        """Tasks to integrate over the shutter at pixel centres only."""
-        return self.in_parts(rows, goal, size, False)
+    def tasks(self, rows: Ints, goal: Goal, size: int) -> Tasks:
+        """Tasks of at most `size` pixels that refine the pixels `rows`, each with its own pixels'
+        indices.
+        """
+        return self._tasks(rows, goal, size, self.plan.edges)
 
-    def hold(self, rows: Ints) -> None:
-        """Mark pixels as being refined, so that they are not chosen again."""
-        self._held[rows] = True
+    def point_tasks(self, rows: Ints, goal: Goal, size: int) -> Tasks:
+        """Tasks like those of `tasks` that integrate over the shutter at pixel centres only."""
+        return self._tasks(rows, goal, size, False)
 
-    def in_parts(
-        self, rows: Ints, goal: Goal, size: int, whole: bool
-    ) -> list[tuple[Ints, RefinementTask]]:
-        """Tasks for pixels, integrated over their whole squares or at their centres."""
+    def _tasks(self, rows: Ints, goal: Goal, size: int, whole: bool) -> Tasks:
         parts = interleaved_parts(rows, size)
-        return [(part, self._task(part, goal, whole and self.plan.edges)) for part in parts]
+        return [(part, self._task(part, goal, whole)) for part in parts]
 
-    def crowd(self, rows: Ints) -> float:
+    def mark_in_progress(self, rows: Ints) -> None:
+        """Mark pixels as being refined, so that they are not chosen again."""
+        self._in_progress[rows] = True
+
+    def refinement_cost(self, rows: Ints) -> float:
         """Sum over pixels of the squared number of candidate objects: a cost of finding regions."""
-        return float((self._crowd[rows].astype(np.float64) ** 2).sum())
+        return float((self._candidate_counts[rows].astype(np.float64) ** 2).sum())
 
     @property
-    def _crowd(self) -> Ints:
+    def _candidate_counts(self) -> Ints:
         """Number of candidate objects of each pixel: (n,)."""
-        pixel = np.concatenate([pairs.pixel for pairs in self._rivals])
+        pixel = np.concatenate([pairs.pixel for pairs in self._candidates])
         return np.bincount(pixel, minlength=self.item.size)
 
-    def _rivals_of(self, rows: Ints) -> Pairs:
+    def _candidates_of(self, rows: Ints) -> Pairs:
         """Candidate objects of some pixels, which are renumbered from 0; sorted by pixel."""
         number = np.full(self.item.size, -1)
         number[rows] = np.arange(rows.size)
-        own = [number[pairs.pixel] for pairs in self._rivals]
+        own = [number[pairs.pixel] for pairs in self._candidates]
         kept = [(each >= 0).nonzero()[0] for each in own]
         pixel = np.concatenate([each[index] for each, index in zip(own, kept, strict=True)])
         item = np.concatenate(
-            [pairs.item[index] for pairs, index in zip(self._rivals, kept, strict=True)]
+            [pairs.item[index] for pairs, index in zip(self._candidates, kept, strict=True)]
         )
         order = np.argsort(pixel, kind="stable")
         return Pairs(pixel[order], item[order])
 
-    def _middles(self, rows: Ints) -> Array:
+    def _pixel_centers(self, rows: Ints) -> Array:
         """Centres (3, m) of pixels and shutter."""
         y, x = np.divmod(rows, self.width)
         return np.array([self.left + x + 0.5, self.bottom + y + 0.5, np.zeros(rows.size)])
 
     def _task(self, part: Ints, goal: Goal, whole: bool) -> RefinementTask:
-        middle, half = self._middles(part), np.zeros((3, part.size))
+        middle, half = self._pixel_centers(part), np.zeros((3, part.size))
         deviation = columns(self.deviation, part, -1)
         if whole:
             half[:2] = 0.5
@@ -347,57 +396,47 @@ class Frame:
         half[2] = np.where(self.mask[1, part], 0.5, 0.0)
         # what distributed rays leave is reduced by more of them
         blank = self._unknown[part] | (self.sampling[part] > SAMPLING_ERROR_SHARE * goal.error)
-        star = self._star[part] | (blank & (goal.error < MULTI_NODE_GOAL * goal.contrast))
+        star = self._multi_node[part] | (blank & (goal.error < MULTI_NODE_GOAL * goal.contrast))
         cells = Cells(
             np.arange(part.size), middle - half, middle + half, np.ones(part.size),
-            columns(self.color, part), self.alpha[part], deviation, self._edge[part],
+            columns(self.color, part), self.alpha[part], deviation, self._shape_error[part],
             self.sampling[part], star,
         )  # fmt: skip
         return RefinementTask(
-            cells, blank, self.item[part], self.outline[part], self._rivals_of(part), goal,
+            cells, blank, self.item[part], self.outline[part], self._candidates_of(part), goal,
             GOAL_GROWTH if whole else 0.0,
         )  # fmt: skip
 
-    def begin(self, rows: Ints, begun: InitialCells) -> None:
+    def enter_initial_cells(self, rows: Ints, shaded: InitialCells) -> None:
         """Enter the initial cells of pixels with outlines; they may still be refined."""
-        cells = begun.cells
+        cells = shaded.cells
         place(self.color, rows, cells.color)
         place(self.deviation, rows, cells.deviation)
-        self.alpha[rows], self._edge[rows] = cells.alpha, cells.edge
+        self.alpha[rows], self._shape_error[rows] = cells.alpha, cells.edge
         self.sampling[rows] = cells.sampling
-        self._star[rows], self.begun[rows] = cells.star, True
-        self.error[rows] = begun.error
-        self.count(rows, begun)
+        self._multi_node[rows], self.regions_shaded[rows] = cells.star, True
+        self.error[rows] = shaded.error
+        self._write_pixels(rows)
+        self.count_samples(rows, shaded)
 
-    def enter(self, rows: Ints, refined: RefinedPixels) -> None:
+    def enter_refined(self, rows: Ints, refined: RefinedPixels) -> None:
         """Enter refined pixels."""
         place(self.color, rows, refined.color)
         self.alpha[rows], self.error[rows] = refined.alpha, refined.error
-        self.count(rows, refined)
+        self._write_pixels(rows)
+        self.count_samples(rows, refined)
 
-    def count(self, rows: Ints, shaded: InitialCells | RefinedPixels) -> None:
+    def count_samples(self, rows: Ints, done: InitialCells | RefinedPixels) -> None:
         """Add the number of points shaded beyond the first pass' own."""
-        self.samples[rows] += shaded.samples - 1
-
-    def develop(self, film: Film) -> None:
-        """Let a film's arrays be views of the region's buffers, without a copy, so that it shows
-        later results too.
-        """
-        for name in ("color", "alpha", "mask", "samples", "depth", "normal"):
-            setattr(film, name, self._part(getattr(self, name)))
+        if self.film is not None:
+            self.film.add_samples(*self._film_coordinates(rows), done.samples - 1)
 
     def _in_rows(self, color: Array, rows: Mask) -> Array:
         """Colours (3, rows, width) of the region in the rows of a mask, from colours (3, n)."""
-        part, own = self._part(color), rows[self.own[0]]
+        part, own = self._part(color), rows[self.region_slices[0]]
         return part if own.all() else part[:, own]
 
     def _part(self, values: NDArray[Any]) -> NDArray[Any]:
-        """Values (..., height, width) of the region, from values (..., n) of the buffers."""
+        """Values (..., height, width) of the region, from values (..., n) of the frame."""
         table = values.reshape(*values.shape[:-1], self.height, self.width)
-        return table[..., *self.own]
-
-
-def _film_depth(depth: Array) -> Array:
-    """Depths as stored in films, with `NO_DEPTH` where nothing is hit."""
-    shown: Array = np.where(np.isfinite(depth), depth, NO_DEPTH)
-    return shown
+        return table[..., *self.region_slices]

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from adaptive_drt.image import smooth_blocks as clear
+from adaptive_drt.image import block_interpolation as clear
 from adaptive_drt.image.chebyshev_blocks import (
     SIDES,
     PixelBlocks,

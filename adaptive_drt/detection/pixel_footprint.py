@@ -3,76 +3,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from ..numerics.arrays import Array, Ints, Mask
+from ..geometry.footprint import Footprint
+from ..numerics.arrays import Array
 from ..numerics.gather import columns
 from ..numerics.vector import cross, dot
 from ..tracing.compile import Plan
 from ..tracing.intersect import Surface, curvature
-from .edges import half_pixel
 
-__all__ = ["Footprint", "make_footprint"]
+__all__ = ["make_footprint"]
 
 
 MAX_FLAT_PATCH_WIDTH = 0.25
 """Largest width of a footprint on a sphere that is bounded by way of the tangent plane.
 
 The unit is the sphere's radius times the cosine of the angle at which it is seen."""
-
-
-DISTANCE_ROUNDING = 2.0**-40
-"""Generous bound on the relative rounding error of a distance from a parallelogram."""
-
-
-@dataclass(frozen=True)
-class Footprint:
-    """Footprints of n pixels, bounded by parallelograms around the hits of the centre rays.
-
-    Attributes
-    ----------
-    steps : two arrays (3, n), metres: from the centre to the midpoints of two adjacent sides.
-    off : (n,) metres, bound on the distance of the surface from the parallelogram; inf where no
-        parallelogram bounds it.
-    """
-
-    steps: tuple[Array, Array]
-    off: Array
-
-    def change(self, slope: Array, at: Ints) -> Array:
-        """Largest change from the centre of linear functions of gradients `slope` (3, m): (m,)."""
-        along = np.abs(dot(columns(self.steps[0], at), slope)) + np.abs(
-            dot(columns(self.steps[1], at), slope)
-        )
-        with np.errstate(invalid="ignore"):  # a gradient of 0 over an unbounded footprint
-            wide: Array = along + self.off[at] * np.sqrt(dot(slope, slope))
-        return np.where(np.isnan(wide), np.inf, wide)
-
-    def clear_of(self, v: Array, r: Array, at: Ints) -> Mask:
-        """Whether balls certainly do not intersect footprints: (m,) bool.
-
-        Parameters
-        ----------
-        v : (3, m) the balls' centres, relative to the footprints'.  r : (m,) their radii, metres.
-
-        In its plane, the distance from a parallelogram is at least that from the line through a
-        side: the coordinate along a step less 1, times the height over the other side.
-        """
-        a, b = columns(self.steps[0], at), columns(self.steps[1], at)
-        with np.errstate(over="ignore", invalid="ignore"):  # out of float64's range: not clear
-            normal = cross(a, b)
-            square = dot(normal, normal)
-            flat = square > 0.0
-            safe = np.where(flat, square, 1.0)
-            beyond = np.zeros_like(r)
-            for along, side in ((dot(cross(v, b), normal), b), (dot(cross(a, v), normal), a)):
-                height = np.sqrt(safe / np.where(flat, dot(side, side), 1.0))
-                beyond = np.maximum(beyond, (np.abs(along) / safe - 1.0) * height)
-            away = np.hypot(dot(v, normal) / np.sqrt(safe), beyond)
-        clear: Mask = flat & (away * (1.0 - DISTANCE_ROUNDING) > r + self.off[at])
-        return clear
 
 
 def make_footprint(plan: Plan, surface: Surface, reach: Array) -> Footprint:
@@ -119,14 +65,14 @@ def make_footprint(plan: Plan, surface: Surface, reach: Array) -> Footprint:
 def _parallelograms_along_rays(
     plan: Plan, point: Array, t: Array, reach: Array
 ) -> tuple[Array, tuple[Array, Array]]:
-    """`off` and `steps` of parallelograms along the ray and the pixel's x axis.
+    """`thickness` and `steps` of parallelograms along the ray and the pixel's x axis.
 
     For a hit t' (w + x right + y up) with |x|, |y| <= 1/2, the distance from the centre is at most
     the reach, so |(t' - t) w| is at most the reach plus the length of t' (x right + y up).
     """
     lens = plan.lens
     far = np.sqrt(dot(point, point))
-    h = half_pixel(plan)
+    h = plan.lens.half_pixel
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # a hit at the camera
         length = far / t
         latest = (far + reach) / np.maximum(length - h, 0.5 * length)

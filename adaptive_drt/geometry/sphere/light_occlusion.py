@@ -1,0 +1,293 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How much of a light spheres hide, from points and from patches of surface.
+
+A sphere's discriminant for rays from a point p to points L of a light is a quadratic in the light's
+coordinates: over a light of a linear span its jet gives the range; for a round light the problem is
+rotationally symmetric, and two cones are compared. In addition, the hit must lie between p and the
+light. For one sphere the answers are exact at order 2.
+
+The functions take m pairs of receivers and spheres. Vectors are (3, m) metres: `to` from the
+receivers' points to the light's centre, v to the spheres' centres, `gap` from the spheres' centres
+to the light's; r (m,) are the radii, metres.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...numerics.arrays import Array, Ints, Mask
+from ...numerics.axes import SHUTTER_ENDS
+from ...numerics.floats import TINY
+from ...numerics.gather import columns
+from ...numerics.jet import Jet
+from ...numerics.taylor_range import rectangle_range
+from ...numerics.vector import cross, dot, norm, squared_norm
+from ..footprint import Footprint
+from ..light_protocol import LightBall, LightShape, LinearSpan
+from ..receivers import Receivers
+from .kernels import (
+    cone_overlap,
+    discriminant,
+    discriminant_rounding,
+    origin_inside,
+    sphere_blocks_segment,
+    surface_tolerance,
+)
+
+__all__ = [
+    "ball_occlusion",
+    "moving_sphere_may_shadow",
+    "sphere_casts_sharp_edge",
+    "sphere_hides_from_footprint",
+    "sphere_hides_from_patch",
+    "sphere_occlusion",
+]
+
+
+SEGMENT_DISTANCE_ROUNDING = 2.0**-44
+"""Generous bound on the relative rounding error of a distance between segments."""
+
+
+def sphere_occlusion(
+    light: LightShape,
+    receivers: Receivers,
+    center: Array,
+    r: Array,
+    time: Array | float,
+    order: int,
+) -> tuple[Mask, Mask]:
+    """`ShapeSet.occlusion` for spheres with given centres (3, m), at their positions at `time`."""
+    point = receivers.point
+    v = center - point
+    graze = surface_tolerance(point, r)
+    to = light.to_center(point, time)
+    if not light.extended:
+        block = sphere_blocks_segment(to, v, r, graze)
+        return ~block, block
+    enclosed = receivers.own | origin_inside(dot(v, v), r, graze)
+    gap = light.to_center(center, time)
+    none, full = ball_occlusion(light, to, gap, v, r, enclosed, order)
+    away = norm(gap)
+    none = np.where(enclosed, away + light.radius <= r, none)
+    full = np.where(enclosed, away - light.radius >= r, full)
+    return none & ~full, full
+
+
+def ball_occlusion(
+    light: LightBall, to: Array, gap: Array, v: Array, r: Array, enclosed: Mask, order: int
+) -> tuple[Mask, Mask]:
+    """Whether balls certainly hide nothing of an extended light, or certainly all of it: (m,) each.
+
+    enclosed : (m,) whether the point is inside its ball; both answers are then undefined.
+    """
+    cone = light.view_cone(to)
+    touch, cover, tangent = cone_overlap(cone.axis, cone.cosine, cone.sine, v, r)
+    none: Mask = ~touch | (norm(v) - r >= cone.far)
+    full: Mask = cover & (tangent <= cone.near)
+    # a light inside the ball is hidden from outside
+    full |= norm(gap) + light.radius <= r
+    none |= light.is_behind(gap, r)
+    if light.span is not None:
+        unsure = (~none & ~full & ~enclosed).nonzero()[0]
+        if unsure.size:
+            some = _occlusion_over_span(
+                order,
+                light.span,
+                light.radius,
+                columns(to, unsure),
+                columns(v, unsure),
+                r[unsure],
+                tangent[unsure],
+            )
+            none[unsure], full[unsure] = some
+    return none, full
+
+
+def _occlusion_over_span(
+    order: int, span: LinearSpan, radius: float, to: Array, v: Array, r: Array, tangent: Array
+) -> tuple[Mask, Mask]:
+    """`ball_occlusion` for a light of a linear span, by jets of an order in its two coordinates.
+
+    radius : metres, of the light.  tangent : (m,) metres, of `cone_overlap`.
+    """
+    w = Jet.linear(to, (span.half_u, span.half_v), order)
+    d = discriminant(w, v, r)
+    vv = dot(v, v)
+    square = radius * radius
+    # the remainder of order 1 is r^2 |o|^2 - |o x v|^2 for an offset |o| <= radius
+    low, high = rectangle_range(d, 1.0, 1.0, square * np.maximum(r * r, vv))
+    far = np.sqrt(dot(to, to)) + radius
+    side = cross(to, v)
+    miss = np.sqrt(dot(side, side)) + radius * np.sqrt(vv)
+    rounding = discriminant_rounding(far * far, vv, r, miss)
+    along = dot(to, v)
+    spread = np.abs(dot(span.half_u, v)) + np.abs(dot(span.half_v, v))
+    none = (high < -rounding) | (along + spread <= 0.0)
+    full = (low > rounding) & (along - spread > 0.0)
+    # the ball is certainly in front: the light is beyond any hit, or beyond the foot of its centre
+    plane = np.abs(dot(span.normal, to))
+    unsure = (full & (tangent > plane)).nonzero()[0]
+    if unsure.size:
+        near = Jet.linear(columns(to, unsure), (span.half_u, span.half_v), order)
+        foot = dot(near, columns(v, unsure)) - squared_norm(near)
+        full[unsure] = rectangle_range(foot, 1.0, 1.0, square)[1] < 0.0
+    return none, full
+
+
+def sphere_hides_from_patch(
+    light: LightShape, receivers: Receivers, center: Array, r: Array, time: float
+) -> Mask:
+    """`ShapeSet.hides_from_patch` for spheres with given centres (3, m), at their positions.
+
+    All points within reach are covered if a sphere smaller by the reach hides the light.
+    """
+    point, reach = receivers.point, receivers.reach
+    small = r - reach
+    cone = light.view_cone(light.to_center(point, time))
+    _, cover, tangent = cone_overlap(cone.axis, cone.cosine, cone.sine, center - point, small)
+    hides: Mask = cover & (small > 0.0) & (tangent + reach <= cone.near)
+    return hides
+
+
+def moving_sphere_may_shadow(
+    light: LightShape, receivers: Receivers, center: Array, d: Array, r: Array
+) -> Mask:
+    """`ShapeSet.may_shadow` for spheres with given centres and displacements (3, m).
+
+    A segment to any point of the light is, at the fraction s of its length, within s * radius of
+    the segment to its centre. So the sphere is enlarged by that and its sweep tested as a capsule.
+    """
+    v = center - receivers.point
+    w = light.to_center(receivers.point)
+    ww = np.maximum(dot(w, w), TINY)
+    at = [dot(v + t * d, w) for t in SHUTTER_ENDS]
+    latest = np.clip((np.maximum(at[0], at[1]) + r * np.sqrt(ww)) / ww, 0.0, 1.0)
+    wide = r + receivers.reach + latest * light.radius
+    gap = _segment_distance(v - 0.5 * d, d, w)
+    scale = light.distance_or(np.sqrt(ww), norm(v) + norm(d))
+    slack = SEGMENT_DISTANCE_ROUNDING * (wide + scale)
+    touched: Mask = gap <= wide + slack
+    return touched
+
+
+def _segment_distance(start: Array, along: Array, w: Array) -> Array:
+    """Distance of the segments start + t along and s w, 0 <= s, t <= 1 (Ericson 2005, 5.1.9)."""
+    a, e, f = dot(along, along), dot(w, w), dot(w, start)
+    c, b = dot(along, start), dot(along, w)
+    denominator = a * e - b * b
+    parallel = denominator <= SEGMENT_DISTANCE_ROUNDING * a * e
+    t = np.where(
+        parallel, 0.0, np.clip((b * f - c * e) / np.where(parallel, 1.0, denominator), 0, 1)
+    )
+    s = (b * t + f) / np.maximum(e, TINY)
+    clipped = np.clip(s, 0.0, 1.0)
+    # where s was clipped, t is that of the closest point to that end
+    t = np.where(s != clipped, np.clip((b * clipped - c) / np.maximum(a, TINY), 0.0, 1.0), t)
+    best: Array = norm(start + t * along - clipped * w)
+    # for nearly parallel segments, an end of one is among the closest points
+    for fixed in (0.0, 1.0):
+        s = np.clip(dot(w, start + fixed * along) / np.maximum(e, TINY), 0.0, 1.0)
+        best = np.minimum(best, norm(start + fixed * along - s * w))
+        t = np.clip((fixed * b - c) / np.maximum(a, TINY), 0.0, 1.0)
+        best = np.minimum(best, norm(start + t * along - fixed * w))
+    return best
+
+
+def sphere_casts_sharp_edge(
+    light: LightShape, receivers: Receivers, center: Array, r: Array, order: int
+) -> Mask:
+    """`ShapeSet.casts_sharp_edge` for spheres at rest with given centres (3, m).
+
+    The sphere smaller by the reach must hide nothing of the light's centre or cone, and the one
+    larger by the reach all of it. A point light's shadow line is a conic and is decided exactly.
+    """
+    patch, at = receivers.footprint, receivers.at
+    v = center - receivers.point
+    small, large = np.maximum(r - receivers.reach, 0.0), r + receivers.reach
+    vv = dot(v, v)
+    to = light.to_center(receivers.point)
+    cone, line = light.view_cone(to), light.as_point().view_cone(to)
+    sharp = np.ones(r.size, dtype=np.bool_)
+    for test in (line, cone) if light.fills_cone else (line,):
+        touch, _, _ = cone_overlap(test.axis, test.cosine, test.sine, v, small)
+        _, cover, _ = cone_overlap(test.axis, test.cosine, test.sine, v, large)
+        # within reach of the surface itself anything may be hidden
+        sharp &= (~touch | (small == 0.0)) & (cover | (vv <= large * large))
+        if order == 1:
+            break
+    sharp &= np.sqrt(vv) - large < cone.far
+    # the inner side of a sphere that holds point and light casts no shadow between them
+    gap = light.to_center(center)
+    sharp &= ~((vv < small * small) & (np.sqrt(dot(gap, gap)) + light.radius <= r))
+    sharp &= ~receivers.own
+    if patch is not None and not light.extended:
+        rows = (sharp & np.isfinite(patch.thickness[at])).nonzero()[0]
+        rows = rows[patch.is_clear_of(columns(v, rows), r[rows], at[rows])]
+        if rows.size:
+            low, high, rounding = _shadow_line_range(
+                columns(to, rows), columns(v, rows), r[rows], patch, at[rows]
+            )
+            sharp[rows] = (high >= -rounding) & (low <= rounding)
+    if light.span is not None and order == 2:
+        rows = (sharp & (vv > large * large)).nonzero()[0]
+        if rows.size:
+            seen = light.span, light.radius, columns(to, rows), columns(v, rows)
+            high = _discriminant_range(*seen, small[rows])[1]
+            low = _discriminant_range(*seen, large[rows])[0]
+            sharp[rows] = ((high <= 0.0) | (small[rows] == 0.0)) & (low >= 0.0)
+    return sharp
+
+
+def sphere_hides_from_footprint(
+    light: LightBall, receivers: Receivers, center: Array, r: Array
+) -> Mask:
+    """`ShapeSet.hides_from_footprint` for spheres at rest with given centres (3, m).
+
+    All lines from the patch to the light meet the sphere, which contains neither the light nor a
+    point of the patch. So its position on those lines relative to both ends cannot change: if it is
+    between them at the patch's centre, it is everywhere.
+    """
+    patch, point = receivers.footprint, receivers.point
+    if patch is None:
+        return np.zeros(r.shape, dtype=np.bool_)
+    v, to, gap = center - point, light.to_center(point), light.to_center(center)
+    low, _, rounding = _shadow_line_range(to, v, r, patch, receivers.at)
+    along = dot(to, v)
+    hidden: Mask = patch.is_clear_of(v, r, receivers.at) & (low > rounding)
+    hidden &= (dot(gap, gap) > r * r) & (along > 0.0) & (along < dot(to, to))
+    return hidden
+
+
+def _shadow_line_range(
+    to: Array, v: Array, r: Array, patch: Footprint, at: Ints
+) -> tuple[Array, Array, Array]:
+    """Bounds of D(L - p, C - p), a quadratic in p, for p in patches, and its rounding: (m,) each.
+
+    D is the discriminant of the line from p to a point light L and a sphere of centre C. `to` and v
+    (3, m) lead from the patches' centres to L and C.
+    """
+    steps = tuple(-columns(step, at) for step in patch.steps)
+    wide = sum(np.sqrt(dot(step, step)) for step in steps) + patch.thickness[at]
+    far, away = np.sqrt(dot(to, to)) + wide, np.sqrt(dot(v, v)) + wide
+    rounding = discriminant_rounding(far * far, away * away, r, far * away)
+    ray, ball = Jet.linear(to, steps, 2), Jet.linear(v, steps, 2)
+    high = rectangle_range(discriminant(ray, ball, r + patch.thickness[at]), 1.0, 1.0)[1]
+    low = rectangle_range(
+        discriminant(ray, ball, np.maximum(r - patch.thickness[at], 0.0)), 1.0, 1.0
+    )[0]
+    return low, high, rounding
+
+
+def _discriminant_range(
+    span: LinearSpan, radius: float, to: Array, v: Array, r: Array
+) -> tuple[Array, Array]:
+    """Range (m,) of the discriminant over a light of a linear span and of a given radius.
+
+    It is narrowed by its rounding at both ends.
+    """
+    d = discriminant(Jet.linear(to, (span.half_u, span.half_v), 2), v, r)
+    low, high = rectangle_range(d, 1.0, 1.0)
+    far, away, side = np.sqrt(dot(to, to)) + radius, np.sqrt(dot(v, v)), cross(to, v)
+    miss = np.sqrt(dot(side, side)) + radius * away
+    rounding = discriminant_rounding(far * far, away * away, r, miss)
+    return low + rounding, high - rounding
