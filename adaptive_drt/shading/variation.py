@@ -30,6 +30,7 @@ __all__ = [
     "KINK_KIND",
     "ROOT_KIND",
     "SMOOTH_KIND",
+    "STEP_COEFFICIENT",
     "STEP_KIND",
     "shadow_variation",
     "steps_after_shutter",

@@ -8,6 +8,7 @@ import numpy as np
 from ..geometry.patch import Patch
 from ..lights.emitter import Emitter
 from ..numerics.arrays import Array, Mask
+from ..numerics.axes import TIME
 from ..numerics.floats import TINY
 from ..numerics.gather import columns
 from ..numerics.vector import cross, dot
@@ -42,6 +43,11 @@ def sphere_shadow_edges(
     to = light.to_center(point, time)
     far = np.maximum(np.sqrt(dot(to, to)), TINY)
     axis = to / far
+    lit_around = np.zeros(far.size, dtype=np.bool_)
+    if light.solid:
+        # from within, the light fills the hemisphere over the surface
+        lit_around = far <= light.radius
+        axis = np.where(lit_around, columns(surface.normal, pairs.pixel), axis)
     vv = dot(v, v)
     along = dot(axis, v)
     aside = v - along * axis
@@ -59,7 +65,8 @@ def sphere_shadow_edges(
     # the outlines cross somewhere in the patch: it is not so that the sphere misses the light,
     # hides all of it, or lies within its outline, from all of the patch
     farthest, clearance = _outline_angles(light, axis, toward, v, far, angle, half)
-    inner = clearance - opening
+    # all directions over the horizon count, but not alike: within the hemisphere a shadow varies
+    inner = np.where(lit_around, -np.inf, clearance - opening)
     crosses = (angle - opening - half < whole) & (opening - farthest < whole)
     crosses &= (inner < whole) & (whole > ROUNDING_ANGLE)
     inside = (angle - opening - half < within) & (opening - farthest < within) & (inner < within)
@@ -69,6 +76,7 @@ def sphere_shadow_edges(
     depth = np.where(
         crosses & before & ~enclosed, depth * np.where(inside, 1.0, MARGIN_WEIGHT), 0.0
     )
+    inner = np.where(lit_around, clearance - opening, inner)
     bounds = np.abs(np.array([angle - opening - half, opening - farthest, inner]))
     power, away, ends = _nearest_bound(light, bounds, whole, half, opening)
     covers = (opening - farthest >= whole) & ~enclosed & (tangent < far - light.radius)
@@ -78,7 +86,49 @@ def sphere_shadow_edges(
             plan, surface, patch, light, pairs.take(some), columns(v, some), columns(to, some)
         )
     width = 2.0 * np.minimum(half, opening)
+    if some.size:
+        part = pairs.take(some)
+        moved, left = _enclosed_shifts(
+            plan, surface, patch, light, part, columns(v, some), columns(to, some)
+        )
+        reached = moved.any(axis=0)
+        rows = some[reached]
+        depth[rows], shifts[:, rows] = 1.0, columns(moved, reached)
+        width[rows] = np.where(left[reached], 0.0, 2.0 * half[rows])
     return ShadowEdges(depth, shifts, width, ends, power, away, covers)
+
+
+def _enclosed_shifts(
+    plan: Plan, surface: Surface, patch: Patch, light: Emitter, pairs: Pairs, v: Array, to: Array
+) -> tuple[Array, Mask]:
+    """Angles (3, m) by which the part of a light moves over it that lies within the point's sphere.
+
+    They are 0 where the light never passes through the surface of that sphere, which encloses the
+    point. Returns with them whether the patch leaves the sphere (m,): what the sphere hides then is
+    a step, and the shifts are those of the points through its surface, in metres.
+
+    v, to : (3, m) metres, from the points to the centers of the spheres and of the light.
+    """
+    r, gap, size = plan.spheres.radius[pairs.item], v - to, np.sqrt(dot(v, v))
+    half = patch.half_time[pairs.pixel]
+    moved = np.zeros((3, r.size))
+    if plan.spheres.displacement is not None:
+        moved = columns(plan.spheres.displacement, pairs.item) * half
+    carried = 0.0 if light.displacement is None else light.displacement * half
+    drift = np.sqrt(dot(moved - carried, moved - carried))
+    apart = np.sqrt(dot(gap, gap))
+    reached = np.abs(apart - r) < light.radius + drift
+    far = np.maximum(np.sqrt(dot(to, to)), light.radius)
+    out, over, through = -v / np.maximum(size, TINY), np.zeros((3, r.size)), np.zeros((3, r.size))
+    for axis in patch.axes:
+        step = columns(patch.steps[axis], pairs.pixel)
+        over[axis] = np.sqrt(dot(step, step)) / far
+        if axis == TIME:
+            over[axis] += drift / far
+            step = step - moved
+        through[axis] = np.abs(dot(step, out))
+    left = (r - size <= through.sum(axis=0)) & (pairs.item != surface.item[pairs.pixel])
+    return np.where(reached, np.where(left, through, over), 0.0), left
 
 
 def _outline_angles(

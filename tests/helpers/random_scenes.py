@@ -91,7 +91,9 @@ def random_quad(rng):
     if rng.random() < 0.5:
         v = np.cross(u, v) / np.linalg.norm(u)
     corner = rng.uniform((-2.0, -2.0, 0.0), (2.0, 2.0, 3.0)) - (u + v) / 2.0
-    return Quad(vector_of(corner), vector_of(u), vector_of(v), _material(rng), random_motion(rng, 0.3))
+    return Quad(
+        vector_of(corner), vector_of(u), vector_of(v), _material(rng), random_motion(rng, 0.3)
+    )
 
 
 def random_light(rng):

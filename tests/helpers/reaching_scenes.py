@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Seeded random scenes in which lights and shapes reach into each other, or move through each other.
+"""Seeded random scenes in which lights and shapes reach into, or move through, each other.
 
 There the visible part of a light has no closed form in general. Shapes, lights and motion are those
 of `random_scenes`; at least one light with an extent is moved so that it reaches into a shape.
@@ -33,7 +33,7 @@ MOST_LIGHTS = 3
 SIDE = 24, 33
 """Least side of a picture in pixels, and one more than the greatest."""
 DOME_RADIUS = 20.0
-"""Metres: a sphere that holds the camera and all else, so that all points lie within an occluder."""
+"""Metres: a sphere that holds the camera and all else: all points then lie within an occluder."""
 
 
 def reaching_scene(seed):
@@ -127,7 +127,9 @@ def _points_of(light):
 
 
 def _moved(thing, t):
-    return t * np.array(thing.motion.displacement if isinstance(thing.motion, Motion) else (0.0,) * 3)
+    return t * np.array(
+        thing.motion.displacement if isinstance(thing.motion, Motion) else (0.0,) * 3
+    )
 
 
 def _crosses(points, quad):

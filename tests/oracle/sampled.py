@@ -62,7 +62,10 @@ class Samples:
         """
         one, other = self.halves
         product = ((color - one) * (color - other)).mean(axis=0)
-        return float(product.mean()), float(product.std() / math.sqrt(product.size))
+        # all pixels are there: only the samples' noise makes the mean uncertain
+        noise = ((one - other) ** 2).mean(axis=0) / 2.0
+        spread = np.sqrt((2.0 * np.maximum(product, 0.0) * noise + noise**2).sum()) / product.size
+        return float(product.mean()), float(spread)
 
     def relative_error(self, color):
         """RMS error of a picture over the mean, and a standard error of it."""
@@ -152,7 +155,9 @@ def _means(scene, pixels, points, shifts, result):
                 b = (points[k, 4 + 2 * j] ^ shift[4 + 2 * j]) * UNIT
                 e = _from_light(balls, quads, lights[j], (p, n, t, i, inside), a, b) / math.pi
                 for channel in range(3):
-                    color = balls[i, 7 + channel] if ball else quads[i - balls.shape[0], 15 + channel]
+                    color = (
+                        balls[i, 7 + channel] if ball else quads[i - balls.shape[0], 15 + channel]
+                    )
                     result[row, channel] += e * lights[j, 18 + channel] * color
         for channel in range(3):
             result[row, channel] /= points.shape[0]
@@ -161,7 +166,7 @@ def _means(scene, pixels, points, shifts, result):
 @jit
 def _from_light(balls, quads, light, spot, a, b):
     """One sample of the irradiance over radiance (intensity) that a light brings to a spot."""
-    p, n, t, own, inside = spot
+    p, n, t, _, _ = spot
     kind = int(light[13])
     c = less(add(vector(light, 0), times(t, vector(light, 14))), p)
     if kind == QUAD:
@@ -267,7 +272,7 @@ def _blocked(balls, quads, light, spot, to):
     """Whether a shape crosses the open segment from a spot to a point of a light."""
     if light[17] == 0.0:
         return False
-    p, n, t, own, inside = spot
+    p, _, t, own, inside = spot
     length2 = dot(to, to)
     for i in range(balls.shape[0]):
         q = balls[i]
