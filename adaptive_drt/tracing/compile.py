@@ -20,6 +20,7 @@ from ..geometry.shape_table import ShapeTable
 from ..lights.emitter import Emitter, LightMotion
 from ..lights.registry import make_emitter
 from ..numerics.arrays import Array
+from ..numerics.vector import dot
 from ..parallel.cancellation import RenderCancelled
 from ..scene.description import Motion, Quads, Scene, ShapeRecord
 from ..scene.settings import Settings
@@ -164,7 +165,10 @@ def make_plan(scene: Scene, settings: Settings) -> Plan:
         shapes=table,
         color=_colors(shapes),
         moves=moves,
-        lights=tuple(_with_coplanar_faces(light, table, origin) for light in lights),
+        lights=tuple(
+            _with_touched_shapes(_with_coplanar_faces(light, table, origin), table)
+            for light in lights
+        ),
         background=np.array(scene.background, dtype=np.float64),
         transparent=scene.transparent,
         penumbra=penumbra,
@@ -262,6 +266,26 @@ def _make_emitters(
         else:
             skipped.append({"what": light.name, "why": "the light has no power"})
     return tuple(kept)
+
+
+def _with_touched_shapes(light: Emitter, table: ShapeTable) -> Emitter:
+    """The light, which then knows which shapes it may reach into, by balls and planes."""
+    parts = []
+    for shapes in table.sets:
+        center, radius = shapes.bounding_spheres
+        sweep = np.full(shapes.count, light.swept_radius - light.radius)
+        d = shapes.displacement
+        if d is not None:
+            sweep += 0.5 * np.sqrt(dot(d, d))
+        gap = light.to_center(center)
+        touched = np.sqrt(dot(gap, gap)) <= radius + light.radius + sweep
+        faces = shapes.faces
+        if faces is not None:
+            height = np.abs(dot(faces.normal, light.center - faces.vertices[0]))
+            touched &= height <= light.extent(faces.normal) + sweep
+        parts.append(touched)
+    found = np.concatenate(parts)
+    return replace(light, touched=found) if found.any() else light
 
 
 def _with_coplanar_faces(light: Emitter, table: ShapeTable, origin: Array) -> Emitter:
