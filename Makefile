@@ -7,7 +7,7 @@ READY := $(VENV)/.ready
 BIN := $(VENV)/bin
 
 .DEFAULT_GOAL := help
-.PHONY: help venv demo test test-all golden stress lint format bench bench-paper package blender blender-venvs pictures compositor clean distclean profile
+.PHONY: help venv demo test test-all truths golden stress lint format bench bench-paper package blender blender-venvs pictures compositor clean distclean profile
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 20
@@ -29,13 +29,16 @@ lint: $(READY)  ## ruff, ruff format and mypy --strict on the core
 	$(BIN)/python -m mypy --strict adaptive_drt
 
 test: lint  ## lint, and every test that is not slow
-	$(BIN)/python -m pytest tests -m "not slow" -n auto --dist loadfile
+	$(BIN)/python -m pytest tests -m "not slow" -n auto --dist worksteal
 
-test-all: lint  ## lint, and every test
-	$(BIN)/python -m pytest tests
+test-all: lint  ## lint, and every test; what the oracle says is computed anew
+	ADAPTIVE_DRT_TRUTHS=check $(BIN)/python -m pytest tests
 
 golden: $(READY)  ## write the golden pictures again, where they are meant to change: CONTRIBUTING.md
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python scripts/write_golden.py
+
+truths: $(READY)  ## compute what the oracle says in the tests, and keep it: docs/testing.md
+	ADAPTIVE_DRT_TRUTHS=keep $(BIN)/python -m pytest -m "not slow" $$(grep -rl "oracle.kept" tests --include='test_*.py' | grep -v test_kept)
 
 stress: $(READY)  ## the long stress test: kernels, hostile and changed scenes, masks; docs/stability.md
 	$(BIN)/python benchmarks/stress.py $(STRESS)

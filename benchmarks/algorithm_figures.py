@@ -26,6 +26,7 @@ from matplotlib.patches import Ellipse
 from adaptive_drt.cubature.nodes import make_nodes, rotation_index
 from adaptive_drt.detection.occlusion import classify_light_visibility
 from adaptive_drt.geometry.sphere.kernels import discriminant
+from adaptive_drt.geometry.sphere.shape import SphereSet
 from adaptive_drt.numerics.arrays import Array
 from adaptive_drt.numerics.axes import TIME
 from adaptive_drt.numerics.jet import Jet
@@ -53,6 +54,13 @@ OBJECTS = ListedColormap(["#182030", "#d9534f", "#5b7fd6", "#e3b94c", "#c9c5bd",
 RED, MOVING = 0, 2
 ASLANT = 0.5
 """Of a sphere's radius: how far above its middle an outline is looked at."""
+
+
+def _spheres(plan: Plan) -> SphereSet:
+    """The spheres of a compiled scene, whose object numbers begin with 0."""
+    found = plan.shapes.sets[0]
+    assert isinstance(found, SphereSet)
+    return found
 
 
 def shown(color: Array) -> Array:
@@ -99,9 +107,9 @@ def jets(plan: Plan) -> plt.Figure:
 
 def _over_shutter(plan: Plan, axis: Axes) -> None:
     """A ray that the moving sphere only just meets."""
-    assert plan.spheres.displacement is not None
-    v, d = (part[:, MOVING, None] for part in (plan.spheres.center, plan.spheres.displacement))
-    r = plan.spheres.radius[MOVING]
+    assert _spheres(plan).displacement is not None
+    v, d = (part[:, MOVING, None] for part in (_spheres(plan).center, _spheres(plan).displacement))
+    r = _spheres(plan).radius[MOVING]
     end = v + 0.5 * d
     x, y = _project(plan, end)
     radius = r * _project(plan, end + np.array([[1.0], [0.0], [0.0]]))[0] - r * x
@@ -130,7 +138,7 @@ def _project(plan: Plan, place: Array) -> tuple[Array, Array]:
 
 def _over_pixel(plan: Plan, axis: Axes, figure: plt.Figure) -> None:
     """A pixel that the outline of a sphere passes through."""
-    v, r = plan.spheres.center[:, RED, None], plan.spheres.radius[RED]
+    v, r = _spheres(plan).center[:, RED, None], _spheres(plan).radius[RED]
     x, y = _edge_pixel(plan)
     lens = plan.lens
     w = lens.directions(np.array([x + 0.5]), np.array([y + 0.5]))
@@ -150,7 +158,7 @@ def _over_pixel(plan: Plan, axis: Axes, figure: plt.Figure) -> None:
 
 def _edge_pixel(plan: Plan) -> tuple[int, int]:
     """A pixel that the red sphere's outline crosses aslant, up on its right."""
-    x, y = (float(part[0]) for part in _project(plan, plan.spheres.center[:, RED, None]))
+    x, y = (float(part[0]) for part in _project(plan, _spheres(plan).center[:, RED, None]))
     return _last_of_red(plan, x, int(y + ASLANT * (_last_of_red(plan, x, int(y))[0] - x)))
 
 
@@ -210,7 +218,7 @@ def light(plan: Plan, film: Film) -> plt.Figure:
 
 def _half_hidden(plan: Plan, film: Film) -> tuple[int, int]:
     """Row and column of a pixel on the floor in the middle of the red sphere's penumbra."""
-    x, y = (float(part[0]) for part in _project(plan, plan.spheres.center[:, RED, None]))
+    x, y = (float(part[0]) for part in _project(plan, _spheres(plan).center[:, RED, None]))
     rows = np.arange(5, int(y))
     radiance = film.color[0, rows, int(x) + 30]
     mask = film.mask[0, rows, int(x) + 30] & ~film.mask[1:, rows, int(x) + 30].any(axis=0)
@@ -224,9 +232,11 @@ def _light_plane(plan: Plan, point: Array, pairs: Pairs, axis: Axes) -> None:
 
     def sign(u: Array, v: Array) -> Array:
         to = emitter.to_center(point) + u * emitter.span.half_u + v * emitter.span.half_v
-        way = plan.spheres.center[:, :, None] - point[:, :, None]
-        balls = pairs.item[pairs.item < plan.sphere_count]
-        return np.max([discriminant(to, way[:, k], plan.spheres.radius[k]) for k in balls], axis=0)
+        way = _spheres(plan).center[:, :, None] - point[:, :, None]
+        balls = pairs.item[pairs.item < _spheres(plan).count]
+        return np.max(
+            [discriminant(to, way[:, k], _spheres(plan).radius[k]) for k in balls], axis=0
+        )
 
     s = np.linspace(-1.25, 1.25, FINE)
     u, v = (part.ravel() for part in np.meshgrid(s, s))
@@ -249,9 +259,9 @@ def regions(plan: Plan) -> plt.Figure:
     x, y = _edge_pixel(plan)
     _show_regions(plan, axes[0], np.array([x, y, 0.0]), np.array([x + 1.0, y + 1.0, 0.0]), (0, 1))
     axes[0].set_title("a still pixel: x and y", fontsize=9)
-    assert plan.spheres.displacement is not None
-    end = plan.spheres.center[:, MOVING] + 0.1 * plan.spheres.displacement[:, MOVING]
-    right = end + plan.spheres.radius[MOVING] * np.array([1.0, 0.0, 0.0])
+    assert _spheres(plan).displacement is not None
+    end = _spheres(plan).center[:, MOVING] + 0.1 * _spheres(plan).displacement[:, MOVING]
+    right = end + _spheres(plan).radius[MOVING] * np.array([1.0, 0.0, 0.0])
     x, y = (float(np.floor(part[0])) for part in _project(plan, right[:, None]))
     _show_regions(plan, axes[1], np.array([x, y, -0.5]), np.array([x + 1.0, y + 1.0, 0.5]), (0, 2))
     axes[1].set_title("a pixel that a sphere passes: x and time, at the middle of y", fontsize=9)
@@ -304,8 +314,8 @@ def _show_lines(plan: Plan, axis: Axes, boxes: Boxes, pairs: Pairs, timed: bool)
     first, last = hit_intervals(forms, cover.all_hit, Lattice(along, 8, 1))
     for k in range(8):
         place = low[across] + (k + 0.5) / 8 * size[across]
-        met = last[k, 0, : plan.sphere_count] > first[k, 0, : plan.sphere_count]
-        ends = np.concatenate([end[k, 0, : plan.sphere_count][met] for end in (first, last)])
+        met = last[k, 0, : _spheres(plan).count] > first[k, 0, : _spheres(plan).count]
+        ends = np.concatenate([end[k, 0, : _spheres(plan).count][met] for end in (first, last)])
         ends = low[along] + (ends[abs(ends) < 0.5] + 0.5) * size[along]
         (axis.axvline if timed else axis.axhline)(place, color="k", lw=0.4)
         axis.plot(*((place + 0 * ends, ends) if timed else (ends, place + 0 * ends)), "k.", ms=6)

@@ -32,6 +32,20 @@ LAYERS = (
 rank, or of its own package; siblings of one rank do not know each other."""
 RANK = {name: rank for rank, layer in enumerate(LAYERS) for name in layer}
 
+ROOMS = {"geometry": ("sphere", "polygon"), "lights": ()}
+"""Packages that may tell kinds of shapes or of lights apart, and the folders of single kinds."""
+KIND_FREE = {
+    "geometry.sphere.kernels",
+    "geometry.sphere.light_occlusion",
+    "geometry.polygon.clipping",
+}
+"""Modules in those folders whose functions serve all kinds: bounding balls, convex outlines."""
+KIND_WORDS = re.compile(
+    "(^|_)(spheres?|balls?|quads?|parallelograms?|triangles?|points?|disks?|suns?)_?(count|kinds?)$"
+    "|^(is|has)_(sphere|ball|quad|parallelogram|polygon|triangle|disk|sun)$"
+)
+"""Names of questions after a kind, such as `sphere_count` or `is_quad`."""
+
 DATA = {"description", "settings", "film"}
 """Records in `scene`, which import nothing of the core but each other."""
 THIRD_PARTY = {
@@ -139,6 +153,46 @@ def test_no_import_goes_in_a_circle():
         graph = {one: needs for one, needs in graph.items() if one not in free}
 
 
+def records_and_classes() -> set[str]:
+    """Names of the records of shapes and lights, and of the classes that render them."""
+    found = set()
+    for package in ROOMS:
+        for path in sorted((CORE / package).rglob("*.py")):
+            for node in ast.walk(tree_of(path)):
+                if isinstance(node, ast.ClassDef):
+                    bases = {getattr(base, "id", "") for base in node.bases}
+                    if bases & {"ShapeSet", "PolygonSet", "Emitter", "RoundLight"}:
+                        found.add(node.name)
+    for package in ROOMS:
+        for node in tree_of(CORE / package / "registry.py").body:
+            if isinstance(node, ast.AnnAssign) and getattr(node.target, "id", "").isupper():
+                assert node.value
+                found |= {name.id for name in ast.walk(node.value) if isinstance(name, ast.Name)}
+    return found
+
+
+def test_kinds_are_found():
+    """The test below looks for something."""
+    assert {"Sphere", "Quad", "QuadLight", "SphereSet", "ParallelogramSet"} <= records_and_classes()
+
+
+@pytest.mark.parametrize("path", CORE_FILES, ids=name_of)
+def test_only_rooms_know_kinds_of_shapes_and_lights(path):
+    """Outside `geometry` and `lights` no code branches on a kind, or names one."""
+    package = path.relative_to(CORE).parts[0]
+    if package in ROOMS or (package == "scene" and path.stem in ("description", "__init__")):
+        return
+    names = records_and_classes()
+    for node in ast.walk(tree_of(path)):
+        name = getattr(node, "attr", getattr(node, "id", getattr(node, "name", None)))
+        where = f"{name_of(path)}:{getattr(node, 'lineno', 0)}"
+        assert name not in names or package == "scene", f"{where} names the kind {name}"
+        assert not KIND_WORDS.search(str(name)), f"{where} asks for a kind: {name}"
+    for target in targets(path):
+        if len(target) > 2 and target[2] in ROOMS.get(target[1], ()):
+            assert ".".join(target[1:4]) in KIND_FREE, f"{name_of(path)} imports {'.'.join(target)}"
+
+
 def test_the_driver_is_all_that_is_in_no_package():
     found = {path.stem for path in CORE.glob("*.py")}
     assert found == {"__init__", "exact", "distributed", "cost_model", "render"}
@@ -178,6 +232,90 @@ def test_the_root_imports_nothing_of_blender_when_it_is_imported():
         assert not isinstance(node, ast.Import | ast.ImportFrom) or (
             isinstance(node, ast.ImportFrom) and node.module == "__future__"
         )
+
+
+TESTED_BY = {
+    "geometry": {
+        "depth_pairs": "visibility/test_depth_events.py",
+        "implicit_surface": "geometry/test_surface_pairs.py",
+        "light_plane": "geometry/test_light_plane.py",
+        "light_protocol": "geometry/test_light_occlusion.py",
+        "line_forms": "visibility/test_line_forms.py",
+        "occluder_outline": "shading/test_partial_occlusion.py",
+        "patch": "shading/test_footprint.py",
+        "pixel_coverage": "geometry/test_pixel_coverage.py",
+        "planar_faces": "geometry/polygon/test_closed_boxes.py",
+        "quadric_lines": "visibility/test_line_forms.py",
+        "receivers": "geometry/test_light_occlusion.py",
+        "registry": "geometry/test_shape_table.py",
+        "shaded_patches": "geometry/test_shadow_edges.py",
+        "shadow_edges": "geometry/test_outline_rates.py",
+        "shape": "geometry/test_pixel_coverage.py",
+    },
+    "geometry/polygon": {
+        "clipping": "geometry/test_light_plane.py",
+        "closed_boxes": "geometry/polygon/test_closed_boxes.py",
+        "light_occlusion": "geometry/test_light_occlusion.py",
+        "line_polynomials": "visibility/test_line_forms.py",
+        "pixel_coverage": "geometry/test_pixel_coverage.py",
+        "shadow_edges": "geometry/polygon/test_shadow_edges.py",
+        "shape": "geometry/test_pixel_coverage.py",
+        "view": "geometry/polygon/test_shadow_edges.py",
+    },
+    "geometry/sphere": {
+        "light_occlusion": "geometry/test_light_occlusion.py",
+        "line_polynomials": "visibility/test_line_forms.py",
+        "outline": "lights/test_occluded_form_factor.py",
+        "pixel_coverage": "geometry/test_pixel_coverage.py",
+        "plane_section": "geometry/test_light_plane.py",
+        "shadow_edges": "geometry/sphere/test_shadow_edges.py",
+        "shape": "geometry/test_pixel_coverage.py",
+    },
+    "lights": {
+        "bounds": "lights/test_emitter.py",
+        "disk_light": "lights/test_emitter.py",
+        "form_factor": "lights/test_form_factor.py",
+        "point_light": "lights/test_emitter.py",
+        "quad_light": "lights/test_emitter.py",
+        "registry": "lights/test_emitter.py",
+        "round_light": "lights/test_emitter.py",
+        "sphere_light": "lights/test_emitter.py",
+        "sun_light": "lights/test_sun_light.py",
+    },
+}
+"""Test files of modules that are tested through an interface, as kinds of shapes and lights are:
+each question of `ShapeSet` and `Emitter` has a file, which asks it of all kinds."""
+
+
+def imported_by(path: Path) -> set[str]:
+    """Dotted names of the modules, and of what is in them, that a file imports."""
+    return {
+        f"{node.module}.{alias.name}" if isinstance(node, ast.ImportFrom) else alias.name
+        for node in ast.walk(tree_of(path))
+        if isinstance(node, ast.Import | ast.ImportFrom)
+        for alias in node.names
+    }
+
+
+@pytest.mark.parametrize("path", CORE_FILES, ids=name_of)
+def test_each_module_has_tests_of_its_own(path):
+    """`tests/<package>/test_<module>.py`, where `driver` holds those of modules in no package."""
+    if path.name == "__init__.py":
+        return
+    package = "driver" if path.parent == CORE else path.parent.relative_to(CORE).as_posix()
+    through = TESTED_BY.get(package, {}).get(path.stem)
+    own = ROOT / "tests" / (through or f"{package}/test_{path.stem}.py")
+    assert own.exists(), f"{name_of(path)} has no {name_of(own)}"
+    module = ".".join(path.relative_to(ROOT).with_suffix("").parts)
+    assert through or any(f"{each}.".startswith(f"{module}.") for each in imported_by(own)), (
+        f"{name_of(own)} does not import {module}"
+    )
+
+
+def test_modules_tested_through_an_interface_exist():
+    for package, modules in TESTED_BY.items():
+        for name in modules:
+            assert (CORE / package / f"{name}.py").exists(), f"{package}/{name}.py"
 
 
 @pytest.mark.parametrize("path", CORE_FILES, ids=name_of)

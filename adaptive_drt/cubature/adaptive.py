@@ -21,6 +21,7 @@ from ..numerics.gather import columns, place
 from ..numerics.vector import rms
 from ..parallel.call_progress import progress_range, report_progress
 from ..shading.direct_light import DirectLight
+from ..shading.sampled_occlusion import SAMPLING_ERROR_SHARE
 from ..shading.variation import KINK_KIND, ROOT_KIND, SMOOTH_KIND, STEP_KIND, zero_variation
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs
@@ -157,7 +158,9 @@ class _PixelLimits:
 def shade_initial_cells(plan: Plan, occluders: Occluders, task: RefinementTask) -> InitialCells:
     """Shade the initial cells that are still blank, without refinement."""
     cells, samples = _initial_cells(plan, occluders, task)
-    return InitialCells(cells, samples, _pixel_errors(cells, task.cut.size))
+    count = task.cut.size
+    error = _pixel_errors(cells, count) + _sampling_errors(cells, count)
+    return InitialCells(cells, samples, error)
 
 
 def _initial_cells(plan: Plan, occluders: Occluders, task: RefinementTask) -> tuple[Cells, Ints]:
@@ -225,7 +228,7 @@ def _add_pixels(refined: RefinedPixels, cells: Cells) -> None:
     count = refined.alpha.size
     refined.color[:] += _pixel_means(cells, count)
     refined.alpha[:] += grouped_sums(cells.pixel, cells.share * cells.alpha, count)
-    refined.error[:] += _pixel_errors(cells, count)
+    refined.error[:] += _pixel_errors(cells, count) + _sampling_errors(cells, count)
 
 
 def _pixel_means(cells: Cells, count: int) -> Array:
@@ -234,14 +237,22 @@ def _pixel_means(cells: Cells, count: int) -> Array:
 
 
 def _pixel_errors(cells: Cells, count: int) -> Array:
-    """Estimated errors of pixels: (count,). Bends have one sign and are added; roots, kinks, steps
-    and errors of shape have random signs, and their squares are added.
+    """Errors of pixels that subdivision reduces, estimated: (count,). Bends have one sign and are
+    added; roots, kinks, steps and errors of shape have random signs, and their squares are added.
     """
     by_kind = cells.deviation.sum(axis=1)
     bends = grouped_sums(cells.pixel, cells.share * by_kind[SMOOTH_KIND], count)
     rest = cells.share * (by_kind[ROOT_KIND] + by_kind[KINK_KIND] + by_kind[STEP_KIND] + cells.edge)
     error: Array = bends + np.sqrt(grouped_sums(cells.pixel, rest * rest, count))
     return error
+
+
+def _sampling_errors(cells: Cells, count: int) -> Array:
+    """Errors of pixels due to estimates of light that are not exact: (count,).
+
+    All points use the same rays to a light, so that the errors of a pixel's cells have one sign.
+    """
+    return grouped_sums(cells.pixel, cells.share * cells.sampling, count)
 
 
 def _choose_splits(
@@ -252,7 +263,7 @@ def _choose_splits(
     Parameters
     ----------
     limits : of the pixels.
-    error : (count,) estimated errors of the pixels, times their safety factors.
+    error : (count,) errors of the pixels that subdivision reduces, times their safety factors.
     slack : multiple of its limit up to which the error of a pixel is accepted.
     """
     limit, own = limits.error, cells.error
@@ -299,6 +310,7 @@ def _replacement_cells(cells: Cells, parts: Ints) -> tuple[Cells, Mask]:
     rows = np.cumsum(size)[same] - 1
     place(finer.color, rows, columns(cells.color, same))
     place(finer.deviation, rows, columns(cells.deviation, same, -1))
+    finer.sampling[rows] = cells.sampling[same]
     known = np.zeros(finer.pixel.size, dtype=np.bool_)
     known[rows] = True
     return finer, known
@@ -328,7 +340,8 @@ def _shade_cells(
         _region_subdomains(crossed, found, hit, limits),
         _whole_subdomains(task, filled, crossed, limits, known[~cut]),
     )
-    samples = estimate_means(plan, occluders, parts, found, hit)
+    allowed = SAMPLING_ERROR_SHARE * task.goal.error
+    samples = estimate_means(plan, occluders, parts, found, hit, allowed)
     light = samples.light
     own, rest = slice(hit.size), slice(hit.size, None)
     done = []
@@ -336,10 +349,17 @@ def _shade_cells(
         ones = np.ones(filled.pixel.size)
         color, deviation = light.color[:, rest], light.deviation[..., rest]
         star = filled.star & ~samples.vain[rest]
-        whole = replace(filled, color=color, alpha=ones, deviation=deviation, star=star)
+        whole = replace(
+            filled,
+            color=color,
+            alpha=ones,
+            deviation=deviation,
+            star=star,
+            sampling=light.error[rest],
+        )
         done.append(whole)
     if crossed.pixel.size:
-        light = DirectLight(light.color[:, own], light.deviation[..., own])
+        light = DirectLight(light.color[:, own], light.deviation[..., own], light.error[own])
         light.deviation[STEP_KIND] += (
             HIDDEN_NODE_ERROR * task.goal.contrast * samples.lost[own] * (parts.half[:, own] > 0.0)
         )
@@ -370,7 +390,11 @@ def _whole_subdomains(
     item, stakes = task.item[cells.pixel], limits.stakes(cells)
     turn, light = (
         rotation_index(middle),
-        (columns(cells.color, known), columns(cells.deviation, known, -1)),
+        (
+            columns(cells.color, known),
+            columns(cells.deviation, known, -1),
+            cells.sampling[known],
+        ),
     )
     return Subdomains(middle, spread, half, item, number, cells.star, turn, *stakes, known, *light)
 
@@ -386,7 +410,7 @@ def _region_subdomains(
     centroid, item = columns(found.centroid, hit), found.item[hit]
     turn = rotation_index(0.5 * (cells.low + cells.high))[box]
     star, each, known = cells.star[box], (stake, crowd[box]), np.zeros(hit.size, dtype=np.bool_)
-    light = np.zeros((3, 0)), zero_variation(0)
+    light = np.zeros((3, 0)), zero_variation(0), np.zeros(0)
     return Subdomains(centroid, spread, half, item, box, star, turn, *each, known, *light)
 
 
@@ -414,7 +438,10 @@ def _cells_from_regions(
     alpha = np.ones(count)
     if plan.transparent:
         alpha = grouped_sums(box, weight, count)
-    return replace(cells, color=mean, alpha=alpha, deviation=deviation, edge=edge)
+    sampling = grouped_sums(box, weight * light.error, count)
+    return replace(
+        cells, color=mean, alpha=alpha, deviation=deviation, edge=edge, sampling=sampling
+    )
 
 
 def _half_extents(spread: Array) -> Array:

@@ -89,7 +89,7 @@ class Subdomains:
     stake : (m,) error of the pixel, in units of its goal, per unit error of the part's radiance.
     crowd : (m,) number of cells of the pixel.
     known : (m,) whether the centroid has been shaded already. For the k of which this is true,
-        `color` is (3, k) and `deviation` (4, 3, k).
+        `color` is (3, k), `deviation` (4, 3, k) and `sampling` (k,), the error of the light there.
     """
 
     place: Array
@@ -104,6 +104,7 @@ class Subdomains:
     known: Mask
     color: Array
     deviation: Array
+    sampling: Array
 
 
 @dataclass(frozen=True)
@@ -149,7 +150,12 @@ def concatenate_subdomains(one: Subdomains, other: Subdomains) -> Subdomains:
 
 
 def estimate_means(
-    plan: Plan, occluders: Occluders, parts: Subdomains, found: Fragments, hit: Ints
+    plan: Plan,
+    occluders: Occluders,
+    parts: Subdomains,
+    found: Fragments,
+    hit: Ints,
+    allowed: float,
 ) -> Estimates:
     """Estimate the mean radiance of m subdomains, each by the centroid rule or the multi-node rule.
 
@@ -158,11 +164,12 @@ def estimate_means(
     parts : the subdomains.
     found, hit : all visible regions of the cells, and the indices of those that are the first
         subdomains; the subdomains after them are whole cells.
+    allowed : radiance error that distributed rays may have at a point before more are used.
     """
     size, wide = parts.item.size, parts.half > 0.0
     axes, box = wide.sum(axis=0), np.arange(size) >= hit.size
     with progress_range(0.0, CENTROIDS_WORK_SHARE):
-        centers = _shade_centroids(plan, occluders, parts)
+        centers = _shade_centroids(plan, occluders, parts, allowed)
     needed, vain = _choose_rule(parts, centers.light.deviation, axes, box)
     arms = make_nodes(parts.place, parts.spread, wide, needed & ~vain, box, parts.turn)
     left, stray = _clip_offsets(plan, parts, found, hit, arms)
@@ -171,7 +178,7 @@ def estimate_means(
     light = centers.light
     if star.any():
         with progress_range(CENTROIDS_WORK_SHARE, 1.0):
-            light = _multi_node_means(plan, occluders, parts, centers, arms, left, axes)
+            light = _multi_node_means(plan, occluders, parts, centers, arms, left, axes, allowed)
     return Estimates(light, points, vain, lost)
 
 
@@ -200,6 +207,7 @@ def _multi_node_means(
     arms: Nodes,
     left: Array,
     axes: Ints,
+    allowed: float,
 ) -> DirectLight:
     """Mean radiance of m subdomains, where some use the multi-node rule.
 
@@ -214,8 +222,14 @@ def _multi_node_means(
     shown, slant = columns(center, region), centers.slant[region]
     rows = star[region].nonzero()[0]
     spots = columns(parts.place, region[rows]) + columns(offset, rows)
-    light, slant[rows] = _shade_nodes(plan, occluders, parts, centers, spots, region[rows])
+    light, error, slant[rows] = _shade_nodes(
+        plan, occluders, parts, centers, spots, region[rows], allowed
+    )
     place(shown, rows, light)
+    sampling = centers.light.error[region]
+    sampling[rows] = error
+    sampling = grouped_sums(region, part * sampling, size)
+    sampling += arms.middle * (centers.light.error - sampling)
     color = np.array([grouped_sums(region, part * row, size) for row in shown])
     color += arms.middle * (center - color)
     round_ = (star & ~plan.shapes.planar[parts.item]).nonzero()[0]
@@ -235,7 +249,7 @@ def _multi_node_means(
         columns(center - color, rows),
         *_node_differences(shown - columns(color, region), offset, parts.half, region, star),
     )
-    return DirectLight(color, deviation)
+    return DirectLight(color, deviation, sampling)
 
 
 def _choose_rule(parts: Subdomains, foreseen: Array, axes: Ints, box: Mask) -> tuple[Mask, Mask]:
@@ -312,26 +326,30 @@ def _node_differences(
     return np.cumsum(star)[own] - 1, columns(away, rows), place
 
 
-def _shade_centroids(plan: Plan, occluders: Occluders, parts: Subdomains) -> _Centroids:
+def _shade_centroids(
+    plan: Plan, occluders: Occluders, parts: Subdomains, allowed: float
+) -> _Centroids:
     """Shade the centroids of m subdomains and predict the errors of the centroid rule."""
     hits, w, t, time = _hits(plan, parts.place, parts.item)
     slant, known = _incidence_cosines(hits, w), parts.known
     if not known.any():
-        light, reach = _shade_with_errors(plan, occluders, hits, w, t, time, parts.half)
+        light, reach = _shade_with_errors(plan, occluders, hits, w, t, time, parts.half, allowed)
         return _Centroids(hits, light, reach, slant)
     rows, same = (~known).nonzero()[0], known.nonzero()[0]
     when = time[rows] if isinstance(time, np.ndarray) else time
     near = hits.take(rows), columns(w, rows), t[rows], when, columns(parts.half, rows)
-    light, far = _shade_with_errors(plan, occluders, *near)
+    light, far = _shade_with_errors(plan, occluders, *near, allowed)
     reach = np.full(known.size, NO_SEARCH_RADIUS)
     reach[rows] = far
     color, deviation = np.empty((3, known.size)), zero_variation(known.size)
+    error = np.empty(known.size)
+    error[rows], error[same] = light.error, parts.sampling
     place(color, rows, light.color)
     place(color, same, parts.color)
     place(deviation, rows, light.deviation)
     place(deviation, same, parts.deviation)
     found = tuple(Pairs(rows[pairs.pixel], pairs.item) for pairs in light.candidates)
-    return _Centroids(hits, DirectLight(color, deviation, found), reach, slant)
+    return _Centroids(hits, DirectLight(color, deviation, error, found), reach, slant)
 
 
 def _shade_with_errors(
@@ -342,6 +360,7 @@ def _shade_with_errors(
     t: Array,
     time: Array | float,
     half: Array,
+    allowed: float,
 ) -> tuple[DirectLight, Array]:
     """Shade hits, with predicted errors of their means over boxes of half extents (3, m).
 
@@ -349,7 +368,7 @@ def _shade_with_errors(
     """
     with np.errstate(over="ignore", invalid="ignore"):  # overflow affects error estimates only
         patch = replace(make_patch(plan, w, t, hits, half), margin=SHADOW_SEARCH_RADIUS)
-    return shade(plan, occluders, hits, time, patch), patch.reach
+    return shade(plan, occluders, hits, time, patch, allowed=allowed), patch.reach
 
 
 def _shade_nodes(
@@ -359,8 +378,9 @@ def _shade_nodes(
     centers: _Centroids,
     spots: Array,
     region: Ints,
-) -> tuple[Array, Array]:
-    """Radiance (3, k) and cosines (k,) at nodes.
+    allowed: float,
+) -> tuple[Array, Array, Array]:
+    """Radiance (3, k) at nodes, its error (k,) and the cosines (k,) there.
 
     spots : (3, k) positions in x, y, t.  region : (k,) subdomain of each.
     """
@@ -373,7 +393,8 @@ def _shade_nodes(
         for light, known in zip(plan.lights, centers.light.candidates, strict=True)
     ]
     candidates = [pairs.of(region, parts.item.size) for pairs in around]
-    return shade_with_candidates(plan, hits, time, candidates), _incidence_cosines(hits, w)
+    light, error = shade_with_candidates(plan, hits, time, candidates, allowed)
+    return light, error, _incidence_cosines(hits, w)
 
 
 def _node_occluders(

@@ -26,6 +26,8 @@ class Cells:
     color : (3, c) mean radiance.  alpha : (c,) mean coverage.
     deviation : (4, 3, c) estimated error of the mean by kind and axis: see `variation`.
     edge : (c,) estimated error of the mean due to the measured shape of its visible regions.
+    sampling : (c,) estimated error of the mean due to light that was estimated by distributed rays
+        or in another way that is not exact; subdivision does not reduce it, more rays do.
     star : (c,) whether the multi-node rule may be used for the cell's regions, or has been where it
         was worth its cost; if false, only the centroid rule is used.
     """
@@ -38,6 +40,7 @@ class Cells:
     alpha: Array
     deviation: Array
     edge: Array
+    sampling: Array
     star: Mask
 
     @classmethod
@@ -46,7 +49,7 @@ class Cells:
         c = pixel.size
         return cls(
             pixel, low, high, share, np.zeros((3, c)), np.zeros(c),
-            zero_variation(c), np.zeros(c), star,
+            zero_variation(c), np.zeros(c), np.zeros(c), star,
         )  # fmt: skip
 
     def take(self, keep: Mask | Ints) -> Cells:
@@ -55,7 +58,7 @@ class Cells:
 
     @property
     def error(self) -> Array:
-        """Contribution of each cell to its pixel's error estimate: (c,)."""
+        """Contribution of each cell to its pixel's error that subdivision reduces: (c,)."""
         total: Array = self.share * (self.deviation.sum(axis=(0, 1)) + self.edge)
         return total
 

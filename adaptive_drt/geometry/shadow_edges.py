@@ -123,10 +123,13 @@ def outline_rates(
     `far`.
 
     Returns with them the steps by axis, (3, m) each: where objects move, the equivalent step of a
-    point that alone moves.
+    point that alone moves. From within a ball of light the light is all around, and has no parallax
+    of its own.
 
     displacement : (3, m) metres over the shutter, of the occluders; None if none of them moves.
     """
+    if light.solid:
+        far = np.where(far <= light.radius, np.inf, far)
     rate = np.abs(1.0 / np.maximum(near, TINY) - 1.0 / far)
     steps = {axis: receivers.step(axis) for axis in receivers.patch.axes}
     if TIME not in steps:

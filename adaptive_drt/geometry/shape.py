@@ -202,6 +202,26 @@ class ShapeSet(ABC):
         across = ball_span(camera, camera.right, camera.up, ends, radius)
         return across, ball_span(camera, camera.up, camera.right, ends, radius)
 
+    def depth_over_pixels(
+        self, index: int, camera: PinholeCamera, x: Array, y: Array
+    ) -> tuple[Array, Array]:
+        """Ray parameters and unit normals of a shape at mid-shutter that fills blocks of pixels.
+
+        Parameters
+        ----------
+        x, y : (1, s, n) and (s, 1, n) pixel coordinates.
+
+        Returns
+        -------
+        depth : (s, s, n).  normal : (3, s, s, n), or an array that broadcasts to it.
+        """
+        shape = np.broadcast_shapes(x.shape, y.shape)
+        w = camera.directions(*(np.broadcast_to(at, shape).ravel() for at in (x, y)))
+        rows = np.full(w.shape[1], index)
+        t = self.intersect(rows, w, 0.0)
+        normal = self.surface(rows, w, t * w, 0.0)[1]
+        return t.reshape(shape), normal.reshape(3, *shape)
+
     def coverage(self, index: Ints, w: Array, camera: PinholeCamera, order: int) -> PixelCoverage:
         """Coverage of m pixels by shapes at mid-shutter; the default follows from bounding spheres.
 

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..detection.detect import SmoothBlockFlags
-from ..geometry.implicit_surface import ImplicitPlane
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.gather import columns
 from ..shading.direct_light import unshadowed_radiance
@@ -160,25 +159,9 @@ def _make_smooth_blocks(
     for last in ends.tolist():
         part = np.s_[..., first:last]
         if last > first and item[first] >= 0:
-            depth[part], normal[part] = _geometry(plan, across[part], up[part], int(item[first]))
+            shapes, index = plan.shapes.locate(int(item[first]))
+            depth[part], normal[part] = shapes.depth_over_pixels(
+                index, plan.lens, across[part], up[part]
+            )
         first = last
     return SmoothBlocks(side, x, y, mean, error, item, depth, normal, moving)
-
-
-def _geometry(plan: Plan, x: Array, y: Array, item: int) -> tuple[Array, Array]:
-    """Depth and normal of an object that fills blocks of pixels; x is (1, s, n) and y (s, 1, n)."""
-    shapes, index = plan.shapes.locate(item)
-    plane = shapes.implicit_surface(np.array([index]))
-    if isinstance(plane, ImplicitPlane):
-        lens, across = plan.lens, plane.normal[:, 0]
-        height = float(across @ plane.point[:, 0])
-        facing = (across @ lens.base + x * (across @ lens.right)) + y * (across @ lens.up)
-        # facing the camera
-        unit = across / np.sqrt(across @ across) * (-1.0 if height > 0.0 else 1.0)
-        return height / facing, unit[:, None, None, None]
-    shape = np.broadcast_shapes(x.shape, y.shape)
-    w = plan.lens.directions(*(np.broadcast_to(at, shape).ravel() for at in (x, y)))
-    items = np.full(w.shape[1], item)
-    t = intersect_pairs(plan, w, items)
-    normal = surface(plan, w, t, items).normal
-    return t.reshape(shape), normal.reshape(3, *shape)

@@ -57,6 +57,7 @@ class FirstPassPixels:
     color : (3, n) radiance at the centres.  alpha : (n,) coverage there.
     deviation : (4, 3, n) predicted errors of the centre as pixel mean, by kind and axis: see
         `variation`.
+    sampling : (n,) estimated errors of light that distributed rays or other estimates cause.
     error : (n,) the sum of those.
     spatial_error : (n,) the sum of those along x and y except steps, which neighbouring centres may
         correct.
@@ -70,6 +71,7 @@ class FirstPassPixels:
     color: Array
     alpha: Array
     deviation: Array
+    sampling: Array
     error: Array
     spatial_error: Array
     mask: Mask
@@ -167,6 +169,8 @@ def _trace_pixels(
     place(color, rows, light.color)
     alpha[rows] = 1.0
     place(deviation, rows, light.deviation)
+    sampling = np.zeros(n)
+    sampling[rows] = light.error
     normal = np.zeros((3, n))
     place(normal, rows, center.hits.normal)
     clock("exact light")
@@ -176,7 +180,7 @@ def _trace_pixels(
     visibility_key = _visibility_keys(plan, np.array([x, y]), center, flags, candidates)
     clock("visibility keys")
     return FirstPassPixels(
-        color, alpha, deviation, deviation.sum(axis=(0, 1)),
+        color, alpha, deviation, sampling, deviation.sum(axis=(0, 1)) + sampling,
         deviation[:STEP_KIND, :2].sum(axis=(0, 1)), flags.mask, flags.silhouette,
         center.item, visibility_key, center.depth, normal, candidates,
     )  # fmt: skip

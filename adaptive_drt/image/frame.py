@@ -14,7 +14,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..cubature.adaptive import InitialCells, RefinedPixels, RefinementTask
+from ..cubature.adaptive import (
+    InitialCells,
+    RefinedPixels,
+    RefinementTask,
+)
 from ..cubature.error_budget import GOAL_GROWTH, MIN_GOAL, Goal, MotionErrors, make_goal
 from ..cubature.evaluate import multi_node_error
 from ..cubature.regions import Cells
@@ -23,6 +27,7 @@ from ..numerics.axes import TIME
 from ..numerics.gather import columns, place
 from ..numerics.vector import rms
 from ..scene.film import FILM_BORDER, Film
+from ..shading.sampled_occlusion import SAMPLING_ERROR_SHARE
 from ..shading.variation import STEP_KIND, steps_after_shutter, zero_variation
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs
@@ -107,7 +112,7 @@ class Frame:
         self._unwritten_rows = np.zeros(self.height, dtype=np.bool_)
         n = self.width * self.height
         self.color, self.alpha = np.zeros((3, n)), np.zeros(n)
-        self.deviation = zero_variation(n)
+        self.deviation, self.sampling = zero_variation(n), np.zeros(n)
         self.mask = np.zeros((3, n), dtype=np.bool_)
         self.outline = np.zeros(n, dtype=np.bool_)
         self.item = np.full(n, -1)
@@ -132,7 +137,8 @@ class Frame:
         """Enter pixels that the first pass has traced, given their coordinates (n,)."""
         index = self.pixel_indices(x, y)
         for name in (
-            "color", "alpha", "deviation", "error", "mask", "outline", "item", "visibility_key",
+            "color", "alpha", "deviation", "sampling", "error", "mask", "outline", "item",
+            "visibility_key",
         ):  # fmt: skip
             place(getattr(self, name), index, getattr(pixels, name))
         self._spatial_error[index] = pixels.spatial_error
@@ -213,6 +219,7 @@ class Frame:
             self._corrected = index
             self._change = middles.correct(index, self.plan.threads)
             self.error[index] = columns(self.deviation, index, -1).sum(axis=(0, 1))
+            self.error[index] += self.sampling[index]
 
     def goal(self, rows: Mask, found: tuple[Ints, Array] | None = None) -> Goal:
         """Find the error goal from some rows of pixels.
@@ -259,7 +266,7 @@ class Frame:
         rows = ((starred > least) & ~self._multi_node[index]).nonzero()[0]
         more = index[rows]
         left = multi_node_error(columns(self.deviation, more, -1), np.full(more.size, 2))
-        starred[rows] = left + self._shape_error[more]
+        starred[rows] = left + self._shape_error[more] + self.sampling[more]
         return starred
 
     def outline_pixels(self, rows: Mask | None = None) -> Ints:
@@ -387,11 +394,13 @@ class Frame:
         else:
             deviation[:, :2] = 0.0
         half[2] = np.where(self.mask[1, part], 0.5, 0.0)
-        blank = self._unknown[part]
+        # what distributed rays leave is reduced by more of them
+        blank = self._unknown[part] | (self.sampling[part] > SAMPLING_ERROR_SHARE * goal.error)
         star = self._multi_node[part] | (blank & (goal.error < MULTI_NODE_GOAL * goal.contrast))
         cells = Cells(
             np.arange(part.size), middle - half, middle + half, np.ones(part.size),
-            columns(self.color, part), self.alpha[part], deviation, self._shape_error[part], star,
+            columns(self.color, part), self.alpha[part], deviation, self._shape_error[part],
+            self.sampling[part], star,
         )  # fmt: skip
         return RefinementTask(
             cells, blank, self.item[part], self.outline[part], self._candidates_of(part), goal,
@@ -404,6 +413,7 @@ class Frame:
         place(self.color, rows, cells.color)
         place(self.deviation, rows, cells.deviation)
         self.alpha[rows], self._shape_error[rows] = cells.alpha, cells.edge
+        self.sampling[rows] = cells.sampling
         self._multi_node[rows], self.regions_shaded[rows] = cells.star, True
         self.error[rows] = shaded.error
         self._write_pixels(rows)

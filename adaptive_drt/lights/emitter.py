@@ -18,7 +18,26 @@ from ..scene.description import Light, Motion
 from .bounds import LightBounds
 from .coplanarity import planes_through_ball
 
-__all__ = ["Emitter", "LightMotion", "column"]
+__all__ = ["Emitter", "LightContact", "LightMotion", "column"]
+
+
+@dataclass(frozen=True)
+class LightContact:
+    """Where n shaded points are relative to the surface of a light that may pass through them.
+
+    Attributes
+    ----------
+    gap : (n,) metres from that surface, or from the plane of a flat light; negative within the
+        light or behind it.
+    away : (3, n) unit vectors in which the gap grows.
+    clearance : (n,) metres to the nearest point of the light.
+    step : (n,) by how much the irradiance factor jumps where a point passes through the surface.
+    """
+
+    gap: Array
+    away: Array
+    clearance: Array
+    step: Array
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,12 +59,15 @@ class Emitter(LightBounds, ABC):
     casts_shadow : whether occluders hide it.
     coplanar : (objects,) which objects are planar and lie in the light's plane, so that they
         cannot occlude it; None if there are none.
+    touched : (objects,) whose surfaces the light may reach or pass through during the shutter;
+        None if there are none.
     """
 
     name: str
     power: Array
     casts_shadow: bool = True
     coplanar: Mask | None = None
+    touched: Mask | None = None
 
     # --- distance -------------------------------------------------------------------------
 
@@ -198,6 +220,14 @@ class Emitter(LightBounds, ABC):
         radius = np.where(np.asarray(bend) > 0.0, 1.0 / safe, 0.0)
         tilt: Array = turn * (np.sqrt(dot(to, to)) + self.radius + radius)
         return tilt
+
+    def contact(self, to: Array, normal: Array) -> LightContact | None:
+        """Return where points are relative to the light's surface; None if it has no fixed one.
+
+        On the surface itself half of all directions are lit: those beyond the light's tangent
+        plane, whose irradiance is pi (1 + cosine) / 2 by the cosine of the normals of both.
+        """
+        return None
 
     # --- radiometry -----------------------------------------------------------------------
 

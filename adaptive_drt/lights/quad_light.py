@@ -16,7 +16,7 @@ from ..numerics.floats import TINY
 from ..numerics.vector import cross, dot
 from ..scene.description import QuadLight
 from .coplanarity import faces_in_plane
-from .emitter import Emitter, LightMotion, column
+from .emitter import Emitter, LightContact, LightMotion, column
 from .form_factor import QUAD_CORNERS, parallelogram_factor
 from .point_light import reduced_to_point
 
@@ -81,11 +81,16 @@ class QuadEmitter(Emitter):
 
         They are exact for a rectangle; for a sheared quad, not quite from the nearest point.
         """
-        away = -self.to_center(point, time)
+        away = self._from_nearest(self.to_center(point, time))
+        return away, np.sqrt(dot(away, away))
+
+    def _from_nearest(self, to: Array) -> Array:
+        """Vectors (3, n) metres from the light's nearest points, as `falloff_offset` finds them."""
+        away = -to
         for half in (self.span.half_u, self.span.half_v):
             part = np.clip(dot(away, half) / dot(half, half), -1.0, 1.0)
             away = away - part * half
-        return away, np.sqrt(dot(away, away))
+        return away
 
     def coplanar_faces(self, faces: PlanarFaces, origin: Array) -> Mask:
         """Which planar shapes have all their vertices near the light's plane: (n,)."""
@@ -157,6 +162,13 @@ class QuadEmitter(Emitter):
         low -= np.abs(dot(normal, self.span.half_v))
         whole: Mask = (low > tilt) & (self.height_above(to, point) > reach)
         return whole
+
+    def contact(self, to: Array, normal: Array) -> LightContact:
+        """Return where points are relative to the light's plane; from behind it sends nothing."""
+        away = self.span.normal + np.zeros_like(to)
+        offset = self._from_nearest(to)
+        step = 0.5 * np.pi * (1.0 - dot(normal, away))
+        return LightContact(-dot(away, to), away, np.sqrt(dot(offset, offset)), step)
 
     def irradiance_factor(self, to: Array, point: Array, normal: Array) -> Array:
         """Irradiance over the radiance, (n,) in sr, 0 from behind.

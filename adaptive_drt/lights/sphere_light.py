@@ -14,7 +14,7 @@ from ..numerics.floats import TINY
 from ..numerics.vector import dot
 from ..scene.description import SphereLight
 from .bounds import LightBounds, ball_cone
-from .emitter import LightMotion
+from .emitter import LightContact, LightMotion
 from .form_factor import cap_factor
 from .round_light import RoundEmitter, cone_directions
 
@@ -55,6 +55,13 @@ class SphereEmitter(RoundEmitter):
         axis = to / np.sqrt(square)
         near = np.maximum(1.0 - self.radius**2 / square, 0.0)
         return LightPlane(-axis, to * near, np.full(to.shape[1], self.radius))
+
+    def contact(self, to: Array, normal: Array) -> LightContact:
+        """Return where points are relative to the ball; from within it fills the hemisphere."""
+        distance = np.sqrt(dot(to, to))
+        away = -to / np.maximum(distance, TINY)
+        gap = distance - self.radius
+        return LightContact(gap, away, np.abs(gap), 0.5 * np.pi * (1.0 + dot(normal, away)))
 
     def irradiance_factor(self, to: Array, point: Array, normal: Array) -> Array:
         """Irradiance over the radiance, (n,) in sr, seen at half angle t: pi from within.

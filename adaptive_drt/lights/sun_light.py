@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..geometry.polygon.shape import ParallelogramSet
+from ..geometry.planar_faces import PlanarFaces
 from ..numerics.arrays import Array, Mask
 from ..numerics.vector import dot
 from ..scene.description import SunLight
@@ -63,9 +63,9 @@ class _DistantEmitter(Emitter):
         """Return the light itself, which all points see in the same directions."""
         return self
 
-    def coplanar_quads(self, quads: ParallelogramSet, origin: Array) -> Mask:
-        """Which quads lie in the light's plane: none (n,)."""
-        return np.zeros(quads.corner.shape[1], dtype=np.bool_)
+    def coplanar_faces(self, faces: PlanarFaces, origin: Array) -> Mask:
+        """Which planar shapes lie in the light's plane: none (n,)."""
+        return np.zeros(faces.size.size, dtype=np.bool_)
 
 
 @dataclass(frozen=True, kw_only=True)

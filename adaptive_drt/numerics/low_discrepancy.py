@@ -16,7 +16,13 @@ from numpy.typing import NDArray
 
 from .arrays import Array, Ints
 
-__all__ = ["generalized_golden_ratio", "hashed_shifts", "low_discrepancy_points", "splitmix64"]
+__all__ = [
+    "generalized_golden_ratio",
+    "hashed_shifts",
+    "low_discrepancy_points",
+    "sequence_points",
+    "splitmix64",
+]
 
 
 TWO_TO_MINUS_53 = 2.0**-53
@@ -60,6 +66,21 @@ def low_discrepancy_points(
         moved = base[k] + hashed_shifts(seed, pixel, stream, k)[:, None]
         moved -= np.floor(moved)
         out.append(moved)
+    return out
+
+
+def sequence_points(seed: int, first: int, end: int, dimensions: int) -> list[Array]:
+    """Points `first` to `end` - 1 of a Kronecker sequence in the unit cube: (end - first,) each.
+
+    Its generators are Roberts'; unlike the points of `low_discrepancy_points`, those of a shorter
+    sequence are the first ones of a longer sequence.
+    """
+    index = np.arange(first, end, dtype=np.float64)
+    root, origin = generalized_golden_ratio(dimensions), np.zeros(1, dtype=np.int64)
+    out = []
+    for k in range(dimensions):
+        moved = index * root ** -(k + 1.0) % 1.0 + hashed_shifts(seed, origin, 0, k)
+        out.append(moved - np.floor(moved))
     return out
 
 

@@ -18,6 +18,7 @@ from ..detection.occlusion import LightVisibility, classify_light_visibility
 from ..geometry.patch import Patch
 from ..lights.emitter import Emitter
 from ..numerics.arrays import Array, Ints, Mask
+from ..numerics.floats import TINY
 from ..numerics.gather import columns
 from ..numerics.vector import rms
 from ..parallel.call_progress import iterate_with_progress, progress_range
@@ -26,6 +27,7 @@ from ..tracing.intersect import Pairs, Surface
 from ..tracing.occluder_culling import Occluders
 from .partial_occlusion import apply_occluders
 from .ratio_estimator import unoccluded_factor
+from .sampled_occlusion import SAMPLING_ERROR_SHARE
 from .unoccluded_variation import unoccluded_deviations
 from .variation import KINK_KIND, SMOOTH_KIND, shadow_variation, zero_variation
 
@@ -59,11 +61,14 @@ class DirectLight:
     color : (3, n) radiance.
     deviation : (4, 3, n) estimated deviations from the mean over each patch by kind (see
     `variation`) and axis x, y and t, root mean square over the channels.
+    error : (n,) estimated error of the radiance itself, where the light that occluders hide in part
+    has no closed form; RMS over the channels, summed over the lights.
     candidates : for each light, the candidate occluders for the whole patches.
     """
 
     color: Array
     deviation: Array
+    error: Array
     candidates: tuple[Pairs, ...] = ()
 
 
@@ -74,6 +79,7 @@ def shade(
     time: Array | float,
     patch: Patch,
     known: Sequence[tuple[LightVisibility, Pairs]] | None = None,
+    allowed: float | None = None,
 ) -> DirectLight:
     """Direct light at n points, and estimates of its deviation from the mean over their patches.
 
@@ -82,9 +88,11 @@ def shade(
     surface : n points.  time : shutter times, a number or (n,).  patch : of each point.
     known : for each light its shadow at the points, and the candidate occluders for the whole
     patches, if known already.
+    allowed : radiance error that distributed rays may have at a point before more are used; None
+    for `SAMPLING_ERROR_SHARE` of the tolerance, relative to the point's own light.
     """
     brdf = diffuse_brdf(plan, surface.item)
-    spread = zero_variation(surface.item.size)
+    spread, error = zero_variation(surface.item.size), np.zeros(surface.item.size)
     factors, candidates = [], []
     for index, light in enumerate(iterate_with_progress(plan.lights)):
         plan.go_on()
@@ -101,31 +109,47 @@ def shade(
         with progress_range(2.0 * SHADOW_STEP, VARIATION_END):
             varies = _variation(plan, surface, light, time, patch, shadow, pairs, whole)
         with progress_range(VARIATION_END, 1.0):
-            factors.append(_shadowed_factors(plan, surface, light, time, shadow, whole))
-        weight = brdf * light.power[:, None]
+            weight = rms(brdf * light.power[:, None])
+            most = _allowed_error(plan, whole, weight, allowed)
+            seen, off = _shadowed_factors(plan, surface, light, time, shadow, whole, most)
+        factors.append(seen)
         with np.errstate(over="ignore", invalid="ignore"):
-            spread += rms(weight) * varies
+            spread += weight * varies
+            error += weight * off
     # an estimate that overflows counts as a large one
     spread = np.minimum(np.nan_to_num(spread, copy=False, nan=0.0), MAX_DEVIATION)
     color = irradiance(plan.lights, factors, surface.item.size) * brdf
-    return DirectLight(color, spread, tuple(candidates))
+    return DirectLight(color, spread, np.minimum(error, MAX_DEVIATION), tuple(candidates))
 
 
 def shade_with_candidates(
-    plan: Plan, surface: Surface, time: Array | float, candidates: Sequence[Pairs]
-) -> Array:
+    plan: Plan,
+    surface: Surface,
+    time: Array | float,
+    candidates: Sequence[Pairs],
+    allowed: float | None = None,
+) -> tuple[Array, Array]:
     """Direct light (3, n) at n points whose candidate occluders are known, for each light.
 
-    time : shutter times, a number or (n,).
+    Returns with it the error (n,) of the light itself: see `DirectLight`.
+
+    time : shutter times, a number or (n,).  allowed : as that of `shade`.
     """
-    factors = []
+    factors, error = [], np.zeros(surface.item.size)
+    brdf = diffuse_brdf(plan, surface.item)
     for light, pairs in iterate_with_progress(tuple(zip(plan.lights, candidates, strict=True))):
         with progress_range(0.0, VARIATION_END):
             shadow = classify_light_visibility(plan, surface, plan.shadow_light(light), pairs, time)
         whole = _unoccluded_factors(plan, surface, light, time)
         with progress_range(VARIATION_END, 1.0):
-            factors.append(_shadowed_factors(plan, surface, light, time, shadow, whole))
-    return irradiance(plan.lights, factors, surface.item.size) * diffuse_brdf(plan, surface.item)
+            weight = rms(brdf * light.power[:, None])
+            most = _allowed_error(plan, whole, weight, allowed)
+            seen, off = _shadowed_factors(plan, surface, light, time, shadow, whole, most)
+        factors.append(seen)
+        with np.errstate(over="ignore"):
+            error += weight * off
+    color = irradiance(plan.lights, factors, surface.item.size) * brdf
+    return color, np.minimum(error, MAX_DEVIATION)
 
 
 def unshadowed_radiance(
@@ -178,15 +202,32 @@ def _shadowed_factors(
     time: Array | float,
     shadow: LightVisibility,
     whole: Array,
-) -> Array:
-    """Irradiance factors (n,) of a light with shadows; `whole` holds those without."""
+    allowed: Array,
+) -> tuple[Array, Array]:
+    """Irradiance factors (n,) of a light with shadows, and their errors (n,).
+
+    whole : factors without shadows.  allowed : (n,) see `apply_occluders`.
+    """
+    error = np.zeros_like(whole)
     if not light.casts_shadow:
-        return whole
+        return whole, error
     factor = np.where(shadow.blocked, 0.0, whole)
     if plan.shadow_light(light).extended:
         live = shadow.pairs.take(factor[shadow.pairs.pixel] > 0.0)
-        apply_occluders(plan, surface, light, live, time, factor)
-    return factor
+        apply_occluders(plan, surface, light, live, time, factor, error, allowed)
+    return factor, error
+
+
+def _allowed_error(plan: Plan, whole: Array, weight: Array, allowed: float | None) -> Array:
+    """Errors (n,) that a light's irradiance factors may have by distributed rays.
+
+    whole : (n,) factors without shadows.  weight : (n,) radiance for a factor of 1.
+    """
+    if allowed is None:
+        return SAMPLING_ERROR_SHARE * plan.settings.tolerance * whole
+    with np.errstate(over="ignore"):
+        share: Array = allowed / (len(plan.lights) * np.maximum(weight, TINY))
+    return share
 
 
 def _variation(

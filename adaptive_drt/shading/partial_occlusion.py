@@ -17,12 +17,11 @@ from ..lights.emitter import Emitter
 from ..lights.occluded_form_factor import visible_factor
 from ..numerics.arrays import Array, Ints
 from ..numerics.gather import columns
-from ..numerics.low_discrepancy import low_discrepancy_points
 from ..parallel.call_progress import progress_range, report_progress
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs, Surface
 from .nested_occluders import find_nested
-from .ratio_estimator import gather_light
+from .sampled_occlusion import sampled_factors
 
 __all__ = ["apply_occluders"]
 
@@ -30,12 +29,13 @@ __all__ = ["apply_occluders"]
 NESTED_WORK = 0.3
 """Fraction of the work on partly hidden lights, for the progress bar, that finding nested outlines
 takes."""
-SHARED_LIGHT_RAYS = 1_024
-"""Number of rays to a light where no closed form is known."""
+POLYGON_REFINEMENT_GAIN = 3.0
+"""Least ratio of the difference between the results of polygons with half as many corners and with
+all, and the error of the latter. A polygon of N corners is off by some N^-2 where another outline
+crosses it, which gives 3, and by N^-4 where none does, which gives 15."""
 
 SECTION_CORNERS = 48
-"""Number of corners of the polygon that replaces an occluder that is cut by a light's plane. The
-remaining error is of fourth order in its reciprocal: some 1e-6 of the light."""
+"""Number of corners of the polygon that replaces an occluder that is cut by a light's plane."""
 
 
 def apply_occluders(
@@ -45,6 +45,8 @@ def apply_occluders(
     pairs: Pairs,
     time: Array | float,
     factor: Array,
+    error: Array,
+    allowed: Array,
 ) -> None:
     """Replace irradiance factors (n,), in place, where the occluders `pairs` hide the light in
     part.
@@ -52,6 +54,8 @@ def apply_occluders(
     Parameters
     ----------
     factor : unoccluded irradiance factors; changed at all points that have a pair.
+    error : (n,) changed in place there: estimated errors of the new factors, 0 for closed forms.
+    allowed : (n,) errors up to which distributed rays are not refined.
     time : shutter times, a number or (n,).
     """
     some = np.zeros(factor.size, dtype=np.bool_)
@@ -59,8 +63,8 @@ def apply_occluders(
     rows = some.nonzero()[0]
     if rows.size:
         part = Pairs((some.cumsum() - 1)[pairs.pixel], pairs.item)
-        factor[rows] = _occluded_factors(
-            plan, surface.take(rows), light, part, _times_at(time, rows)
+        factor[rows], error[rows] = _occluded_factors(
+            plan, surface.take(rows), light, part, _times_at(time, rows), allowed[rows]
         )
 
 
@@ -70,11 +74,16 @@ def _times_at(time: Array | float, rows: Ints) -> Array | float:
 
 
 def _occluded_factors(
-    plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, time: Array | float
-) -> Array:
-    """Factors (n,) of points that all have a pair that may hide part of the light."""
+    plan: Plan,
+    surface: Surface,
+    light: Emitter,
+    pairs: Pairs,
+    time: Array | float,
+    allowed: Array,
+) -> tuple[Array, Array]:
+    """Factors and errors (n,) of points that all have a pair that may hide part of the light."""
     count = surface.item.size
-    factor = np.zeros(count)
+    factor, error = np.zeros((2, count))
     kind = _outline_kinds(plan, surface, light, pairs, _times_at(time, pairs.pixel))
     rays = np.zeros(count, dtype=np.bool_)
     rays[pairs.pixel[kind == RAYS]] = True
@@ -97,30 +106,42 @@ def _occluded_factors(
         rows = (key == group).nonzero()[0]
         done += float(work[rows].sum())
         if group < 0:
-            factor[rows] = _ray_traced_factors(plan, surface, light, pairs, time, rows)
+            factor[rows], error[rows] = sampled_factors(
+                plan,
+                surface.take(rows),
+                light,
+                pairs.of(rows, count),
+                _times_at(time, rows),
+                allowed[rows],
+            )
             continue
         number = np.full(count, -1)
         number[rows] = np.arange(rows.size)
         mine = (number[chosen.pixel] >= 0).nonzero()[0]
         own = Pairs(number[chosen.pixel[mine]], chosen.item[mine])
         part = surface.take(rows)
-        factor[rows] = _closed_form_factors(
+        factor[rows], error[rows] = _closed_form_factors(
             plan, part, light, own, kind[mine], _times_at(time, rows)
         )
-    return factor
+    return factor, error
 
 
 def _closed_form_factors(
     plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, kind: Ints, time: Array | float
-) -> Array:
-    """Factors (n,) in closed form, of points with equally many occluders of each treatment."""
+) -> tuple[Array, Array]:
+    """Factors (n,) in closed form, of points with equally many occluders of each treatment.
+
+    Returns with them their errors (n,): those of the polygons that stand for spheres cut by the
+    light's plane, 0 where there is none.
+    """
     n = surface.item.size
     when = time if isinstance(time, np.ndarray) else np.full(n, time)
     to = light.to_center(surface.point, time)
     plane, point = light.plane(to), surface.point[:, None]
     centers, radii = [np.zeros((0, 3, n))], [np.zeros((0, n))]
     polygons: list[Array] = []
-    sections: list[Array] = []
+    # parts of the light's plane that cut occluders hide, by fine and by rough polygons
+    sections: tuple[list[Array], list[Array]] = [], []
     for shapes, rows, index in plan.shapes.groups(pairs.item):
         own = kind[rows]
         circle, flat, cut = (index[own == one].reshape(n, -1).T for one in HIDDEN_PART_KINDS)
@@ -132,10 +153,18 @@ def _closed_form_factors(
             corners = np.array(shapes.polygonal_outline(flat, point, when))
             polygons.append(clip_polygons(plane, corners.transpose(2, 0, 1, 3)))
         if cut.size:
-            sections.append(shapes.outline_in_plane(cut, point, when, plane, SECTION_CORNERS))
-    circles = np.concatenate(centers), np.concatenate(radii)
-    hidden = concatenate_polygons([*polygons, *sections], n)
-    return visible_factor(light.silhouette(to), surface.normal, circles, hidden)
+            for part, number in zip(sections, (SECTION_CORNERS, SECTION_CORNERS // 2), strict=True):
+                part.append(shapes.outline_in_plane(cut, point, when, plane, number))
+    circles, outline = (np.concatenate(centers), np.concatenate(radii)), light.silhouette(to)
+
+    def visible(part: list[Array]) -> Array:
+        hidden = concatenate_polygons([*polygons, *part], n)
+        return visible_factor(outline, surface.normal, circles, hidden)
+
+    factor = visible(sections[0])
+    if not sections[0]:
+        return factor, np.zeros(n)
+    return factor, np.abs(visible(sections[1]) - factor) / POLYGON_REFINEMENT_GAIN
 
 
 def _group_keys(plan: Plan, pairs: Pairs, kind: Ints, count: int) -> Ints:
@@ -160,19 +189,3 @@ def _outline_kinds(
         point, when = columns(surface.point, pixel), _times_at(time, rows)
         kind[rows] = shapes.outline_kind(index, point, own, light, when)
     return kind
-
-
-def _ray_traced_factors(
-    plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, time: Array | float, rows: Ints
-) -> Array:
-    """Factors of the points `rows` by distributed rays, with the same points of the light for
-    all."""
-    number = np.full(surface.item.size, -1)
-    number[rows] = np.arange(rows.size)
-    own = pairs.take(number[pairs.pixel] >= 0)
-    own = Pairs(number[own.pixel], own.item)
-    same = np.zeros(1, dtype=np.int64)
-    a, b = low_discrepancy_points(plan.settings.seed, same, 0, SHARED_LIGHT_RAYS, 2)
-    spots = np.repeat(a, rows.size, axis=0), np.repeat(b, rows.size, axis=0)
-    when = time[rows][:, None] if isinstance(time, np.ndarray) else time
-    return gather_light(plan, surface.take(rows), light, own, spots, when).estimate()

@@ -11,14 +11,22 @@ from __future__ import annotations
 import numpy as np
 
 from ..geometry.patch import Patch
-from ..lights.emitter import Emitter
+from ..geometry.shadow_edges import MARGIN_WEIGHT
+from ..lights.emitter import Emitter, LightContact
 from ..numerics.arrays import Array, Ints
 from ..numerics.axes import TIME
 from ..numerics.floats import TINY
 from ..numerics.gather import columns
 from ..numerics.vector import dot
 from ..tracing.intersect import Surface
-from .variation import KINK_KIND, ROOT_KIND, SMOOTH_KIND, zero_variation
+from .variation import (
+    KINK_KIND,
+    ROOT_KIND,
+    SMOOTH_KIND,
+    STEP_COEFFICIENT,
+    STEP_KIND,
+    zero_variation,
+)
 
 __all__ = ["unoccluded_deviations"]
 
@@ -49,6 +57,12 @@ HORIZON_COEFFICIENT = 1.0 / 12.0
 """Deviation where a light crosses the horizon of the surface, as a fraction of the largest
 irradiance factor times either the squared turn over the light's half angle (the slope then changes
 over twice that angle), or the turn, if that is larger and causes a kink."""
+GRAZING_COEFFICIENT = 2.0**0.5 / 12.0
+"""Deviation beside a ball of light, as a fraction of the squared half extent over gap^(3/2)
+radius^(1/2): a sixth of the second derivative of 2 (2 gap / radius)^(1/2)."""
+GRAZING_EXTENTS = 8.0
+"""Distance from a ball of light, in half extents of the patch, up to which that is considered;
+farther away the falloff with the distance is more."""
 LIMB_RATIO = 0.3
 """Ratio of half a patch's extent and twice its distance from the limb of a sphere (0.5: the patch
 reaches the limb), from which the normal, which turns with a square root there, is not well
@@ -74,10 +88,12 @@ def unoccluded_deviations(
     result = zero_variation(factor.size)
     clear = np.maximum(distance - light.radius, 0.25 * distance)
     moves, turns = np.zeros((3, factor.size)), np.zeros((3, factor.size))
+    relative = {}
     for axis in patch.axes:
         step = patch.steps[axis]
         if axis == TIME and light.displacement is not None:
             step = step - light.displacement * patch.half_time
+        relative[axis] = step
         moves[axis] = np.sqrt(dot(step, step)) / clear
         turns[axis] = patch.surface_steps[axis] * patch.curvature
     bent, turns = turns, turns + moves
@@ -93,7 +109,68 @@ def unoccluded_deviations(
     _add_plane_crossing(result, sine, half, most, turns)
     if front is not None:
         _add_plane_crossing(result, front, np.zeros_like(half), np.minimum(head_on, np.pi), moves)
+    if light.touched is not None:
+        rows = light.touched[surface.item].nonzero()[0]
+        part = columns(result, rows, -1)
+        steps = {axis: columns(step, rows) for axis, step in relative.items()}
+        _add_contact(
+            part, light, columns(to, rows), columns(surface.normal, rows), steps, patch.margin
+        )
+        result[..., rows] = part
     return result
+
+
+def _add_contact(
+    result: Array, light: Emitter, to: Array, normal: Array, steps: dict[int, Array], margin: float
+) -> None:
+    """Add deviations where the surface of the light itself passes through patches, in place.
+
+    Parameters
+    ----------
+    steps : (3, n) metres, motion of the points relative to the light over half the patch, by axis.
+    margin : see `Patch`.
+    """
+    contact = light.contact(to, normal)
+    if contact is None:
+        return
+    shifts, reach = np.zeros((3, contact.gap.size)), np.zeros(contact.gap.size)
+    for axis, step in steps.items():
+        shifts[axis] = np.abs(dot(step, contact.away))
+        reach += np.sqrt(dot(step, step))
+    across = shifts.sum(axis=0)
+    if light.solid:
+        # the light fills the hemispheres of all points within: pi, whatever the patch
+        result[..., contact.gap < -margin * across] = 0.0
+    beside = (contact.clearance <= margin * reach).nonzero()[0]
+    for kind in (SMOOTH_KIND, ROOT_KIND):
+        # the light is as near as the patch is wide: nothing is smooth there
+        result[KINK_KIND][:, beside] += columns(result[kind], beside)
+        result[kind][:, beside] = 0.0
+    rows = beside[(np.abs(contact.gap) <= margin * across)[beside] & (across > 0.0)[beside]]
+    inner = (np.abs(contact.gap) <= across) & (contact.clearance <= reach)
+    weight = STEP_COEFFICIENT * contact.step * np.where(inner, 1.0, MARGIN_WEIGHT)
+    square = columns(shifts, rows) ** 2
+    result[STEP_KIND][:, rows] += weight[rows] * square / square.sum(axis=0)
+    if light.solid:
+        _add_grazing(result, contact, shifts, across, light.radius)
+
+
+def _add_grazing(
+    result: Array, contact: LightContact, shifts: Array, across: Array, radius: float
+) -> None:
+    """Add deviations beside a ball of light, whose half angle falls from a right one as a root.
+
+    The irradiance factor falls by some 2 sin (2 gap / radius)^(1/2) there, where sin is the sine
+    between both normals: the second derivative gives the deviation, and a gap no less than the
+    extent.
+    """
+    rows = ((contact.gap > 0.0) & (contact.gap < GRAZING_EXTENTS * across)).nonzero()[0]
+    if not rows.size:
+        return
+    square, gap = columns(shifts, rows) ** 2, np.maximum(contact.gap, across)[rows]
+    cosine = 2.0 * contact.step[rows] / np.pi - 1.0
+    sine = np.sqrt(np.maximum(1.0 - cosine * cosine, 0.0))
+    result[KINK_KIND][:, rows] += GRAZING_COEFFICIENT * sine * square / (gap**1.5 * radius**0.5)
 
 
 def _add_falloff(result: Array, size: Array, near: Array, sine: Array) -> None:

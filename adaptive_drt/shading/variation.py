@@ -29,6 +29,7 @@ __all__ = [
     "KINK_KIND",
     "ROOT_KIND",
     "SMOOTH_KIND",
+    "STEP_COEFFICIENT",
     "STEP_KIND",
     "pair_receivers",
     "shadow_variation",

@@ -15,13 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..geometry.camera import PinholeCamera, make_pinhole_camera
-from ..geometry.polygon.shape import ParallelogramSet
 from ..geometry.registry import SHAPES, kind_of
 from ..geometry.shape_table import ShapeTable
-from ..geometry.sphere.shape import SphereSet
 from ..lights.emitter import Emitter, LightMotion
 from ..lights.registry import make_emitter
 from ..numerics.arrays import Array
+from ..numerics.vector import dot
 from ..parallel.cancellation import RenderCancelled
 from ..scene.description import Motion, Scene, ShapeBatch, ShapeRecord
 from ..scene.settings import Settings
@@ -95,25 +94,6 @@ class Plan:
             raise RenderCancelled
 
     @property
-    def spheres(self) -> SphereSet:
-        """The spheres."""
-        found = self.shapes.sets[0]
-        assert isinstance(found, SphereSet)
-        return found
-
-    @property
-    def quads(self) -> ParallelogramSet:
-        """The parallelograms."""
-        found = self.shapes.sets[1]
-        assert isinstance(found, ParallelogramSet)
-        return found
-
-    @property
-    def sphere_count(self) -> int:
-        """Number of spheres."""
-        return self.spheres.radius.size
-
-    @property
     def object_count(self) -> int:
         """Number of objects."""
         return self.color.shape[1]
@@ -185,7 +165,10 @@ def make_plan(scene: Scene, settings: Settings) -> Plan:
         shapes=table,
         color=_colors(shapes),
         moves=moves,
-        lights=tuple(_with_coplanar_faces(light, table, origin) for light in lights),
+        lights=tuple(
+            _with_touched_shapes(_with_coplanar_faces(light, table, origin), table)
+            for light in lights
+        ),
         background=np.array(scene.background, dtype=np.float64),
         transparent=scene.transparent,
         penumbra=penumbra,
@@ -283,6 +266,26 @@ def _make_emitters(
         else:
             skipped.append({"what": light.name, "why": "the light has no power"})
     return tuple(kept)
+
+
+def _with_touched_shapes(light: Emitter, table: ShapeTable) -> Emitter:
+    """The light, which then knows which shapes it may reach into, by balls and planes."""
+    parts = []
+    for shapes in table.sets:
+        center, radius = shapes.bounding_spheres
+        sweep = np.full(shapes.count, light.swept_radius - light.radius)
+        d = shapes.displacement
+        if d is not None:
+            sweep += 0.5 * np.sqrt(dot(d, d))
+        gap = light.to_center(center)
+        touched = np.sqrt(dot(gap, gap)) <= radius + light.radius + sweep
+        faces = shapes.faces
+        if faces is not None:
+            height = np.abs(dot(faces.normal, light.center - faces.vertices[0]))
+            touched &= height <= light.extent(faces.normal) + sweep
+        parts.append(touched)
+    found = np.concatenate(parts)
+    return replace(light, touched=found) if found.any() else light
 
 
 def _with_coplanar_faces(light: Emitter, table: ShapeTable, origin: Array) -> Emitter:

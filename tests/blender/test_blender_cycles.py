@@ -91,7 +91,9 @@ SCENES = {
 
 
 CASES = [
-    pytest.param(kind, method, marks=() if kind == "area" else pytest.mark.slow)
+    pytest.param(
+        kind, method, marks=() if (kind, method) == ("area", "EXACT") else pytest.mark.slow
+    )
     for method in ("RAYS", "EXACT")
     for kind in SCENES
     # rays do not average over a pixel in a penumbra: 1.1 % where that is all around a cube

@@ -23,6 +23,7 @@ from adaptive_drt.tracing.compile import make_plan
 from adaptive_drt.tracing.intersect import Pairs, Surface
 from adaptive_drt.tracing.occluder_culling import Occluders
 from random_scenes import look_at
+from shape_sets import spheres_of
 
 POINTS = 40
 """Places, spots of the light and times tried for each pair."""
@@ -99,7 +100,7 @@ def test_patches_are_judged_as_all_their_points_are(kind):
         pairs = Pairs(pixel, item)
         none, full = classify_patches(plan, Occluders(plan), surface, light, pairs, reach)
         assert not (none & full).any()
-        quads = item >= plan.sphere_count
+        quads = item >= spheres_of(plan).count
         assert not (none | full)[quads].any(), "of quads nothing is sure"
         told += [none.sum(), full.sum(), (~none & ~full & ~quads).sum()]
         for k in np.flatnonzero(none | full):
@@ -107,9 +108,9 @@ def test_patches_are_judged_as_all_their_points_are(kind):
             away = rng.normal(size=(3, POINTS))
             away *= reach[pixel[k]] * rng.uniform(size=POINTS) / np.linalg.norm(away, axis=0)
             start = point[:, pixel[k], None] + away
-            center = plan.spheres.moved(np.full(POINTS, item[k]), time)
+            center = spheres_of(plan).moved(np.full(POINTS, item[k]), time)
             end = spots(rng, light, start, time)
-            cut = hidden(start, end, center, plan.spheres.radius[item[k]])
+            cut = hidden(start, end, center, spheres_of(plan).radius[item[k]])
             # a quad light shines to its front only
             lit = ((start - end) * light.span.normal).sum(axis=0) > 0.0 if kind == "quad" else True
             assert np.all((cut == full[k]) | ~np.asarray(lit)), f"seed {seed}, {kind}, pair {k}"

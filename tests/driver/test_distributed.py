@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from adaptive_drt.distributed import DistributedRender, Resolver
 from adaptive_drt.render import render, render_image
 from adaptive_drt.scene.description import (
     Material,
@@ -16,7 +17,10 @@ from adaptive_drt.scene.description import (
     Scene,
     Sphere,
 )
+from adaptive_drt.scene.film import Film
 from adaptive_drt.scene.settings import Settings
+from adaptive_drt.tracing.occluder_culling import Occluders
+from detected import detected
 from random_scenes import look_at, random_scene
 
 RAYS = {"method": "RAYS", "light_rays": 9, "time_rays": 8, "pixel_rays": 4}
@@ -166,3 +170,23 @@ def test_a_closed_generator_leaves_a_film():
     first = next(steps)
     steps.close()
     assert np.isfinite(first.film.color).all() and 0 <= first.done <= first.total
+
+
+def test_a_tile_is_resolved_as_the_picture_is():
+    scene, few = random_scene(4), {"light_rays": 4, "time_rays": 4, "pixel_rays": 4}
+    plan, tile, center, flags = detected(scene, method="RAYS", threads=1, **few)
+    resolver = Resolver(plan, Occluders(plan), tile, center, flags)
+    resolver.plain()
+    resolver.distributed()
+    found = resolver.out
+    film = render_image(scene, Settings(method="RAYS", threads=1, **few))
+    np.testing.assert_array_equal(found.color, film.color.reshape(3, -1))
+    np.testing.assert_array_equal(found.samples, film.samples.ravel())
+    found.count("anything", 3)
+    found.count("anything", 2)
+    assert found.rays["anything"] == 5
+    # and written to any film, tile by tile
+    again = Film(film.width, film.height)
+    done = list(DistributedRender(plan, Occluders(plan)).run(again))
+    assert done == sorted(done) and done[-1] == 1.0
+    np.testing.assert_array_equal(again.color, film.color)

@@ -8,13 +8,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from adaptive_drt.exact import ExactRender
 from adaptive_drt.render import render_image
 from adaptive_drt.scene.description import Sphere
 from adaptive_drt.scene.settings import Settings, SettingsError
 from adaptive_drt.tracing.compile import make_plan
 from adaptive_drt.tracing.intersect import Pairs
+from adaptive_drt.tracing.occluder_culling import Occluders
 from adaptive_drt.visibility.fragments import Boxes, find_fragments
-from oracle.converged import converged, relative_rmse
+from oracle.converged import relative_rmse
+from oracle.kept import converged_color
 from random_scenes import look_at, random_scene
 
 pytestmark = pytest.mark.filterwarnings("error")
@@ -39,13 +42,13 @@ def error_over_tolerance(seed, tolerance):
     rng = np.random.default_rng(seed)
     chosen = rng.choice(width * height, min(PIXELS, width * height), replace=False)
     x, y = chosen % width, chosen // width
-    truth = converged(scene, np.stack([x, y], axis=1), goal=TRUTH * tolerance)
+    truth = converged_color(scene, np.stack([x, y], axis=1), TRUTH * tolerance)
     film = render_image(scene, exact(tolerance))
     assert film.stats["error_estimate"] <= tolerance, f"seed {seed}"
-    if not truth.color.any():
+    if not truth.any():
         assert not film.color[:, y, x].any()
         return 0.0
-    return relative_rmse(film.color[:, y, x].T, truth.color) / tolerance
+    return relative_rmse(film.color[:, y, x].T, truth) / tolerance
 
 
 @pytest.mark.parametrize("seed", range(100, 104))
@@ -133,3 +136,9 @@ def test_a_seam_seen_from_its_own_plane():
     found = find_fragments(plan, boxes, pairs, 1e-4)
     np.testing.assert_array_equal(found.item, np.tile([0, 1], 5))
     np.testing.assert_allclose(found.weight, np.tile([0.7, 0.3], 5), atol=1e-6)
+
+
+def test_a_render_that_has_not_begun_estimates_nothing():
+    plan = make_plan(random_scene(4), exact())
+    work = ExactRender(plan, Occluders(plan))
+    assert work.error_estimate == 0.0 and work.goal.error == 0.0 and work.stage

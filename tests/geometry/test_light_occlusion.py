@@ -209,12 +209,9 @@ def test_no_moving_shadow_is_missed(kind, light):
     assert missed == 0 and min(found, none) > 100
 
 
-@pytest.mark.xfail(strict=True, reason="see the docstring")
 @pytest.mark.parametrize("kind", ("spheres", "enclosed"))
 def test_no_moving_shadow_of_a_large_ball_of_light_is_missed(kind):
-    """`moving_sphere_may_shadow` takes a way to the light's rim to advance as fast as one to its
-    centre. For lights about as large as their distance is, 1 of 1,000 spheres that only touch the
-    ways to the rim is lost. The bound that holds changes pictures."""
+    """A way to the rim of a light as large as its distance advances less than one to its centre."""
     assert missed_moving_shadows(kind, "sphere", 2.0)[0] == 0
 
 

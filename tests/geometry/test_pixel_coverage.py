@@ -20,6 +20,7 @@ from adaptive_drt.scene.description import Camera, Motion, Quad, Scene, Sphere
 from adaptive_drt.scene.settings import Settings
 from adaptive_drt.tracing.compile import make_plan
 from adaptive_drt.tracing.intersect import Tile, find_candidates, screen_bounds
+from shape_sets import quads_of, spheres_of
 from stand_in_shapes import EnclosedSet, TriangleSet
 
 SHAPES, RAYS = 2_000, 60
@@ -252,7 +253,7 @@ def detected(plan):
 @pytest.mark.parametrize("moving", (False, True))
 def test_a_shape_with_the_required_methods_is_detected_conservatively(moving):
     plan = make_plan(scene_of_spheres(moving), Settings(threads=1))
-    plain = replace(plan, shapes=ShapeTable((EnclosedSet(plan.spheres), plan.quads)))
+    plain = replace(plan, shapes=ShapeTable((EnclosedSet(spheres_of(plan)), quads_of(plan))))
     assert (plain.shapes.curvature[:-1] == UNKNOWN_CURVATURE).all()
     mask, outline, hits, reach = detected(plan)
     other_mask, other_outline, other_hits, other_reach = detected(plain)
@@ -260,7 +261,7 @@ def test_a_shape_with_the_required_methods_is_detected_conservatively(moving):
     assert not (mask & ~other_mask).any() and not (outline & ~other_outline).any()
     assert 0 < mask[2].sum() < other_mask[2].sum() < mask[2].size
     assert mask[1].any() == moving
-    ball = hits.item < plan.spheres.count
+    ball = hits.item < spheres_of(plan).count
     assert (other_reach[~ball] == reach[~ball]).all()
     # without a bound on the cosine a patch may reach to the camera
     assert np.allclose(other_reach[ball], np.linalg.norm(hits.point[:, ball], axis=0))

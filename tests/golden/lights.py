@@ -10,6 +10,7 @@ from adaptive_drt.scene.description import (
     QuadLight,
     Sphere,
     SphereLight,
+    SunLight,
 )
 
 from .case import BALL, BULB, CAMERA, DOT, FLOOR, LAMP, LIGHTS, SPOT, box, case, look_at, wall
@@ -20,6 +21,7 @@ BLOCK = box((-1.6, 0.4, 0.0), (1.0, 0.2, 0.0), (-0.2, 1.0, 0.0), (0.0, 0.0, 1.4)
 WALL = wall(-2.5, 1.5, 3.0, 2.0)
 SMALL = look_at((0.3, -8.0, 4.0), (0.1, 0.0, 0.5), resolution=(16, 12))
 SUN = (1e3, 1e3, 1e3)
+DOWN = (-0.4, 0.3, -1.0)
 
 
 def _unshadowed(light):
@@ -150,5 +152,12 @@ LIGHT_CASES = {
         ),
         CAMERA,
     ),
+    "a sun": replace(
+        case((FLOOR, BALL, WALL, *BLOCK), (SunLight(DOWN, (2.0,) * 3, 0.01),), tolerance=1e-3),
+        # a factor's error is in proportion to the reciprocal of the sun's angle
+        last_bits=1e-11,
+    ),
+    "a wide sun": case((FLOOR, BALL, WALL), (SunLight(DOWN, (2.0, 1.5, 1.0), 0.5), DOT)),
+    "a sun without size": case((FLOOR, BALL, WALL, *BLOCK), (SunLight(DOWN, (2.0,) * 3, 0.0),)),
 }
 """Name: case."""

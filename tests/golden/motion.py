@@ -3,7 +3,7 @@
 
 from dataclasses import replace
 
-from adaptive_drt.scene.description import Motion, Quad, Sphere
+from adaptive_drt.scene.description import Motion, Quad, Sphere, SunLight
 
 from .case import BALL, BULB, CAMERA, DOT, FLOOR, LAMP, LIGHTS, SPOT, box, case, look_at, wall
 from .shapes import crowd
@@ -28,6 +28,14 @@ MOTION_CASES = {
     "a moving sphere": case((FLOOR, moving(BALL, 0.6, 0.3, 0.2)), (LAMP,)),
     "a moving sphere, 0.1 %": case(
         (FLOOR, moving(BALL, 0.6, 0.0, 0.0)), (BULB,), SMALL, tolerance=1e-3
+    ),
+    "a moving sphere under a sun": replace(
+        case(
+            (FLOOR, moving(BALL, 0.6, 0.0, 0.0)),
+            (SunLight((-0.4, 0.3, -1.0), (2.0,) * 3, 0.02),),
+            SMALL,
+        ),
+        last_bits=1e-11,
     ),
     "a moving quad": case((FLOOR, moving(wall(-1.5, 0.0, 2.0, 1.5), 0.5, 0.1, 0.2)), (SPOT,)),
     "a moving box": case(

@@ -55,3 +55,15 @@ def oracle_quad(corner, quad, ray):
         a = np.cross(v, normal) @ rest / (normal @ normal)
         b = np.cross(normal, u) @ rest / (normal @ normal)
     return np.where((a >= 0) & (a <= 1) & (b >= 0) & (b <= 1) & (far > 0), far, np.inf)
+
+
+def blocked(shapes, start, end, t, skip=()):
+    """Whether a shape cuts the open segments from `start` to `end` (3, n) at times t (n,)."""
+    way = end - start
+    cut = np.zeros(way.shape[1], dtype=bool)
+    length = np.linalg.norm(way, axis=0)
+    for number, shape in enumerate(shapes):
+        if number not in skip:
+            far = oracle_depth(shape, way / length, t, start)
+            cut |= (far > 1e-9 * length) & (far < length)
+    return cut

@@ -17,7 +17,17 @@ from adaptive_drt.scene.description import (
     vector_of,
 )
 
-__all__ = ["look_at", "random_scene", "scaled"]
+__all__ = [
+    "look_at",
+    "random_camera",
+    "random_floor",
+    "random_light",
+    "random_motion",
+    "random_quad",
+    "random_scene",
+    "random_sphere",
+    "scaled",
+]
 
 
 def look_at(location, target, **fields):
@@ -35,15 +45,15 @@ def look_at(location, target, **fields):
 def random_scene(seed):
     """Scene of a seed: the same on every machine."""
     rng = np.random.default_rng(seed)
-    shapes = [_floor(rng)] if rng.random() < 0.85 else []
-    shapes += [_sphere(rng) for _ in range(rng.integers(1, 6))]
-    shapes += [_quad(rng) for _ in range(rng.integers(0, 3))]
+    shapes = [random_floor(rng)] if rng.random() < 0.85 else []
+    shapes += [random_sphere(rng) for _ in range(rng.integers(1, 6))]
+    shapes += [random_quad(rng) for _ in range(rng.integers(0, 3))]
     lights = []
     while len(lights) < 1 + (rng.random() < 0.5) + (rng.random() < 0.3):
-        light = _light(rng)
+        light = random_light(rng)
         if not any(_touch(light, shape) for shape in shapes):
             lights.append(light)
-    scene = Scene(_camera(rng), tuple(shapes), tuple(lights), tuple(rng.random(3).tolist()))
+    scene = Scene(random_camera(rng), tuple(shapes), tuple(lights), tuple(rng.random(3).tolist()))
     return scaled(scene, 10.0 ** rng.uniform(-2, 3)) if rng.random() < 0.3 else scene
 
 
@@ -51,7 +61,7 @@ def _material(rng):
     return Material(vector_of(rng.uniform(0.1, 1.0, 3)))
 
 
-def _motion(rng, share, size=1.5):
+def random_motion(rng, share, size=1.5):
     """A motion for a share of things; some go along an axis, as keyframed things do."""
     if rng.random() >= share:
         return None
@@ -61,33 +71,35 @@ def _motion(rng, share, size=1.5):
     return Motion(vector_of(move))
 
 
-def _floor(rng):
+def random_floor(rng):
     half = rng.uniform(3.0, 20.0)
-    motion = _motion(rng, 0.05)
+    motion = random_motion(rng, 0.05)
     corner, u, v = (-half, -half, 0.0), (2.0 * half, 0.0, 0.0), (0.0, 2.0 * half, 0.0)
     return Quad(corner, u, v, _material(rng), motion, "Floor")
 
 
-def _sphere(rng):
+def random_sphere(rng):
     radius = float(10.0 ** rng.uniform(-1.8, 0.3))
     center = rng.uniform((-2.0, -2.0, 0.0), (2.0, 2.0, 3.0))
     if rng.random() < 0.4:
         center[2] = radius  # rests on the floor: contact shadows
-    return Sphere(vector_of(center), radius, _material(rng), _motion(rng, 0.3))
+    return Sphere(vector_of(center), radius, _material(rng), random_motion(rng, 0.3))
 
 
-def _quad(rng):
+def random_quad(rng):
     u, v = rng.normal(size=(2, 3)) * rng.uniform(0.1, 1.5, (2, 1))
     if rng.random() < 0.5:
         v = np.cross(u, v) / np.linalg.norm(u)
     corner = rng.uniform((-2.0, -2.0, 0.0), (2.0, 2.0, 3.0)) - (u + v) / 2.0
-    return Quad(vector_of(corner), vector_of(u), vector_of(v), _material(rng), _motion(rng, 0.3))
+    return Quad(
+        vector_of(corner), vector_of(u), vector_of(v), _material(rng), random_motion(rng, 0.3)
+    )
 
 
-def _light(rng):
+def random_light(rng):
     center = rng.uniform((-4.0, -4.0, 1.5), (4.0, 4.0, 7.0))
     color = vector_of(rng.uniform(0.5, 20.0, 3))
-    motion, shadow = _motion(rng, 0.15), bool(rng.random() < 0.95)
+    motion, shadow = random_motion(rng, 0.15), bool(rng.random() < 0.95)
     radius = float(10.0 ** rng.uniform(-1.5, 0.2))
     kind = rng.integers(4)
     if kind == 0:
@@ -126,7 +138,7 @@ def _touch(light, shape):
     return apart < (reach + size + sum(np.linalg.norm(w) for w in way)) * 1.01
 
 
-def _camera(rng):
+def random_camera(rng):
     location = rng.normal(size=3)
     location[2] = abs(location[2]) + 0.2
     location *= rng.uniform(5.0, 12.0) / np.linalg.norm(location)
@@ -137,7 +149,7 @@ def _camera(rng):
         fields["shift_x"], fields["shift_y"] = (float(x) for x in rng.uniform(-0.2, 0.2, 2))
         fields["pixel_aspect"] = (1.0, float(rng.uniform(0.6, 1.7)))
     if rng.random() < 0.08:
-        fields["motion"] = _motion(rng, 1.0, 0.3)
+        fields["motion"] = random_motion(rng, 1.0, 0.3)
     target = rng.uniform((-1.0, -1.0, 0.0), (1.0, 1.0, 1.0))
     return look_at(vector_of(location), vector_of(target), **fields)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from adaptive_drt.scene.description import Camera, Quad, Scene, SphereLight
+from adaptive_drt.scene.description import Camera, Motion, Quad, Scene, Sphere, SphereLight
 from adaptive_drt.scene.settings import Settings
 from adaptive_drt.tracing.compile import make_plan
 from adaptive_drt.tracing.intersect import Pairs
@@ -49,3 +49,30 @@ def all_pairs(pairs, boxes):
     one, other = (pairs.pixel[:, None] == pairs.pixel).nonzero()
     kept = (one < other) & boxes[pairs.pixel[one]]
     return one[kept], other[kept]
+
+
+def random_shapes(rng, moving):
+    """Spheres (0.1 to 4 m) and quads before the plain camera; some hold it, some are tiny."""
+
+    def motion(size):
+        if not moving or rng.random() < 0.4:
+            return None
+        return Motion(tuple((rng.normal(size=3) * size * rng.random()).tolist()))
+
+    shapes = []
+    for _ in range(rng.integers(1, 6)):
+        depth = 10 ** rng.uniform(-0.2, 1.2)
+        place = np.array([*rng.uniform(-0.45, 0.45, 2), -1.0]) * depth
+        radius = depth * 10 ** rng.uniform(-2.2, -0.4)
+        shapes.append(Sphere(tuple(place.tolist()), float(radius), motion=motion(depth / 3)))
+    if rng.random() < 0.15:
+        shapes.append(Sphere((0.3, -0.2, 0.5), 3.0, motion=motion(3.0)))
+    for _ in range(rng.integers(0, 4)):
+        depth = 10 ** rng.uniform(-0.2, 1.2)
+        u, v = rng.normal(size=(2, 3)) * depth * 10 ** rng.uniform(-1.5, 0.3, (2, 1))
+        corner = np.array([*rng.uniform(-0.45, 0.45, 2), -1.0]) * depth - (u + v) / 2
+        parts = (tuple(part.tolist()) for part in (corner, u, v))
+        shapes.append(Quad(*parts, motion=motion(depth / 3)))
+    if rng.random() < 0.5:
+        shapes.append(Quad((-50.0, -1.0, -50.0), (100.0, 0.0, 0.0), (0.0, 0.0, 100.0)))
+    return sorted(shapes, key=lambda shape: isinstance(shape, Quad))

@@ -8,28 +8,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from adaptive_drt.cubature.error_budget import Goal
 from adaptive_drt.exact import ExactRender
 from adaptive_drt.image.biquadratic_blocks import SIDES, BiquadraticBlocks, _cubic_means, _means
-from adaptive_drt.image.frame import Frame, widened_plan
-from adaptive_drt.image.node_values import NodeValues
-from adaptive_drt.image.stencil_means import StencilMeans
-from adaptive_drt.image.visibility_key import NO_KEY, find_visibility_keys
 from adaptive_drt.render import render_image
 from adaptive_drt.scene.description import Motion, PointLight, Quad, QuadLight, Scene, Sphere
 from adaptive_drt.scene.settings import Settings
-from adaptive_drt.tracing.compile import make_plan
-from adaptive_drt.tracing.intersect import Pairs
-from oracle.converged import converged, relative_rmse
+from moving_floor import LAMP, moving_scene, points_of, settled
+from oracle.converged import relative_rmse
+from oracle.kept import converged_color
 from random_scenes import look_at
-
-FLOOR = Quad((-9.0, -9.0, 0.0), (18.0, 0.0, 0.0), (0.0, 18.0, 0.0))
-LAMP = QuadLight((-1.0, -1.0, 4.0), (1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (9.0, 8.0, 7.0))
-
-
-def moving_scene(shapes, size=(96, 64)):
-    eye = look_at((0.0, -7.0, 3.0), (0.0, 0.0, 0.5), resolution=size)
-    return Scene(eye, (*shapes, FLOOR), (LAMP,))
 
 
 @pytest.mark.parametrize("side", SIDES)
@@ -62,39 +49,6 @@ def test_pixels_of_a_quadratic_and_cubics_get_its_means(side, whole):
     np.testing.assert_allclose(found[0, :, 0], truth, rtol=1e-12, atol=1e-12)
 
 
-def sights_of(shapes, places):
-    plan = make_plan(moving_scene(shapes), Settings())
-    count = len(places)
-    objects = plan.object_count
-    pairs = Pairs(np.repeat(np.arange(count), objects), np.tile(np.arange(objects), count))
-    return find_visibility_keys(plan, np.array(places, dtype=float).T, 0.5, pairs)
-
-
-def test_sights_tell_what_passes_and_when():
-    ball = Sphere((0.0, 0.0, 1.0), 0.8, motion=Motion((2.0, 0.0, 0.0)))
-    # across the middle of the ball's way: the floor; left within the shutter; passed; entered
-    found = sights_of([ball], [(x + 0.5, 34.5) for x in range(96)])
-    kept = found[found != NO_KEY]
-    stretches = kept[np.flatnonzero(np.diff(kept, prepend=NO_KEY))]
-    assert len(stretches) == 5 and len(set(stretches)) == 4 and stretches[0] == stretches[-1]
-    # kinks run through the pixels between
-    assert (found == NO_KEY).sum() <= 8
-
-
-def test_an_outline_that_stands_still_is_no_sight():
-    still = Sphere((0.0, 0.0, 1.0), 0.8)
-    ball = Sphere((3.0, 0.0, 1.0), 0.3, motion=Motion((0.1, 0.0, 0.0)))
-    found = sights_of([still, ball], [(x + 0.5, 34.5) for x in range(96)])
-    assert 1 <= (found == NO_KEY).sum() <= 8
-
-
-def test_what_is_smaller_than_a_pixel_is_no_sight():
-    crumb = Sphere((0.0, 0.0, 1.0), 0.01, motion=Motion((0.5, 0.0, 0.0)))
-    found = sights_of([crumb], [(x + 0.5, y + 0.5) for x in range(96) for y in range(64)])
-    passed = found[found != sights_of([crumb], [(1.5, 1.5)])[0]]
-    assert (passed == NO_KEY).any()
-
-
 @pytest.mark.parametrize("thing", ["ball", "plate", "crumbs", "light", "point light"])
 @pytest.mark.parametrize("tolerance", [1e-2, pytest.param(1e-3, marks=pytest.mark.slow)])
 def test_what_moves_is_within_the_tolerance_and_is_interpolated(thing, tolerance, monkeypatch):
@@ -116,37 +70,15 @@ def test_what_moves_is_within_the_tolerance_and_is_interpolated(thing, tolerance
     rng = np.random.default_rng(5)
     chosen = rng.choice(96 * 64, 200, replace=False)
     x, y = chosen % 96, chosen // 96
-    truth = converged(scene, np.stack([x, y], axis=1), goal=0.2 * tolerance)
+    truth = converged_color(scene, np.stack([x, y], axis=1), 0.2 * tolerance)
     settings = Settings(tolerance=tolerance, threads=1)
     film = render_image(scene, settings)
-    assert relative_rmse(film.color[:, y, x].T, truth.color) < tolerance
+    assert relative_rmse(film.color[:, y, x].T, truth) < tolerance
     if tolerance > 1e-3:  # at 1e-3 a picture this small has few blocks that are smooth enough
         monkeypatch.setattr(ExactRender, "_interpolate_means", lambda *_: iter(()))
         alone = render_image(scene, settings)
         # crumbs are too small to gain from it, and are to lose little
         assert film.samples.sum() < (1.1 if thing == "crumbs" else 0.9) * alone.samples.sum()
-
-
-def points_of(function):
-    """Points of a frame in which all moves, sees the same and is known: `function` of x and y."""
-    plan = make_plan(moving_scene([]), Settings())
-    frame = Frame(widened_plan(plan, plan.region), plan.region)
-    found = NodeValues(frame, Goal(1.0, 1.0))
-    y, x = np.divmod(np.arange(frame.item.size), frame.width)
-    found.value[:] = function(x, y)
-    found.known[:] = True
-    found.wanted = frame.inner()
-    frame.visibility_key = np.ones(frame.item.size, dtype=np.int64)
-    found.left = np.zeros(frame.item.size)
-    found.rough = lambda spacing: found.left
-    return found
-
-
-def settled(level):
-    assert level.ask().size == 0
-    level.settle()
-    frame = level.points.frame
-    return frame.settled.reshape(frame.height, frame.width)
 
 
 @pytest.mark.parametrize("side", SIDES)
@@ -157,46 +89,6 @@ def test_blocks_settle_what_is_smooth_and_nothing_with_a_kink(side):
     for place in np.linspace(0.0, side, 9):
         kinked = points_of(lambda x, y, k=place: 60.0 / side * np.abs(y % side - k) + 0.0 * x)
         assert not settled(BiquadraticBlocks(kinked, side)).any(), place
-
-
-def test_crosses_settle_what_is_smooth_and_nothing_with_a_kink():
-    # second differences of 25, a 24th of which is what means are off by without them
-    bent = points_of(lambda x, y: 12.5 * y * y + 0.0 * x)
-    done = settled(StencilMeans(bent))
-    assert done.any()
-    y = np.divmod(np.arange(done.size), done.shape[1])[0].reshape(done.shape)
-    mean = bent.frame.color[0].reshape(done.shape)
-    np.testing.assert_allclose(mean[done], (12.5 * (y * y + 1.0 / 12.0))[done], rtol=1e-12)
-    for place in np.linspace(30.0, 31.0, 11):
-        kinked = settled(StencilMeans(points_of(lambda x, y, k=place: 50.0 * np.abs(y - k))))
-        nearest = round(place)
-        assert not kinked[nearest].any(), place
-        assert kinked[nearest + 5].any()
-
-
-def test_crosses_ask_only_beside_pixels_that_see_the_same():
-    found = points_of(lambda x, y: 0.0 * x)
-    width = found.frame.width
-    found.known[:] = False
-    found.wanted[:] = False
-    found.wanted[20 * width + 20] = True
-    assert StencilMeans(found).ask().size == 9
-    found.frame.visibility_key[20 * width + 22] = 2
-    assert StencilMeans(found).ask().size == 8
-    found.frame.visibility_key[20 * width + 21] = 2
-    assert StencilMeans(found).ask().size == 0
-
-
-def test_what_moves_along_its_own_edge_has_an_outline_that_stands_still():
-    plate = Quad((-2.0, 0.0, 0.3), (2.0, 0.0, 0.0), (0.0, 0.0, 1.0), motion=Motion((1.5, 0.0, 0.0)))
-    scene = moving_scene([plate])
-    x, y = np.full(64, 40), np.arange(64)
-    found = sights_of([plate], np.stack([x, y], axis=1) + 0.5)
-    # its upper edge and the lower one, and the floor's
-    assert (found == NO_KEY).sum() == 3
-    film = render_image(scene, Settings(tolerance=1e-3, threads=1))
-    truth = converged(scene, np.stack([x, y], axis=1), goal=1e-4)
-    assert relative_rmse(film.color[:, y, x].T, truth.color) < 1e-3
 
 
 def test_a_kink_before_the_first_node_is_seen():
@@ -213,6 +105,6 @@ def test_a_kink_before_the_first_node_is_seen():
     )  # fmt: skip
     scene = Scene(camera, (floor, ball), (light,))
     film = render_image(scene, Settings(tolerance=1e-4))
-    truth = converged(scene, np.array([[113, 160]]), goal=1e-3, scale=0.01).color[0]
+    truth = converged_color(scene, np.array([[113, 160]]), 1e-3, 0.01)[0]
     assert truth.mean() > 5e-4
     assert abs(film.color[:, 0, 1].mean() / truth.mean() - 1.0) < 0.05

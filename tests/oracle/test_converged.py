@@ -1,5 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The compiled truth against what is known without it: lines across lights, ellipses, samples."""
+"""The compiled truth against what is known without it: lines across lights, ellipses, samples.
+
+What compiles the whole tracer is slow: a changed oracle is found by the tests of pictures too, as
+it has no kept answers (`oracle.kept`).
+"""
 
 from dataclasses import replace
 
@@ -105,6 +109,7 @@ def outline_area(center, radius, pixel):
     return np.pi * sine2 * np.sqrt(1.0 - sine2) / (cosine2 - sine2) ** 1.5 / pixel**2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("motion", [(0.0, 0.0, 0.0), (1.5, -0.7, 0.0), (0.3, 0.2, 2.0)])
 def test_a_sphere_covers_an_ellipse_at_each_time(motion):
     center, radius, pixel = np.array((0.3, -0.4, -10.0)), 1.1, 36.0 / 50.0 / 24.0
@@ -118,6 +123,7 @@ def test_a_sphere_covers_an_ellipse_at_each_time(motion):
     assert got == pytest.approx(want, rel=OUTLINE)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 3, 6, 10, 11])
 def test_truth_is_what_samples_tend_to(seed):
     """Pixels drawn by many samples: the difference is what the samples' own spread explains."""
@@ -132,6 +138,7 @@ def test_truth_is_what_samples_tend_to(seed):
     assert off <= 2.0 * noise + 1e-3 * want.mean(), f"seed {seed}: {off} with noise {noise}"
 
 
+@pytest.mark.slow
 def test_a_finer_goal_changes_less_than_the_coarser_one_allows():
     scene = random_scene(2)
     pixels = np.random.default_rng(0).integers((0, 0), scene.camera.resolution, (60, 2))
@@ -139,6 +146,7 @@ def test_a_finer_goal_changes_less_than_the_coarser_one_allows():
     assert np.sqrt(((coarse - fine) ** 2).mean()) < 1e-3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("height", [0.0004, 0.004, 0.2497, 0.2544, 0.5031, 0.9971])
 def test_a_straight_edge_beside_the_outermost_nodes_is_seen(height):
     """All nodes of a band lay on one side of it: a pixel was off by 0.5 % of the step."""

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import io
 import math
 import os
 import subprocess
@@ -16,16 +15,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from adaptive_drt.image.schedule import BACKGROUND_CALL_COST, Scheduler
 from adaptive_drt.parallel import pool as crew_module
 from adaptive_drt.parallel.call_progress import report_progress, report_progress_to
 from adaptive_drt.parallel.cancellation import RenderCancelled
 from adaptive_drt.parallel.pool import Call, CallGroup, SharedArguments, WorkerPool, worker_pool
-from adaptive_drt.parallel.transport import receive, send
 from adaptive_drt.render import render, render_image
 from adaptive_drt.scene.settings import Settings
-from adaptive_drt.tracing.compile import make_plan
-from adaptive_drt.tracing.occluder_culling import Occluders
 from random_scenes import random_scene
 from workers import LONG, mustered, wait_for
 
@@ -97,16 +92,6 @@ def test_one_that_was_killed_counts_no_more_at_once(workers):
     workers.muster(2)
     assert worker not in workers._idle and len(workers._idle) == 2
     wait_for(lambda: workers.ready == 2)
-
-
-def test_a_worker_may_get_ready_while_parts_are_cut(monkeypatch):
-    plan = make_plan(random_scene(207), Settings(threads=2))
-    work, ready = Scheduler(plan, Occluders(plan)), iter((0, 1, 1, 1))
-    monkeypatch.setattr(WorkerPool, "ready", property(lambda _: next(ready)))
-    assert work.background_pixels_per_call(5_000, 1.0) == 0
-    assert work.background_pixels_per_call(5_000, 1.0) == 5_000
-    # what has much in it is cut up
-    assert work.background_pixels_per_call(5_000, 3.0 * BACKGROUND_CALL_COST) == 1_667
 
 
 def test_a_call_is_broken_off(workers):
@@ -239,35 +224,3 @@ def test_a_python_that_fails_is_tried_once(monkeypatch, tmp_path):
     assert none.ready == 0 and none.borrow() is None
     none.muster(2)
     assert not none._idle
-
-
-ARRAYS = (
-    np.arange(6.0).reshape(2, 3),
-    np.asfortranarray(np.arange(6.0).reshape(2, 3)),
-    np.arange(24.0).reshape(2, 3, 4)[:, ::2, 1:],
-    np.zeros((3, 0)),
-    np.array(5),
-    np.array([True, False]),
-    np.zeros(1 << 18),
-)
-
-
-@pytest.mark.parametrize("array", ARRAYS, ids=lambda a: f"{a.dtype}{a.shape}")
-def test_arrays_over_a_pipe(array):
-    pipe = io.BytesIO()
-    send(pipe, {"array": array, "more": ("a", None)})
-    send(pipe, "next")
-    pipe.seek(0)
-    got = receive(pipe)
-    assert np.array_equal(got["array"], array) and got["array"].dtype == array.dtype
-    assert got["more"] == ("a", None) and receive(pipe) == "next"
-    got["array"][...] = 0
-    with pytest.raises(EOFError):
-        receive(pipe)
-
-
-def test_half_a_message_is_none():
-    pipe = io.BytesIO()
-    send(pipe, np.arange(9.0))
-    with pytest.raises(EOFError):
-        receive(io.BytesIO(pipe.getvalue()[:-1]))

@@ -6,8 +6,8 @@ import pytest
 
 from adaptive_drt.render import render_image
 from adaptive_drt.scene.settings import Settings
-from oracle.spread_jit import light_spread
-from oracle.truth import masks, moves, outlines_seen, pixels_of
+from oracle.kept import light_spread, masks, outlines_seen
+from oracle.truth import moves, pixels_of
 from random_scenes import random_scene
 
 FEW = {"method": "RAYS", "light_rays": 2, "time_rays": 2, "pixel_rays": 2, "threads": 1}

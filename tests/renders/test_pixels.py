@@ -15,7 +15,7 @@ from adaptive_drt.shading.footprint import make_patch
 from adaptive_drt.shading.variation import pair_receivers
 from adaptive_drt.tracing.compile import make_plan
 from adaptive_drt.tracing.intersect import Pairs, intersect_pairs, surface
-from oracle.converged import converged
+from oracle.kept import converged_color
 from random_scenes import look_at, random_scene
 
 pytestmark = pytest.mark.filterwarnings("error")
@@ -45,9 +45,9 @@ def test_a_pixel_that_was_wrong(seed, x, y, tolerance, most, cause):
     width, height = scene.camera.resolution
     rng = np.random.default_rng(seed)
     some = np.stack([rng.integers(0, width, 100), rng.integers(0, height, 100)], axis=1)
-    scale = converged(scene, some, goal=0.1).color.mean()
-    truth = converged(scene, np.array([[x, y]]), goal=TRUTH * tolerance, scale=scale)
-    error = np.sqrt(((film.color[:, 0, 0] - truth.color[0]) ** 2).mean()) / (tolerance * scale)
+    scale = converged_color(scene, some, 0.1).mean()
+    truth = converged_color(scene, np.array([[x, y]]), TRUTH * tolerance, scale)
+    error = np.sqrt(((film.color[:, 0, 0] - truth[0]) ** 2).mean()) / (tolerance * scale)
     assert error < most, f"seed {seed}, pixel {x}, {y}: {error:.2f}, {cause}"
 
 

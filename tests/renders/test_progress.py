@@ -14,18 +14,10 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "benchmarks"))
 from bench_scenes import bench_scene
 
 from adaptive_drt import render as render_module
-from adaptive_drt.image.progress_model import progress_shares
 from adaptive_drt.parallel import executor as threads_module
-from adaptive_drt.parallel.call_progress import (
-    iterate_with_progress,
-    progress_range,
-    report_progress,
-    report_progress_to,
-)
 from adaptive_drt.render import render
 from adaptive_drt.scene.description import Quad, QuadLight, Scene, SceneError, Sphere, vector_of
 from adaptive_drt.scene.settings import Settings
-from adaptive_drt.tracing.compile import make_plan
 from random_scenes import look_at
 
 STEPS = 8
@@ -63,24 +55,6 @@ def test_the_bar_moves(name, method):
     places = _places(name, method=method, tolerance=0.01, time_rays=8)
     assert (np.diff(places) >= 0.0).all() and 0.0 <= places[0] and places[-1] == 1.0
     assert np.unique(places).size >= STEPS
-
-
-def test_the_survey_is_less_of_the_bar_where_more_follows():
-    """With a smaller tolerance, in a moving scene; but not in a larger picture."""
-
-    def surveyed(name, tolerance, size=(480, 320)):
-        plan = make_plan(bench_scene(name, *size), Settings(tolerance=tolerance))
-        return progress_shares(plan)[0]
-
-    assert surveyed("quad light", 1e-2) > surveyed("quad light", 1e-3)
-    assert surveyed("quad light", 1e-3) > surveyed("moving sphere", 1e-3)
-    assert surveyed("quad light", 1e-3) < surveyed("quad light", 1e-3, (960, 640))
-
-
-def test_blocks_are_more_of_the_bar_where_workers_do_the_rest_beside_them():
-    plan = make_plan(bench_scene("moving sphere", 480, 320), Settings())
-    (surveyed, alone), (same, beside) = progress_shares(plan), progress_shares(plan, True)
-    assert same == surveyed < alone < beside < 1.0
 
 
 @pytest.mark.parametrize("method", ["EXACT", "RAYS"])
@@ -143,19 +117,3 @@ def test_the_first_progress_comes_before_the_scene_is_read(monkeypatch):
         list(steps)
     with pytest.raises(SceneError, match="no camera"):
         next(render(Scene()))
-
-
-def test_what_is_told_within_parts():
-    told = []
-    with report_progress_to(told.append):
-        report_progress(0.1)
-        with progress_range(0.2, 0.6):
-            report_progress(0.5)
-            for _ in iterate_with_progress((1, 2)):
-                report_progress(0.5)
-        report_progress(0.7)
-        with report_progress_to(lambda _: None):
-            report_progress(0.8)
-        report_progress(1.0)
-    report_progress(0.3)
-    assert told == pytest.approx([0.1, 0.4, 0.3, 0.5, 0.7, 1.0])

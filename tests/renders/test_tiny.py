@@ -16,6 +16,7 @@ from adaptive_drt.tracing.compile import make_plan
 from adaptive_drt.tracing.intersect import Pairs, Surface
 from oracle.numbers import LONG, cross, dot
 from random_scenes import look_at
+from shape_sets import spheres_of
 
 SIZE = 20
 CAMERA = look_at((0.0, 0.0, 0.0), (0.3, 1.0, -0.2), resolution=(SIZE, SIZE))
@@ -91,7 +92,7 @@ def test_tiny_occluders_before_a_wide_light_are_not_lost(radius, order):
     light = plan.lights[0]
     u, v = light.span.half_u, light.span.half_v
     aim = light.center + rng.choice([-1.0, 1.0], n) * u + rng.uniform(-1.0, 1.0, n) * v
-    place = plan.spheres.center[:, :1]
+    place = spheres_of(plan).center[:, :1]
     side = cross(aim - place, v + 0.0 * aim)
     side *= rng.choice([-1.0, 1.0], n) / np.sqrt(dot(side, side))
     depth = radius * (1.0 - 10.0 ** rng.uniform(-3.0, 0.0, n))  # how near the centre rays pass

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+import shape_sets
 from adaptive_drt.scene.description import (
     Camera,
     Material,
@@ -41,11 +42,13 @@ def plans_of(*shapes):
 
 def assert_same(many, single):
     for name in ("corner", "edge_u", "edge_v", "displacement", "boxes"):
-        ours, theirs = (getattr(plan.quads, name) for plan in (many, single))
+        ours, theirs = (getattr(shape_sets.quads_of(plan), name) for plan in (many, single))
         np.testing.assert_array_equal(ours, theirs)
     for name in ("color", "moves"):
         np.testing.assert_array_equal(getattr(many, name), getattr(single, name))
-    np.testing.assert_array_equal(many.spheres.center, single.spheres.center)
+    np.testing.assert_array_equal(
+        shape_sets.spheres_of(many).center, shape_sets.spheres_of(single).center
+    )
     assert many.skipped == single.skipped
 
 
@@ -54,7 +57,7 @@ def test_many_compile_as_singles_do():
     moving = quads_of(5, 1, motion=Motion((0.0, 1.0, 0.0)), name="Moving")
     (_, many), (_, single) = plans_of(quads_of(7), ball, plate, moving)
     assert_same(many, single)
-    assert many.quads.count == 13 and many.moves.sum() == 5
+    assert shape_sets.quads_of(many).count == 13 and many.moves.sum() == 5
 
 
 def test_duplicates_are_left_out_one_by_one():
@@ -69,13 +72,13 @@ def test_duplicates_are_left_out_one_by_one():
     (_, many), (_, single) = plans_of(quads, ball, again, ball, alone, other, mixed)
     assert_same(many, single)
     reasons = [one for one in many.skipped if "very same place" in one["why"]]
-    assert len(reasons) == 2 + 1 + 1 + 2 and many.quads.count == 6 + 1 + 3
+    assert len(reasons) == 2 + 1 + 1 + 2 and shape_sets.quads_of(many).count == 6 + 1 + 3
 
 
 def test_the_sign_of_zero_makes_no_other_place():
     quad = Quad((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
     plan = make_plan(Scene(Camera(), (quad, replace(quad, corner=(-0.0, 0.0, -0.0)))), Settings())
-    assert plan.quads.count == 1
+    assert shape_sets.quads_of(plan).count == 1
 
 
 def test_what_cannot_be_rendered_is_said_of_each():
@@ -136,3 +139,11 @@ def test_a_mesh_of_too_many_parts_says_so():
     assert recognise_primitive(points, corners, starts, none) == TOO_MANY
     most = recognise_primitive(points[:, :-4], corners[:-4], starts[:-1], none[:-1])
     assert most.slot.size == MAX_PARALLELOGRAMS
+
+
+def test_records_of_whole_numbers_compile_to_floats():
+    whole = Quad((0, 0, -5), (1, 0, 0), (0, 1, 0))
+    for shapes in ((whole,), (whole, replace(whole, corner=(0, 2, -5)))):
+        plan = make_plan(Scene(Camera(), shapes), Settings())
+        found = shape_sets.quads_of(plan)
+        assert found.corner.dtype == found.edge_u.dtype == found.edge_v.dtype == np.float64

@@ -14,6 +14,7 @@ from adaptive_drt.shading import nested_occluders as nested_module
 from adaptive_drt.shading.nested_occluders import find_nested
 from adaptive_drt.tracing.compile import make_plan
 from adaptive_drt.tracing.intersect import Pairs, Surface
+from shape_sets import spheres_of
 
 IDENTITY = tuple(tuple(float(i == j) for j in range(4)) for i in range(4))
 LIGHT = SphereLight((0.0, 0.0, 50.0), 1.0, (1.0, 1.0, 1.0))
@@ -23,7 +24,7 @@ def hidden(spheres, points=((0.0, 0.0, 0.0),)):
     """Which of some spheres others hide from points: (points, spheres)."""
     camera = Camera(matrix=IDENTITY, resolution=(4, 4))
     plan = make_plan(Scene(camera, tuple(spheres), (LIGHT,)), Settings())
-    assert plan.sphere_count == len(spheres)
+    assert spheres_of(plan).count == len(spheres)
     n, k = len(points), len(spheres)
     point = np.array(points).T
     surface = Surface(point, np.zeros((3, n)), np.full(n, -1), np.zeros(n, dtype=bool))

@@ -79,7 +79,8 @@ def test_light_past_a_sphere_a_parallelogram_and_triangles(seed, number, kind):
     pairs = Pairs(np.repeat(np.arange(POINTS), count), np.tile(np.arange(count), POINTS))
     whole = unoccluded_factor(light, light, light.to_center(point), surface)
     factor = whole.copy()
-    apply_occluders(plan, surface, light, pairs, 0.0, factor)
+    error, allowed = np.zeros_like(factor), np.full(factor.size, np.inf)
+    apply_occluders(plan, surface, light, pairs, 0.0, factor, error, allowed)
     same = np.zeros(1, dtype=np.int64)
     spots = [
         np.repeat(part, POINTS, axis=0) for part in low_discrepancy_points(5, same, 0, RAYS, 2)

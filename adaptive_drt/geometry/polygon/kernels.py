@@ -143,8 +143,8 @@ def distance_to_quad(q: Array, a: Array, b: Array) -> Array:
     # the origin's projection onto the plane, in units of the edges
     x, y = (ab * qb - bb * qa) / gram, (ab * qa - aa * qb) / gram
     nearest = q + x * a + y * b
-    distance = np.where((np.abs(x - 0.5) <= 0.5) & (np.abs(y - 0.5) <= 0.5), 1.0, np.inf)
-    distance = distance * np.sqrt(dot(nearest, nearest))
+    over = (np.abs(x - 0.5) <= 0.5) & (np.abs(y - 0.5) <= 0.5)
+    distance = np.where(over, np.sqrt(dot(nearest, nearest)), np.inf)
     for start, edge in zip(*quad_edges(q, a, b), strict=True):
         distance = np.minimum(distance, distance_to_edge(start, edge))
     found: Array = distance

@@ -160,7 +160,9 @@ def moving_polygon_may_shadow(
     """
     size = norm(normal)
     sides = [dot(corner, normal) for corner in corners]
-    crosses = sides[0] * sides[1] <= reach * reach * size * size
+    # at some time the plane may cut the patch, or pass it
+    nearest = np.minimum(np.abs(sides[0]), np.abs(sides[1]))
+    crosses = (sides[0] * sides[1] <= 0.0) | (nearest <= reach * size)
     first, last = np.full(size.size, -0.5), np.full(size.size, 0.5)
     for k, (start, edge) in enumerate(zip(*edges, strict=True)):
         values = []
@@ -172,7 +174,7 @@ def moving_polygon_may_shadow(
         first, last = clip_positive(first, last, values[0], values[1])
     side = np.where(sides[0] < 0.0, -1.0, 1.0)
     across = side * dot(to, normal) + light.radius * size + reach * size
-    between = across > np.minimum(np.abs(sides[0]), np.abs(sides[1]))
+    between = across > nearest
     touched: Mask = crosses | ((first <= last) & between)
     return touched
 

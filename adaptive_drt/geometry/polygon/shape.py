@@ -223,6 +223,17 @@ class PolygonSet(ShapeSet):
         del index
         return cosine - turn
 
+    def depth_over_pixels(
+        self, index: int, camera: PinholeCamera, x: Array, y: Array
+    ) -> tuple[Array, Array]:
+        """See `ShapeSet.depth_over_pixels`; the reciprocal of the depth is linear in x and y."""
+        across = cross(self.edge_u[:, index], self.edge_v[:, index])
+        height = float(across @ self.corner[:, index])
+        facing = (across @ camera.base + x * (across @ camera.right)) + y * (across @ camera.up)
+        # facing the camera
+        unit = across / np.sqrt(across @ across) * (-1.0 if height > 0.0 else 1.0)
+        return height / facing, unit[:, None, None, None]
+
     def intersect(self, index: Ints, w: Array, time: Array | float) -> Array:
         """See `ShapeSet.intersect`. Planes are made once a polygon unless times differ by ray."""
         if isinstance(time, np.ndarray) and self.displacement is not None:
@@ -403,7 +414,9 @@ class ParallelogramSet(PolygonSet):
     ) -> ParallelogramSet:
         """Parallelograms relative to the camera at `origin` (3, 1), metres."""
         q, u, v = (
-            np.concatenate([np.reshape(vector, (3, -1)) for vector in part], axis=1)
+            np.concatenate(
+                [np.asarray(vector, dtype=np.float64).reshape(3, -1) for vector in part], axis=1
+            )
             if part
             else np.zeros((3, 0))
             for part in (

@@ -154,17 +154,23 @@ def moving_sphere_may_shadow(
 ) -> Mask:
     """`ShapeSet.may_shadow` for spheres with given centres and displacements (3, m).
 
-    A segment to any point of the light is, at the fraction s of its length, within s * radius of
-    the segment to its centre. So the sphere is enlarged by that and its sweep tested as a capsule.
+    A segment from a point a of the patch to a point o of the light, both relative to their centres,
+    is at the fraction s of its length (1 - s) a + s o off the segment w between the centres. So the
+    sphere is enlarged by the reach and by s times the light's radius, and its sweep is tested as a
+    capsule. Along w the point at s has advanced by at least s (|w| - radius) - (1 - s) reach: where
+    that is beyond the sphere it touches no such segment, which bounds s.
     """
     v = center - receivers.point
     w = light.to_center(receivers.point)
     ww = np.maximum(dot(w, w), TINY)
     at = [dot(v + t * d, w) for t in SHUTTER_ENDS]
-    latest = np.clip((np.maximum(at[0], at[1]) + r * np.sqrt(ww)) / ww, 0.0, 1.0)
+    length, size = np.sqrt(ww), r + receivers.reach
+    pace = ww + (receivers.reach - light.radius) * length
+    ends = np.maximum(at[0], at[1]) + size * length
+    latest = np.where(pace > ends, np.clip(ends, 0.0, None) / np.where(pace > ends, pace, 1.0), 1.0)
     wide = r + receivers.reach + latest * light.radius
     gap = _segment_distance(v - 0.5 * d, d, w)
-    scale = light.distance_or(np.sqrt(ww), norm(v) + norm(d))
+    scale = light.distance_or(length, norm(v) + norm(d))
     slack = SEGMENT_DISTANCE_ROUNDING * (wide + scale)
     touched: Mask = gap <= wide + slack
     return touched

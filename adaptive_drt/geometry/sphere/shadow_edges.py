@@ -10,7 +10,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...numerics.arrays import Array, Mask
+from ...numerics.arrays import Array, Ints, Mask
+from ...numerics.axes import TIME
 from ...numerics.floats import TINY
 from ...numerics.gather import columns
 from ...numerics.vector import cross, dot
@@ -49,7 +50,11 @@ def sphere_shadow_edges(
     point = receivers.places
     v, to = center - point, light.to_center(point, receivers.time)
     far = np.maximum(np.sqrt(dot(to, to)), TINY)
-    axis = to / far
+    axis, lit_around = to / far, np.zeros(far.size, dtype=np.bool_)
+    if light.solid:
+        # from within, the light fills the hemisphere over the surface
+        lit_around = far <= light.radius
+        axis = np.where(lit_around, columns(receivers.normal, receivers.row), axis)
     vv = dot(v, v)
     along = dot(axis, v)
     aside = v - along * axis
@@ -58,8 +63,7 @@ def sphere_shadow_edges(
     angle = np.arctan2(off, along)
     tangent = np.sqrt(np.maximum(vv - r * r, 0.0))
     opening, half = np.arctan2(r, tangent), light.half_angle_along(toward, far)
-    least = light.distance_or(far, np.sqrt(vv)) * MIN_RELATIVE_DISTANCE
-    near = np.maximum(tangent, least)
+    near = np.maximum(tangent, light.distance_or(far, np.sqrt(vv)) * MIN_RELATIVE_DISTANCE)
     rate, steps = outline_rates(receivers, light, displacement, near, far)
     shifts = outline_shifts(steps, toward, axis, rate, angle)
     within = shifts.sum(axis=0)
@@ -67,7 +71,8 @@ def sphere_shadow_edges(
     # the outlines cross somewhere in the patch: it is not so that the sphere misses the light,
     # hides all of it, or lies within its outline, from all of the patch
     farthest, clearance = _outline_angles(light, axis, toward, v, far, angle, half)
-    inner = clearance - opening
+    # all directions over the horizon count, but not alike: within the hemisphere a shadow varies
+    inner = np.where(lit_around, -np.inf, clearance - opening)
     crosses = (angle - opening - half < whole) & (opening - farthest < whole)
     crosses &= (inner < whole) & (whole > ROUNDING_ANGLE)
     inside = (angle - opening - half < within) & (opening - farthest < within) & (inner < within)
@@ -76,7 +81,7 @@ def sphere_shadow_edges(
     depth = np.minimum(1.0, opening / np.maximum(half, MIN_ANGLE_RATIO * opening)) ** 2
     weight = np.where(inside, 1.0, MARGIN_WEIGHT)
     depth = np.where(crosses & before & ~enclosed, depth * weight, 0.0)
-    bounds = np.abs(np.array([angle - opening - half, opening - farthest, inner]))
+    bounds = np.abs(np.array([angle - opening - half, opening - farthest, clearance - opening]))
     nearest = _nearest_bound(light, bounds, whole, half, opening)
     hides_all = (opening - farthest >= whole) & ~enclosed & (tangent < far - light.radius)
     some = enclosed.nonzero()[0]
@@ -85,7 +90,51 @@ def sphere_shadow_edges(
         drift = None if displacement is None else columns(displacement, some)
         hides_all[some] = _encloses_patch(*part, drift)
     width = 2.0 * np.minimum(half, opening)
-    return ShadowEdges(depth, shifts, width, *nearest, hides_all)
+    edges = ShadowEdges(depth, shifts, width, *nearest, hides_all)
+    if some.size:
+        _add_enclosed_edges(edges, some, half[some], *part, drift)
+    return edges
+
+
+def _add_enclosed_edges(
+    edges: ShadowEdges,
+    some: Ints,
+    half: Array,
+    v: Array,
+    to: Array,
+    r: Array,
+    receivers: ShadedPatches,
+    light: AreaLight,
+    displacement: Array | None,
+) -> None:
+    """Set, in place, the edges of spheres `some` that enclose the point and that the light passes.
+
+    Their outline is that of the part of the light which lies within the sphere. If the patch leaves
+    the sphere, what that hides is a step, and the shifts are those of the points through its
+    surface, in metres. The other parameters are those of these spheres: see `_encloses_patch`.
+
+    half : (m,) radians, half angles of the light.
+    """
+    gap, size = v - to, np.sqrt(dot(v, v))
+    moved = np.zeros((3, r.size)) if displacement is None else displacement * receivers.half_time
+    carried = 0.0 if light.displacement is None else light.displacement * receivers.half_time
+    drift = np.sqrt(dot(moved - carried, moved - carried))
+    reached = np.abs(np.sqrt(dot(gap, gap)) - r) < light.radius + drift
+    far = np.maximum(np.sqrt(dot(to, to)), light.radius)
+    out, over, through = -v / np.maximum(size, TINY), np.zeros((3, r.size)), np.zeros((3, r.size))
+    for axis in receivers.patch.axes:
+        step = receivers.step(axis)
+        over[axis] = np.sqrt(dot(step, step)) / far
+        if axis == TIME:
+            over[axis] += drift / far
+            step = step - moved
+        through[axis] = np.abs(dot(step, out))
+    left = (r - size <= through.sum(axis=0)) & ~receivers.own
+    shifts = np.where(reached, np.where(left, through, over), 0.0)
+    met = shifts.any(axis=0).nonzero()[0]
+    rows = some[met]
+    edges.depth[rows], edges.shifts[:, rows] = 1.0, columns(shifts, met)
+    edges.width[rows] = np.where(left[met], 0.0, 2.0 * half[met])
 
 
 def enclosed_shadow_edges(

@@ -18,6 +18,7 @@ from adaptive_drt.tracing.intersect import Pairs, intersect_pairs, surface
 from oracle.converged import relative_rmse
 from plain_hits import oracle_depth, rays
 from random_scenes import look_at
+from shape_sets import quads_of
 from solid_boxes import turned
 
 FLOOR = Quad((-50.0, -50.0, 0.0), (100.0, 0.0, 0.0), (0.0, 100.0, 0.0), Material())
@@ -56,8 +57,8 @@ def standing(rng, foot=0.0, above=False):
     hits = surface(plan, w, t, floor)
     half = np.array([[0.5], [0.5], [0.0]]) + np.zeros((3, rows.size))
     patch = make_patch(plan, w, t, hits, half)
-    corner = plan.quads.corner[:, 1:] - hits.point
-    u, v = (edge[:, 1:] + 0.0 * corner for edge in (plan.quads.edge_u, plan.quads.edge_v))
+    corner = quads_of(plan).corner[:, 1:] - hits.point
+    u, v = (edge[:, 1:] + 0.0 * corner for edge in (quads_of(plan).edge_u, quads_of(plan).edge_v))
     normal = np.cross(u, v, axis=0)
     normal *= np.sign((corner * normal).sum(axis=0)) / np.linalg.norm(normal, axis=0)
     height = (corner * normal).sum(axis=0)

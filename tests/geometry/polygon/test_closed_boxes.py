@@ -26,6 +26,7 @@ from adaptive_drt.tracing.compile import make_plan
 from adaptive_drt.tracing.intersect import intersect_pairs, surface
 from adaptive_drt.tracing.occluder_culling import Occluders
 from random_scenes import look_at
+from shape_sets import quads_of
 from solid_boxes import box, turned
 
 FLOOR = Quad((-9.0, -9.0, 0.0), (18.0, 0.0, 0.0), (0.0, 18.0, 0.0), name="Floor")
@@ -131,7 +132,7 @@ def test_the_light_is_the_same_without_the_faces_behind(seed, monkeypatch):
     hits, time = hits_of(plan), float(rng.uniform(-0.5, 0.5))
     if way is not None:
         # points of what moves move with it
-        moved = plan.quads.corners_at(hits.item, time) - plan.quads.corner[:, hits.item]
+        moved = quads_of(plan).corners_at(hits.item, time) - quads_of(plan).corner[:, hits.item]
         hits = replace(hits, point=hits.point + moved)
     reach = 10.0 ** rng.uniform(-3.0, -0.5, hits.item.size)
     shape = plan.shadow_light(plan.lights[0])

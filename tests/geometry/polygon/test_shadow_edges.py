@@ -1,0 +1,38 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Deviations that are foreseen of shadows of quads, against many points of the patches."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from adaptive_drt.scene.description import Motion, Quad, QuadLight, SphereLight
+from deviations import foreseen_and_found
+from shaded import plan_of
+
+COLOR = (1.0, 1.0, 1.0)
+LIGHTS = {
+    "quad": QuadLight((0.3, 0.2, 6.0), (0.7, 0.0, 0.1), (0.0, -0.5, 0.0), COLOR),
+    "sphere": SphereLight((0.3, 0.2, 6.0), 0.5, COLOR),
+}
+WAY = Motion((0.5, 0.2, 0.1))
+
+
+def plates(way):
+    return (
+        Quad((-0.5, -0.5, 2.5), (1.2, 0.1, 0.0), (0.2, 1.0, 0.3), motion=way),
+        Quad((-1.5, -0.2, 0.0), (0.7, 0.0, 0.0), (0.0, 0.1, 1.0)),  # stands on the floor
+    )
+
+
+@pytest.mark.parametrize("kind", LIGHTS)
+@pytest.mark.parametrize("half", [(0.5, 0.5, 0.0), (3.0, 3.0, 0.0), (0.5, 0.5, 0.5)], ids=str)
+def test_deviations_are_foreseen_and_not_much_too_large(kind, half):
+    plan = plan_of(*plates(WAY if half[2] else None), light=LIGHTS[kind])
+    x, y = np.random.default_rng(4).uniform((60, 30), (140, 100), (250, 2)).T
+    deviation, off = foreseen_and_found(plan, x, y, 2, half)
+    said = deviation.sum(axis=(0, 1))
+    rms = np.sqrt((off**2).mean()), np.sqrt((said**2).mean())
+    assert rms[0] < rms[1] < 100.0 * rms[0]
+    # the floor behind the standing quad is not what its pixels see
+    assert (off > 3.0 * said + 1e-7).mean() < 0.03

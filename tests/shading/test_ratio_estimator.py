@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The ratio estimator: exact where nothing or everything is hidden, and right in the mean."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from adaptive_drt.scene.description import PointLight, QuadLight, Sphere, SphereLight
+from adaptive_drt.shading.ratio_estimator import gather_light, light_points, ratio_estimate
+from adaptive_drt.tracing.occluder_culling import Occluders
+from shaded import patches_at, plan_of
+
+COLOR = (1.0, 1.0, 1.0)
+LIGHTS = {
+    "quad": QuadLight((0.3, 0.2, 5.0), (0.7, 0.0, 0.1), (0.0, -0.5, 0.0), COLOR),
+    "sphere": SphereLight((0.3, 0.2, 5.0), 0.6, COLOR),
+}
+COUNT = 50
+
+
+def gathered(shapes, light, rays, x, y):
+    plan = plan_of(*shapes, light=light)
+    hits, _ = patches_at(plan, x, y, plan.object_count - 1, (0.5, 0.5, 0.0))
+    emitter = plan.lights[0]
+    pairs = Occluders(plan).find(emitter, hits)
+    spots = light_points(plan, np.arange(x.size), 0, 1, rays) if rays else None
+    sums = gather_light(plan, hits, emitter, pairs, spots, 0.0)
+    exact = emitter.irradiance_factor(emitter.to_center(hits.point, 0.0), hits.point, hits.normal)
+    return sums, exact
+
+
+def places(seed=1):
+    return np.random.default_rng(seed).uniform((60, 30), (140, 100), (COUNT, 2)).T
+
+
+@pytest.mark.parametrize("kind", LIGHTS)
+@pytest.mark.parametrize("rays", [1, 4, 49])
+def test_open_light_is_exact_and_hidden_light_is_none(kind, rays):
+    x, y = places()
+    sums, exact = gathered((), LIGHTS[kind], rays, x, y)
+    np.testing.assert_allclose(sums.estimate(), exact, rtol=1e-12)
+    # a wide ball around the light, between it and the floor
+    sums, _ = gathered((Sphere((0.3, 0.2, 5.0), 1.5),), LIGHTS[kind], rays, x, y)
+    assert not sums.estimate().any()
+
+
+@pytest.mark.parametrize("kind", LIGHTS)
+def test_few_rays_tend_to_many(kind):
+    x, y = places(2)
+    shapes = (Sphere((0.2, 0.1, 2.0), 0.5), Sphere((-0.5, 0.6, 1.2), 0.4))
+    many, exact = gathered(shapes, LIGHTS[kind], 4_096, x, y)
+    best = many.estimate()
+    assert ((0.0 <= best) & (best <= exact * (1 + 1e-12))).all()
+    off = [np.sqrt(((gathered(shapes, LIGHTS[kind], n, x, y)[0].estimate() - best) ** 2).mean())
+           for n in (16, 256)]  # fmt: skip
+    assert off[1] < 0.4 * off[0] < 0.1 * exact.max()
+
+
+def test_points_of_light_are_seen_or_not():
+    x, y = places()
+    light = PointLight((0.3, 0.2, 5.0), COLOR)
+    sums, exact = gathered((Sphere((0.3, 0.2, 2.5), 0.5),), light, 0, x, y)
+    found = sums.estimate()
+    assert np.isclose(found, 0.0).any() and np.isclose(found, exact).any()
+    assert (np.isclose(found, 0.0) | np.isclose(found, exact)).all()
+
+
+def test_ratios_without_a_point_above_the_horizon_are_the_closed_form():
+    zero = np.zeros(2)
+    np.testing.assert_array_equal(ratio_estimate(np.array([0.3, 0.0]), zero, zero), [0.3, 0.0])
+    one = ratio_estimate(np.array([2.0]), np.array([4.0]), np.array([1.0]))
+    assert one[0] == 0.5
