@@ -114,13 +114,14 @@ class RefinementTask:
 @dataclass(frozen=True)
 class RefinedPixels:
     """Refined pixels: `color` (3, n), `alpha` (n,), `samples` (n,) points shaded, `error` (n,)
-    estimated.
+    estimated, and `sampling` (n,), the part of it due to light that is not exact: see `Cells`.
     """
 
     color: Array
     alpha: Array
     samples: Ints
     error: Array
+    sampling: Array
 
 
 @dataclass(frozen=True)
@@ -184,7 +185,7 @@ def refine(plan: Plan, occluders: Occluders, task: RefinementTask) -> RefinedPix
     count = task.cut.size
     with progress_range(0.0, ROUND_WORK_SHARE):
         cells, samples = _initial_cells(plan, occluders, task)
-    refined = RefinedPixels(np.zeros((3, count)), np.zeros(count), samples, np.zeros(count))
+    refined = RefinedPixels(np.zeros((3, count)), np.zeros(count), samples, *np.zeros((2, count)))
     strain, settled = np.ones(count), 0
     crowds = [(cells, 0)]
     while crowds:
@@ -228,7 +229,9 @@ def _add_pixels(refined: RefinedPixels, cells: Cells) -> None:
     count = refined.alpha.size
     refined.color[:] += _pixel_means(cells, count)
     refined.alpha[:] += grouped_sums(cells.pixel, cells.share * cells.alpha, count)
-    refined.error[:] += _pixel_errors(cells, count) + _sampling_errors(cells, count)
+    sampling = _sampling_errors(cells, count)
+    refined.error[:] += _pixel_errors(cells, count) + sampling
+    refined.sampling[:] += sampling
 
 
 def _pixel_means(cells: Cells, count: int) -> Array:

@@ -77,10 +77,13 @@ class BiquadraticBlocks:
         whole = bool(points.frame.plan.edges)
         means = _means(columns(nodes, smooth, -1), self.side, whole)
         means += _cubic_means(columns(up, smooth), columns(across, smooth), self.side, whole)
-        error = np.hypot(points.error[columns(at, smooth)].max(axis=0), off[smooth])
+        chosen = columns(at, smooth)
+        error = np.hypot(points.error[chosen].max(axis=0), off[smooth])
         rows = columns(self.pixels, smooth)
         mine = points.wanted[rows]
-        points.settle(rows[mine], means[:, mine], np.broadcast_to(error, rows.shape)[mine])
+        each = (error, points.sampling[chosen].max(axis=0))
+        errors = (np.broadcast_to(values, rows.shape)[mine] for values in each)
+        points.settle(rows[mine], means[:, mine], *errors)
 
     @property
     def _nodes(self) -> Ints:
