@@ -7,7 +7,7 @@ READY := $(VENV)/.ready
 BIN := $(VENV)/bin
 
 .DEFAULT_GOAL := help
-.PHONY: help venv demo test test-all golden stress lint format bench bench-paper package blender blender-venvs pictures compositor clean distclean profile
+.PHONY: help venv demo test test-all golden fit stress lint format bench bench-paper package blender blender-venvs pictures compositor clean distclean profile
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 20
@@ -36,6 +36,9 @@ test-all: lint  ## lint, and every test
 
 golden: $(READY)  ## write the golden pictures again, where they are meant to change: CONTRIBUTING.md
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python scripts/write_golden.py
+
+fit: $(READY)  ## fit the error model, write its coefficients and docs/error-model.md (ten minutes on one core)
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python benchmarks/fit_error_model.py $(FIT)
 
 stress: $(READY)  ## the long stress test: kernels, hostile and changed scenes, masks; docs/stability.md
 	$(BIN)/python benchmarks/stress.py $(STRESS)

@@ -156,15 +156,6 @@ COEFFICIENTS = (
         1.0 / 32.0,
     ),
     Coefficient(
-        "THIRD_DIFFERENCE_WEIGHT",
-        "numerics/midpoint",
-        "Weight of the larger of the two third differences beside a pixel in the same estimate; it "
-        "matters where a kink lies outside the pixel and the fourth difference vanishes.",
-        "the RMS error equals the estimate, for kinks at random places within a pixel's width "
-        "beside the pixel",
-        1.0 / 96.0,
-    ),
-    Coefficient(
         "REMAINING_ERROR",
         "image/midpoint_correction",
         "Error that remains after the correction of a pixel centre by second differences, as a "
@@ -226,6 +217,13 @@ COEFFICIENTS = (
         0.02,
     ),
     Coefficient(
+        "MIN_ACHIEVED_ERROR",
+        "cubature/error_budget",
+        "Smallest fraction of its goal with which a pixel under motion is predicted to end.",
+        "the smallest such fraction of any bin of the predicted number of cells",
+        0.0,
+    ),
+    Coefficient(
         "MAX_ACHIEVED_ERROR",
         "cubature/error_budget",
         "Largest fraction of its goal with which a pixel under motion is predicted to end.",
@@ -254,8 +252,7 @@ COEFFICIENTS = (
         "cubature/error_budget",
         "Error assumed for a pixel of which nothing is known except that outlines cut it, as a "
         "fraction of the contrast.",
-        "the mean of the 2 `GOAL_POWER`-th powers of the estimates after the first evaluation, "
-        "which the law adds up, is the same",
+        "it is the RMS of the estimates after the first evaluation of such pixels",
         0.05,
     ),
     Coefficient(
@@ -289,9 +286,7 @@ def in_use(one: Coefficient, fit: Fit | None) -> Any:
     """Value in use: the fitted one, times the stated safety factor, or the one before."""
     if fit is None or one.kept:
         return one.before
-    if one.safety == 1.0:
-        return rounded(fit.value)
-    return rounded((one.safety * np.array(fit.value)).tolist())
+    return rounded((one.safety * np.array(rounded(fit.value))).tolist())
 
 
 def digest(text: str) -> str:
@@ -351,3 +346,81 @@ def source_lines(name: str, value: Any) -> str:
     if len(whole) <= WIDTH + 1:
         return whole
     return f"{name} = np.array(\n    {value!r}\n)\n"
+
+
+PAGE_HEAD = """\
+# The error model
+
+"EXACT" refines pixels until their estimated errors are small enough, so a picture is as good as the
+estimates are. Constants of the estimates are of three sorts. Those that follow from theory are
+derived in the code or in their docstrings. Choices, such as limits on work, say that they are
+choices. The others are fitted: they are listed here. `make fit` fits them to random integrands and
+to renders of random scenes, and writes this page and `adaptive_drt/numerics/error_coefficients.py`.
+It takes some ten minutes on one core (`--processes 2` halves that), and does not depend on the
+values that the file holds before.
+"""
+
+TABLE_NOTE = """
+"Fit" and "held out" are true errors over estimated ones by the value in use, RMS over all samples,
+and in the worst bin in brackets, on the seeds of the fit and on others. Where a coefficient is no
+factor on an estimate, they are what its criterion speaks of, over what it asks for: a quantile, a
+threshold, or, for the law of the error budget, the estimates with which pixels end over predicted
+ones. Values are rounded to two digits.
+"""
+
+
+def shown(value: Any) -> str:
+    """Value as text in the table."""
+    if isinstance(value, list):
+        return "<br>".join(" ".join(f"{x:.3g}" for x in row) for row in value)
+    return f"{value:.3g}"
+
+
+def page_text(fits: dict[str, Fit], pictures: Any) -> str:
+    """Text of the page.
+
+    pictures : (n, 4) of the held-out renders: tolerance, whether anything moves, and the estimated
+    and the true error over the tolerance.
+    """
+    lines = [PAGE_HEAD, "| coefficient | in use | fitted | before | samples | fit | held out |"]
+    lines.append("| --- | --- | --- | --- | --- | --- | --- |")
+    for one in COEFFICIENTS:
+        fit = fits[one.name]
+        lines.append(
+            f"| `{one.name}` | {shown(in_use(one, fit))} | {shown(rounded(fit.value))} "
+            f"| {shown(one.before)} | {fit.samples:,} | {fit.ratio:.2f} ({fit.worst:.2f}) "
+            f"| {fit.held_ratio:.2f} ({fit.held_worst:.2f}) |"
+        )
+    lines += [TABLE_NOTE, "## What each is", ""]
+    for one in COEFFICIENTS:
+        text = f"- `{one.name}` (`{one.where}`): {one.what} Criterion: {one.criterion}."
+        if one.safety != 1.0:
+            text += f" The value in use has a safety factor of {one.safety:g}."
+        if one.kept:
+            text += f" The value before is in use: {one.kept}."
+        lines.append(textwrap.fill(text, WIDTH, subsequent_indent="  ", break_long_words=False))
+    lines += ["", *picture_lines(np.asarray(pictures))]
+    return "\n".join(lines) + "\n"
+
+
+def picture_lines(pictures: Any) -> list[str]:
+    """Section on whole pictures that the fit has not seen."""
+    lines = [
+        "## Pictures that the fit has not seen", "",
+        "Errors over the tolerance, of random scenes. True errors are against the same renderer at",
+        "0.005 %; at 0.01 % they are not measured.", "",
+        "| tolerance | pictures | estimated: median, 95 %, largest | true: median, 95 %, largest |",
+        "| --- | --- | --- | --- |",
+    ]  # fmt: skip
+    for tolerance in sorted(set(pictures[:, 0]), reverse=True):
+        some = pictures[pictures[:, 0] == tolerance]
+        cells = []
+        for column in (2, 3):
+            values = some[:, column][np.isfinite(some[:, column])]
+            if tolerance < 1e-3 and column == 3:
+                cells.append("")
+                continue
+            each = (np.median(values), np.quantile(values, 0.95), values.max())
+            cells.append(", ".join(f"{x:.2f}" for x in each))
+        lines.append(f"| {100.0 * tolerance:g} % | {len(some)} | {cells[0]} | {cells[1]} |")
+    return lines

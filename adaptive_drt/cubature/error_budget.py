@@ -20,6 +20,7 @@ from ..numerics.error_coefficients import (
     CROWDED_PIXEL_ERROR,
     CUT_PIXEL_ERROR,
     MAX_ACHIEVED_ERROR,
+    MIN_ACHIEVED_ERROR,
     MOTION_ERROR_SHARE,
     STILL_ACHIEVED_ERROR,
 )
@@ -193,8 +194,10 @@ class _ErrorModel:
             first = np.where(standing > level, stepped, first)
         grown = first * level**-GOAL_POWER
         limit = np.maximum(grown, 1.0)
-        reached = np.minimum(
-            ACHIEVED_ERROR + ACHIEVED_RISE * np.log2(limit) / GOAL_GROWTH, MAX_ACHIEVED_ERROR
+        reached = np.clip(
+            ACHIEVED_ERROR + ACHIEVED_RISE * np.log2(limit) / GOAL_GROWTH,
+            MIN_ACHIEVED_ERROR,
+            MAX_ACHIEVED_ERROR,
         )
         after = level * np.where(self.slow, reached * limit, STILL_ACHIEVED_ERROR * grown)
         left = np.where(self.error > level, after, self.error)

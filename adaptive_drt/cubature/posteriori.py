@@ -11,11 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..numerics.arrays import Array, Ints
-from ..numerics.error_coefficients import (
-    UNDETECTED_SHARE,
-    UNPREDICTED_RATIO,
-    UNPREDICTED_SHARE,
-)
+from ..numerics.error_coefficients import UNDETECTED_SHARE, UNPREDICTED_RATIO, UNPREDICTED_SHARE
 from ..numerics.floats import TINY
 from ..numerics.gather import columns
 from ..numerics.vector import dot, rms

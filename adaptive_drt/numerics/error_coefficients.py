@@ -23,12 +23,12 @@ __all__ = [
     "FOURTH_DIFFERENCE_WEIGHT",
     "FOURTH_MOMENT_CORRECTION",
     "MAX_ACHIEVED_ERROR",
+    "MIN_ACHIEVED_ERROR",
     "MOTION_ERROR_SHARE",
     "MULTI_NODE_ERROR",
     "REMAINING_ERROR",
     "RESIDUAL_FACTOR",
     "STILL_ACHIEVED_ERROR",
-    "THIRD_DIFFERENCE_WEIGHT",
     "TIME_ERROR_FACTOR",
     "UNDETECTED_SHARE",
     "UNPREDICTED_RATIO",
@@ -36,7 +36,7 @@ __all__ = [
 ]
 
 
-DIGEST = "7f7fbe85773557b2"
+DIGEST = "eb9a681cea708dd5"
 """Digest of the other lines of this file."""
 MULTI_NODE_ERROR = np.array(
     [[0.005, 0.05, 0.09, 0.35], [0.02, 0.09, 0.15, 0.5], [0.02, 0.13, 0.2, 0.5]]
@@ -71,9 +71,6 @@ where neighbouring differences are missing. Fitted by hand."""
 FOURTH_DIFFERENCE_WEIGHT = 0.03125
 """Weight of the fourth difference in the error estimate of a pixel mean by the midpoint rule with a
 second-difference correction. Fitted by hand."""
-THIRD_DIFFERENCE_WEIGHT = 0.010416666666666666
-"""Weight of the larger of the two third differences beside a pixel in the same estimate; it matters
-where a kink lies outside the pixel and the fourth difference vanishes. Fitted by hand."""
 REMAINING_ERROR = 0.3
 """Error that remains after the correction of a pixel centre by second differences, as a fraction of
 the largest correction of the pixel and its neighbours. Fitted by hand."""
@@ -94,6 +91,9 @@ ACHIEVED_ERROR = 0.575
 goal, grown with the number of its cells), if a single cell is predicted for it. Fitted by hand."""
 ACHIEVED_RISE = 0.02
 """Increase of that fraction with each doubling of the predicted number of cells. Fitted by hand."""
+MIN_ACHIEVED_ERROR = 0.0
+"""Smallest fraction of its goal with which a pixel under motion is predicted to end. Fitted by
+hand."""
 MAX_ACHIEVED_ERROR = 0.77
 """Largest fraction of its goal with which a pixel under motion is predicted to end. Fitted by
 hand."""
