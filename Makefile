@@ -37,7 +37,7 @@ test-all: lint  ## lint, and every test
 golden: $(READY)  ## write the golden pictures again, where they are meant to change: CONTRIBUTING.md
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python scripts/write_golden.py
 
-fit: $(READY)  ## fit the error model, write its coefficients and docs/error-model.md (ten minutes on one core)
+fit: $(READY)  ## fit the error model, write its coefficients and docs/error-model.md (five minutes on one core)
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python benchmarks/fit_error_model.py $(FIT)
 
 stress: $(READY)  ## the long stress test: kernels, hostile and changed scenes, masks; docs/stability.md

@@ -35,9 +35,6 @@ from adaptive_drt.scene.description import (
 from adaptive_drt.scene.settings import Settings
 from random_scenes import look_at, random_scene
 
-TRUE_TOLERANCE = 5e-5
-"""Tolerance of the pictures that count as true: a twentieth of 0.1 %, which is the least
-that is compared with them."""
 POWER = error_budget.GOAL_POWER
 
 
@@ -142,9 +139,9 @@ def first_estimates(render: ExactRender, frame: Frame) -> tuple[Array, Mask]:
     return begun.error / render.goal.contrast, crowded
 
 
-def true_picture(scene: Scene, edges: bool = True) -> Array:
-    """Picture of a scene at `TRUE_TOLERANCE`; without edges, of the centres of pixels."""
-    settings = Settings(tolerance=TRUE_TOLERANCE, threads=1, use_edges=edges)
+def true_picture(scene: Scene, tolerance: float, edges: bool = True) -> Array:
+    """Picture of a scene at a small tolerance; without edges, of the centres of pixels."""
+    settings = Settings(tolerance=tolerance, threads=1, use_edges=edges)
     return np.array(render_image(scene, settings).color)
 
 

@@ -56,13 +56,19 @@ from random_scenes import random_scene  # noqa: E402
 
 FIT, HELD = 1, 2
 """Seeds of the integrands of the fit, and of those that it does not see."""
-SCENES = {FIT: range(400, 432), HELD: range(500, 524)}
+SCENES = {FIT: range(400, 424), HELD: range(500, 516)}
 """Seeds of random scenes."""
-CROWDS = {FIT: range(4), HELD: range(100, 104)}
+CROWDS = {FIT: range(3), HELD: range(100, 103)}
 """Seeds of scenes with many moving spheres."""
-BLOCK_SCENES = {FIT: range(400, 424), HELD: range(500, 524)}
+BLOCK_SCENES = {FIT: range(400, 416), HELD: range(500, 510)}
 """Seeds of random scenes rendered larger, for blocks of pixels; still ones are skipped."""
 TOLERANCES = (1e-2, 1e-3, 1e-4)
+"""Tolerances of renders; the last only for every third scene, as it takes long."""
+TRUE_TOLERANCE = 5e-5
+"""Tolerance of the pictures that count as true: a twentieth of the least that is compared with
+them."""
+BLOCK_TOLERANCE = 2e-4
+"""The same for the larger pictures of blocks; blocks with smaller estimates do not count."""
 LEAST = 50
 """Number of pixels below which a bin of the law is not looked at."""
 SHARES = (0.1, 0.15, 0.2, 0.3, 0.4, 0.6, 0.8, 1.0)
@@ -248,7 +254,7 @@ def look(job: tuple[int, bool, tuple[float, ...], Values, bool]) -> Seen:
     seed, crowd, tolerances, values, compared = job
     set_coefficients(values)
     scene = crowd_scene(seed) if crowd else random_scene(seed)
-    truth = true_picture(scene) if compared else None
+    truth = true_picture(scene, TRUE_TOLERANCE) if compared else None
     pixels, begun, pictures = [], (np.zeros(0), np.zeros(0, dtype=np.bool_)), []
     for tolerance in tolerances:
         seen = watch(scene, Settings(tolerance=tolerance, threads=1), tolerance == 1e-3)
@@ -276,7 +282,8 @@ def look_at_blocks(job: tuple[int, Values]) -> Blocks | None:
     some = [each for each in seen if each is not None and any(b[1].size for b in each.blocks)]
     if not some:
         return None
-    truth, centers = true_picture(scene), true_picture(scene, edges=False)
+    truth = true_picture(scene, BLOCK_TOLERANCE)
+    centers = true_picture(scene, BLOCK_TOLERANCE, edges=False)
     return joined_blocks([blocks_of(each, truth, centers) for each in some])
 
 
@@ -296,7 +303,7 @@ def fit_blocks(found: Result, pool: ProcessPoolExecutor, quick: int) -> None:
             b = sets[seed]
             mine = BY_NAME[name].before * getattr(b, field)
             rest = {"difference": 0.2, "residual": 1.2}[other] * getattr(b, other)
-            some = (mine >= rest) & (mine > 1e-4)
+            some = (mine >= rest) & (mine > BLOCK_TOLERANCE)
             # relative, so that the blocks of a few pictures do not decide
             size = getattr(b, field)[some]
             bins = rules.log_bins(size, [1e-3, 1e-2])
@@ -337,7 +344,7 @@ def law_curve(pixels: Pixels, values: Values) -> tuple[Array, Array, Array]:
     return table[:, 0], table[:, 1], table[:, 2]
 
 
-def fit_law(found: Result, pixels: Pixels, held: Pixels) -> None:
+def fit_law(found: Result, pixels: Pixels) -> None:
     """Fit with which fraction of their goals pixels end."""
     best: tuple[float, Values] | None = None
     for share in SHARES:
@@ -399,14 +406,20 @@ def pictures_of(seen: list[Seen]) -> Array:
     return np.array([picture for each in seen for picture in each.pictures])
 
 
-def fit_share(found: Result, seen: list[Seen], held: list[Seen], share: float) -> None:
-    """Fit the fraction of the tolerance for which the goal is set, from renders with `share`."""
-    one, other = (pictures_of(some)[:, 2] / share for some in (seen, held))
-    value = 1.0 / float(np.quantile(one, QUANTILE))
-    plain = Fit(value, one.size, 1.0, 1.0, 1.0, 1.0)
-    used = in_use(BY_NAME["BUDGETED_SHARE"], plain)
-    got = [(used * float(np.quantile(x, QUANTILE)), used * float(x.max())) for x in (one, other)]
-    found.enter("BUDGETED_SHARE", replace(plain, **quality(got[0], got[1])))
+def fit_share(found: Result, seen: list[Seen]) -> None:
+    """Fit the fraction of the tolerance for which the goal is set."""
+    estimates = pictures_of(seen)[:, 2] / found.values["BUDGETED_SHARE"]
+    value = 1.0 / float(np.quantile(estimates, QUANTILE))
+    found.enter("BUDGETED_SHARE", Fit(value, estimates.size, 1.0, 1.0, 1.0, 1.0))
+
+
+def share_quality(found: Result, seen: list[Seen], held: list[Seen], share: float) -> None:
+    """Measure it, from renders of the fit with `share`, and held-out ones with the value in use."""
+    used = found.values["BUDGETED_SHARE"]
+    each = pictures_of(seen)[:, 2] * used / share, pictures_of(held)[:, 2]
+    got = [(float(np.quantile(x, QUANTILE)), float(x.max())) for x in each]
+    more = quality(got[0], got[1])
+    found.enter("BUDGETED_SHARE", replace(found.fits["BUDGETED_SHARE"], **more))
 
 
 def fit_renders(found: Result, pool: ProcessPoolExecutor, quick: int) -> Array:
@@ -414,7 +427,10 @@ def fit_renders(found: Result, pool: ProcessPoolExecutor, quick: int) -> Array:
     fit_blocks(found, pool, quick)
 
     def all_of(seed: int, compared: bool) -> list[Seen]:
-        jobs = [(n, False, TOLERANCES, found.values, compared) for n in SCENES[seed][::quick]]
+        jobs = [
+            (n, False, TOLERANCES[: 2 + (n % 3 == 0)], found.values, compared)
+            for n in SCENES[seed][::quick]
+        ]
         jobs += [(n, True, TOLERANCES[:2], found.values, False) for n in CROWDS[seed]]
         return list(pool.map(look, jobs))
 
@@ -422,14 +438,17 @@ def fit_renders(found: Result, pool: ProcessPoolExecutor, quick: int) -> Array:
     told("first renders")
     pixels = joined([part for each in first for part in each.pixels])
     fit_first_estimates(found, first, first)
-    fit_law(found, pixels, pixels)
+    fit_law(found, pixels)
     share = found.values["BUDGETED_SHARE"]
-    second, held = all_of(FIT, True), all_of(HELD, True)
+    second = all_of(FIT, True)
     told("second renders")
+    fit_share(found, second)
+    held = all_of(HELD, True)
+    told("held-out renders")
     fit_first_estimates(found, first, held)
     parts = [joined([p for each in some for p in each.pixels]) for some in (second, held)]
     law_quality(found, parts[0], parts[1])
-    fit_share(found, second, held, share)
+    share_quality(found, second, held, share)
     return pictures_of(held)
 
 
