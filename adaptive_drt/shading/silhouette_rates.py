@@ -44,12 +44,11 @@ MARGIN_WEIGHT = 0.3
 """Weight of a shadow that only meets the margin around a patch, as a fraction of its depth. Chosen,
 not fitted: most such shadows miss the patch, and those that reach it were misplaced by the
 linearisation of the patch."""
-TANGENCY_COEFFICIENT = 1.7
+TANGENCY_COEFFICIENT = 16.0 / (3.0 * np.pi)
 """Coefficient of the power 3/2 with which a shadow begins whose round outline meets a straight one,
 or one half as round. Derived: of two circles of radii a and b that overlap by u, the common area is
 4/3 (2 r)^(1/2) u^(3/2), with 1/r = 1/a + 1/b, or 1/a - 1/b where one is inside the other. That over
-pi a^2, with the smaller radius a, for a width of 2 a, is 16 / (3 pi) (r / a)^(1/2), and 16 / (3 pi)
-= 1.698."""
+pi a^2, with the smaller radius a, for a width of 2 a, is 16 / (3 pi) (r / a)^(1/2)."""
 MAX_RELATIVE_STEP = 0.75
 """Largest relative step, in radians or as a fraction of the distance, that enters the extrapolation
 of an outline's motion; for larger steps nothing is known of where the outline ends up. Chosen, not
