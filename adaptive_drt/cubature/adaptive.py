@@ -75,16 +75,18 @@ DOMINANT_CELL_SHARE = 0.5
 refined beyond `MAX_CELLS`, as a few more cells meet the goal. (A pixel whose last split revealed a
 new feature: the estimate was 489 times the tolerance at 0.01 %, and is 10 times with this.)"""
 AXIS_THRESHOLD = 0.4
-"""A cell is split along each axis whose error is at least this fraction of that of its worst
-axis."""
+"""A cell is split along each axis whose error is at least this fraction of that of its worst axis.
+Chosen for cost, not fitted."""
 HIDDEN_NODE_ERROR = 0.5
 """Error assigned to the fraction of a region's nodes that are hidden by another object, as a
-fraction of the contrast."""
+fraction of the contrast. Chosen, not fitted: what is visible there instead may have any
+radiance."""
 MAX_LINES = 16
 """Largest number of line samples an axis for the shape of regions; instead of taking more, it is
 better to split the cell."""
 SHAPE_ERROR_SHARE = 0.7
-"""Fraction of the goal that errors in the shape of regions may contribute to a pixel's error."""
+"""Fraction of the goal that errors in the shape of regions may contribute to a pixel's error.
+Chosen for cost, not fitted."""
 
 
 @dataclass(frozen=True)

@@ -48,10 +48,10 @@ STORAGE_ALIGNMENT = 8
 contiguous sub-arrays."""
 NEGLIGIBLE_ERROR = 0.01
 """Predicted error below which a pixel needs no correction of its curvature, as a fraction of the
-tolerance times the RMS over channels of its own radiance."""
+tolerance times the RMS over channels of its own radiance. Chosen for cost, not fitted."""
 MULTI_NODE_GOAL = 0.03
 """Goal, as a fraction of the contrast, below which the multi-node rule is used for visible regions
-from the first."""
+from the first. Chosen for cost, not fitted."""
 
 
 def widened_plan(plan: Plan, region: tuple[int, int, int, int]) -> Plan:
