@@ -351,18 +351,7 @@ def _shade_cells(
     own, rest = slice(hit.size), slice(hit.size, None)
     done = []
     if filled.pixel.size:
-        ones = np.ones(filled.pixel.size)
-        color, deviation = light.color[:, rest], light.deviation[..., rest]
-        star = filled.star & ~samples.vain[rest]
-        whole = replace(
-            filled,
-            color=color,
-            alpha=ones,
-            deviation=deviation,
-            star=star,
-            sampling=light.error[rest],
-        )
-        done.append(whole)
+        done.append(_whole_cells(filled, light, rest, ~samples.vain[rest]))
     if crossed.pixel.size:
         light = DirectLight(light.color[:, own], light.deviation[..., own], light.error[own])
         light.deviation[STEP_KIND] += (
@@ -375,6 +364,18 @@ def _shade_cells(
     pixel = np.concatenate([crossed.pixel[found.box[hit]], filled.pixel])
     shaded = np.bincount(np.repeat(pixel, samples.points), minlength=task.cut.size)
     return (merge(done) if len(done) > 1 else done[0]), shaded
+
+
+def _whole_cells(cells: Cells, light: DirectLight, part: slice, star: Mask) -> Cells:
+    """Cells that one object fills, shaded: their light is a part of that of all subdomains.
+
+    star : (c,) whether the multi-node rule is not in vain.
+    """
+    color, deviation, sampling = light.color[:, part], light.deviation[..., part], light.error[part]
+    alpha, star = np.ones(cells.pixel.size), cells.star & star
+    return replace(
+        cells, color=color, alpha=alpha, deviation=deviation, star=star, sampling=sampling
+    )
 
 
 def _find_regions(plan: Plan, task: RefinementTask, cells: Cells) -> Fragments:

@@ -230,10 +230,8 @@ def _multi_node_means(
         gain = _limb_gains((slant, centers.slant), round_, arms, left, axes[round_])
         off = columns(color - center, round_)
         color[:, round_] = np.maximum(columns(center, round_) + gain * off, 0.0)
-    best, short = (
-        MULTI_NODE_ERROR[axes - 1].T,
-        grouped_sums(region, part * (1.0 - left * left), size),
-    )
+    best = MULTI_NODE_ERROR[axes - 1].T
+    short = grouped_sums(region, part * (1.0 - left * left), size)
     deviation = foreseen * np.where(star, best + (1.0 - best) * short, 1.0)[:, None]
     rows = star.nonzero()[0]
     deviation[..., rows] = correct_errors(
