@@ -7,7 +7,7 @@ READY := $(VENV)/.ready
 BIN := $(VENV)/bin
 
 .DEFAULT_GOAL := help
-.PHONY: help venv demo test test-all truths golden stress lint format bench bench-paper package blender blender-venvs pictures compositor clean distclean profile
+.PHONY: help venv demo test test-all truths golden fit stress lint format bench bench-paper package blender blender-venvs pictures compositor clean distclean profile
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 20
@@ -39,6 +39,9 @@ golden: $(READY)  ## write the golden pictures again, where they are meant to ch
 
 truths: $(READY)  ## compute what the oracle says in the tests, and keep it: docs/testing.md
 	ADAPTIVE_DRT_TRUTHS=keep $(BIN)/python -m pytest -m "not slow" $$(grep -rl "oracle.kept" tests --include='test_*.py' | grep -v test_kept)
+
+fit: $(READY)  ## fit the error model, write its coefficients and docs/error-model.md (five minutes on one core)
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python benchmarks/fit_error_model.py $(FIT)
 
 stress: $(READY)  ## the long stress test: kernels, hostile and changed scenes, masks; docs/stability.md
 	$(BIN)/python benchmarks/stress.py $(STRESS)

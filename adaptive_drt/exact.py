@@ -77,6 +77,8 @@ class ExactRender:
     goal : error goal, set once the first pass is done.
     work : scheduler that runs the tasks and collects their statistics.
     error_estimate : estimated RMS error of the picture, relative to its mean.
+    sampling_error : number of pixels whose light is not exact, and the part of the estimated error
+        that is due to it: see `Frame.sampling_error`.
     stage : what is being done, in words, for the user.
     """
 
@@ -84,6 +86,7 @@ class ExactRender:
     occluders: Occluders
     goal: Goal = field(default_factory=lambda: Goal(0.0, 1.0))
     error_estimate: float = 0.0
+    sampling_error: tuple[int, float] = (0, 0.0)
     stage: str = "First pass"
 
     def __post_init__(self) -> None:
@@ -122,7 +125,7 @@ class ExactRender:
         self.stage = "Refining pixels"
         yield from _within(resolved, 1.0, self._refine(frame))
         # step 9: the error
-        self.error_estimate = frame.estimate_error()
+        self.error_estimate, self.sampling_error = frame.estimate_error(), frame.sampling_error()
 
     # --- steps 1 to 5: the first pass ------------------------------------------------------
 

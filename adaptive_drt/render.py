@@ -146,10 +146,13 @@ def _method_statistics(method: ExactRender | DistributedRender) -> dict[str, Any
     if isinstance(method, DistributedRender):
         return {"rays": method.rays}
     left, bottom, right, top = method.plan.region
+    sampled, sampling_error = method.sampling_error
     return {
         "rays": {"camera": (right - left) * (top - bottom), "shaded": method.work.shaded},
         "tolerance": method.plan.settings.tolerance,
         "error_estimate": method.error_estimate,
+        "sampled_pixels": sampled,
+        "sampling_error": sampling_error,
     }
 
 

@@ -225,6 +225,9 @@ def figure_lines(figures: dict[str, Any]) -> list[tuple[str, str]]:
     for name, said in (("error_estimate", "Estimated Error"), ("tolerance", "Tolerance")):
         if isinstance(figures.get(name), (int, float)):
             lines.append((said, f"{figures[name]:.2g}"))
+    if figures.get("sampled_pixels"):
+        said = f"{figures['sampled_pixels']:,}, {figures.get('sampling_error', 0.0):.2g}"
+        lines.append(("Pixels With Sampled Light, Error", said))
     pixels = figures.get("pixels") or 0
     for name, count in figures.get("counts", {}).items():
         share = f" ({100.0 * count / pixels:.1f} %)" if pixels else ""

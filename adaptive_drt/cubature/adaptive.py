@@ -75,16 +75,18 @@ DOMINANT_CELL_SHARE = 0.5
 refined beyond `MAX_CELLS`, as a few more cells meet the goal. (A pixel whose last split revealed a
 new feature: the estimate was 489 times the tolerance at 0.01 %, and is 10 times with this.)"""
 AXIS_THRESHOLD = 0.4
-"""A cell is split along each axis whose error is at least this fraction of that of its worst
-axis."""
+"""A cell is split along each axis whose error is at least this fraction of that of its worst axis.
+Chosen for cost, not fitted."""
 HIDDEN_NODE_ERROR = 0.5
 """Error assigned to the fraction of a region's nodes that are hidden by another object, as a
-fraction of the contrast."""
+fraction of the contrast. Chosen, not fitted: what is visible there instead may have any
+radiance."""
 MAX_LINES = 16
 """Largest number of line samples an axis for the shape of regions; instead of taking more, it is
 better to split the cell."""
 SHAPE_ERROR_SHARE = 0.7
-"""Fraction of the goal that errors in the shape of regions may contribute to a pixel's error."""
+"""Fraction of the goal that errors in the shape of regions may contribute to a pixel's error.
+Chosen for cost, not fitted."""
 
 
 @dataclass(frozen=True)
@@ -114,13 +116,14 @@ class RefinementTask:
 @dataclass(frozen=True)
 class RefinedPixels:
     """Refined pixels: `color` (3, n), `alpha` (n,), `samples` (n,) points shaded, `error` (n,)
-    estimated.
+    estimated, and `sampling` (n,), the part of it due to light that is not exact: see `Cells`.
     """
 
     color: Array
     alpha: Array
     samples: Ints
     error: Array
+    sampling: Array
 
 
 @dataclass(frozen=True)
@@ -184,7 +187,7 @@ def refine(plan: Plan, occluders: Occluders, task: RefinementTask) -> RefinedPix
     count = task.cut.size
     with progress_range(0.0, ROUND_WORK_SHARE):
         cells, samples = _initial_cells(plan, occluders, task)
-    refined = RefinedPixels(np.zeros((3, count)), np.zeros(count), samples, np.zeros(count))
+    refined = RefinedPixels(np.zeros((3, count)), np.zeros(count), samples, *np.zeros((2, count)))
     strain, settled = np.ones(count), 0
     crowds = [(cells, 0)]
     while crowds:
@@ -228,7 +231,9 @@ def _add_pixels(refined: RefinedPixels, cells: Cells) -> None:
     count = refined.alpha.size
     refined.color[:] += _pixel_means(cells, count)
     refined.alpha[:] += grouped_sums(cells.pixel, cells.share * cells.alpha, count)
-    refined.error[:] += _pixel_errors(cells, count) + _sampling_errors(cells, count)
+    sampling = _sampling_errors(cells, count)
+    refined.error[:] += _pixel_errors(cells, count) + sampling
+    refined.sampling[:] += sampling
 
 
 def _pixel_means(cells: Cells, count: int) -> Array:
@@ -346,18 +351,7 @@ def _shade_cells(
     own, rest = slice(hit.size), slice(hit.size, None)
     done = []
     if filled.pixel.size:
-        ones = np.ones(filled.pixel.size)
-        color, deviation = light.color[:, rest], light.deviation[..., rest]
-        star = filled.star & ~samples.vain[rest]
-        whole = replace(
-            filled,
-            color=color,
-            alpha=ones,
-            deviation=deviation,
-            star=star,
-            sampling=light.error[rest],
-        )
-        done.append(whole)
+        done.append(_whole_cells(filled, light, rest, ~samples.vain[rest]))
     if crossed.pixel.size:
         light = DirectLight(light.color[:, own], light.deviation[..., own], light.error[own])
         light.deviation[STEP_KIND] += (
@@ -370,6 +364,18 @@ def _shade_cells(
     pixel = np.concatenate([crossed.pixel[found.box[hit]], filled.pixel])
     shaded = np.bincount(np.repeat(pixel, samples.points), minlength=task.cut.size)
     return (merge(done) if len(done) > 1 else done[0]), shaded
+
+
+def _whole_cells(cells: Cells, light: DirectLight, part: slice, star: Mask) -> Cells:
+    """Cells that one object fills, shaded: their light is a part of that of all subdomains.
+
+    star : (c,) whether the multi-node rule is not in vain.
+    """
+    color, deviation, sampling = light.color[:, part], light.deviation[..., part], light.error[part]
+    alpha, star = np.ones(cells.pixel.size), cells.star & star
+    return replace(
+        cells, color=color, alpha=alpha, deviation=deviation, star=star, sampling=sampling
+    )
 
 
 def _find_regions(plan: Plan, task: RefinementTask, cells: Cells) -> Fragments:

@@ -13,52 +13,32 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..numerics.arrays import Array, Mask
+from ..numerics.error_coefficients import (
+    ACHIEVED_ERROR,
+    ACHIEVED_RISE,
+    BUDGETED_SHARE,
+    CROWDED_PIXEL_ERROR,
+    CUT_PIXEL_ERROR,
+    MAX_ACHIEVED_ERROR,
+    MIN_ACHIEVED_ERROR,
+    MOTION_ERROR_SHARE,
+    STILL_ACHIEVED_ERROR,
+)
 
 __all__ = ["GOAL_GROWTH", "MIN_GOAL", "Goal", "MotionErrors", "make_goal"]
 
 
-ACHIEVED_ERROR = 0.575
-"""RMS error with which a pixel under motion ends, as a fraction of its own goal (the picture's
-goal, grown with the number of its cells), if a single cell is predicted for it ..."""
-ACHIEVED_RISE = 0.02
-"""... and the increase of that fraction with each doubling of the predicted number of cells. Easy
-pixels take more cells than predicted the lower the tolerance is, hard ones fewer (at 1, 0.1 and
-0.01 % pixels with one predicted cell end with 0.55, 0.77 and 1.27 of their goal, those with 64 with
-0.2 to 0.4). A picture has both. (116 random scenes at these tolerances: the median of the estimates
-is 0.5 to 0.6 of the tolerance, and 5 of 348 are above it; at 0.55 for all pixels, and without steps
-in time in the model, 7 of 43 were above at 1 %.)"""
-MAX_ACHIEVED_ERROR = 0.77
-"""Largest fraction of its goal with which a pixel under motion is predicted to end."""
 GOAL_GROWTH = 0.3
-"""Exponent of the number of its cells with which a refined pixel's goal grows. To bring the sum of
-squares of all errors to a given value with the fewest cells, the next cell must gain the same
-everywhere: where n cells leave an error of about c / n, the square gains 2 c^2 / n^3, so error^2 /
-n is the same everywhere: an exponent of 0.5. But then few pixels have most of the error, and the
-result depends on how well their errors are estimated (135 random scenes at 0.1 %, exponents 0.5 and
-0.3: 25 and 28 points a pixel, but 3 and 1 pictures beyond the tolerance)."""
+"""Exponent of the number of its cells with which a refined pixel's goal grows. It is chosen, not
+fitted. To bring the sum of squares of all errors to a given value with the fewest cells, the next
+cell must gain the same everywhere: where n cells leave an error of about c / n, the square gains 2
+c^2 / n^3, so error^2 / n is the same everywhere: an exponent of 0.5. But then few pixels have most
+of the error, and the result depends on how well their errors are estimated (135 random scenes at
+0.1 %, exponents 0.5 and 0.3: 25 and 28 points a pixel, but 3 and 1 pictures beyond the
+tolerance)."""
 GOAL_POWER = GOAL_GROWTH / (1.0 + GOAL_GROWTH)
 """Exponent by which a pixel's own goal follows from its error c as one cell: n cells leave c / n,
 and c / n = goal n^`GOAL_GROWTH` where (c / goal)^`GOAL_POWER` = n^`GOAL_GROWTH`."""
-STILL_ACHIEVED_ERROR = 0.53
-"""Error with which a pixel without motion ends, as a fraction of the goal times (e /
-goal)^`GOAL_POWER`, where e is its predicted error under the multi-node rule: many pixels meet the
-goal by their first use of that rule. (Still scenes of the benchmark and 47 random ones, RMS: 0.2,
-0.3, 0.4, 0.5, 0.6, 0.8, 1.0, 1.2 and 1.5 of the goal where e is 0.025, 0.1, 0.3, 0.7, 1.5, 6, 18,
-48 and 100 of it.)"""
-MOTION_ERROR_SHARE = 0.6
-"""Constant c of the law c / n by which the error of a pixel under motion falls with n cells, as a
-fraction of its estimated error before refinement."""
-CUT_PIXEL_ERROR = 0.05
-"""Error assumed for a pixel of which nothing is known except that outlines cut it, as a fraction of
-the contrast."""
-CROWDED_PIXEL_ERROR = 0.25
-"""The same for pixels where many objects may be visible (median with 2 objects: 0.005 to 0.03 of
-the contrast, with 4: 0.1, with 5 to 20: 0.15 to 0.5)."""
-BUDGETED_SHARE = 0.72
-"""Fraction of the tolerance for which the goal is set. The rest is for errors that the estimates
-miss, and for pixels that end with more than the model predicts. (210 random scenes: at 0.65, 0.72,
-0.85 and 1 some 2, 4, 3 and 3 are beyond 0.01 %, none beyond 0.1 %; but from 0.85 on a tenth of the
-estimates of pictures with moving hard shadows end above the tolerance.)"""
 GOAL_RATIO = 1.01
 """Ratio of successive goals in the discrete grid of goals. The error of the picture jumps where the
 goal passes a pixel's own error, so the largest admissible goal is often equal to such an error, and
@@ -73,7 +53,7 @@ MIN_GOAL = 2.0**-6
 """Smallest goal of the grid, as a fraction of the tolerance."""
 UNLIT_MEAN_SHARE = 0.1
 """Mean radiance assumed for a picture of which no sampled pixel centre is lit, as a fraction of the
-mean estimated error."""
+mean estimated error. Chosen, not fitted: it only has to set a scale."""
 
 
 @dataclass(frozen=True)
@@ -214,8 +194,10 @@ class _ErrorModel:
             first = np.where(standing > level, stepped, first)
         grown = first * level**-GOAL_POWER
         limit = np.maximum(grown, 1.0)
-        reached = np.minimum(
-            ACHIEVED_ERROR + ACHIEVED_RISE * np.log2(limit) / GOAL_GROWTH, MAX_ACHIEVED_ERROR
+        reached = np.clip(
+            ACHIEVED_ERROR + ACHIEVED_RISE * np.log2(limit) / GOAL_GROWTH,
+            MIN_ACHIEVED_ERROR,
+            MAX_ACHIEVED_ERROR,
         )
         after = level * np.where(self.slow, reached * limit, STILL_ACHIEVED_ERROR * grown)
         left = np.where(self.error > level, after, self.error)

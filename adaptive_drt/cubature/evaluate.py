@@ -16,6 +16,7 @@ import numpy as np
 from ..lights.emitter import Emitter
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.axes import TIME
+from ..numerics.error_coefficients import MULTI_NODE_ERROR
 from ..numerics.floats import TINY
 from ..numerics.gather import columns, place
 from ..numerics.vector import dot
@@ -44,26 +45,17 @@ __all__ = [
 ]
 
 
-MULTI_NODE_ERROR = np.array(
-    [[0.005, 0.05, 0.09, 0.35], [0.02, 0.09, 0.15, 0.5], [0.02, 0.13, 0.2, 0.5]]
-)
-"""Error of the multi-node rule as a fraction of the error of the centroid rule, by number of axes
-(rows) and by kind of error (columns: bends, roots, kinks, steps). Of a power 3/2, a kink and a step
-at random places the rule leaves 0.032, 0.088 and 0.35 in an interval, 0.071, 0.15 and 0.35 in a
-square, 0.13, 0.22 and 0.38 in a cube; the values for bends were measured. (Means over the shutter
-at 0.01 %, as used by blocks: with 0.02 for an interval the true errors were 0.1 to 0.4 of the
-estimates, with a tenth more points a pixel; with 0.005 they were 0.3 to 0.6.)"""
 SHADOW_SEARCH_RADIUS = 1.6
 """Radius, as a multiple of a subdomain's extent, within which shadow edges are searched for around
 its centroid. A patch is linearised on a plane, and so is the growth of an occluder's angular size;
-near contact both change faster (135 random scenes at 0.1 %: the worst error is 1.21 of the
-tolerance without this margin, 0.97 with it)."""
+near contact both change faster Chosen, not fitted (135 random scenes at 0.1 %: the worst error is
+1.21 of the tolerance without this margin, 0.97 with it)."""
 CENTROID_RULE_ERROR = 0.1
 """Largest predicted error for which a still subdomain keeps the centroid rule, as a fraction of its
-pixel's goal over the square root of the pixel's number of cells. The multi-node rule also detects
-errors that were not predicted (400 spheres, 0.01 %: at 0.01, 0.05 and 0.2 the picture's error is
-0.46, 0.50 and 0.64 of the tolerance, with 19.2, 18.6 and 18.1 points a pixel; the errors of 210
-random scenes are the same at 0.1 as at 0.01)."""
+pixel's goal over the square root of the pixel's number of cells. Chosen for cost, not fitted. The
+multi-node rule also detects errors that were not predicted (400 spheres, 0.01 %: at 0.01, 0.05 and
+0.2 the picture's error is 0.46, 0.50 and 0.64 of the tolerance, with 19.2, 18.6 and 18.1 points a
+pixel; the errors of 210 random scenes are the same at 0.1 as at 0.01)."""
 CENTROIDS_WORK_SHARE = 0.5
 """Fraction of the work of `estimate_means` that shading the centroids takes, for a progress bar."""
 NO_SEARCH_RADIUS = -1.0
@@ -71,7 +63,8 @@ NO_SEARCH_RADIUS = -1.0
 so that every node lies beyond it."""
 SPLIT_ANYWAY_ERROR = 1.5
 """Predicted error of a cell under the multi-node rule, as a multiple of its pixel's goal, above
-which the cell will be split in any case and the rule is not applied."""
+which the cell will be split in any case and the rule is not applied. Chosen for cost, not
+fitted."""
 
 
 @dataclass(frozen=True)
@@ -237,10 +230,8 @@ def _multi_node_means(
         gain = _limb_gains((slant, centers.slant), round_, arms, left, axes[round_])
         off = columns(color - center, round_)
         color[:, round_] = np.maximum(columns(center, round_) + gain * off, 0.0)
-    best, short = (
-        MULTI_NODE_ERROR[axes - 1].T,
-        grouped_sums(region, part * (1.0 - left * left), size),
-    )
+    best = MULTI_NODE_ERROR[axes - 1].T
+    short = grouped_sums(region, part * (1.0 - left * left), size)
     deviation = foreseen * np.where(star, best + (1.0 - best) * short, 1.0)[:, None]
     rows = star.nonzero()[0]
     deviation[..., rows] = correct_errors(

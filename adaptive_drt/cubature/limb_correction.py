@@ -12,6 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..numerics.arrays import Array, Ints, Mask
+from ..numerics.error_coefficients import FOURTH_MOMENT_CORRECTION
 from .regions import grouped_sums
 
 __all__ = ["limb_gains"]
@@ -25,13 +26,9 @@ MIN_SQUARED_COSINE = 2.0**-100
 MIN_RELATIVE_VARIANCE = 1e-6
 """Smallest relative variance of a root's argument that is used. Below it, the mean root differs
 from the root of the mean by an eighth of the variance, as at this value."""
-FOURTH_MOMENT_CORRECTION = 0.2
-"""Coefficient of s^4 (1/3 - s^2), by which the mean root is less than that of a uniform density;
-s^2 is the relative variance. When a corner of a box with n equal axes is at 0, s^2 = 1 / (3 n), the
-fourth moment is s^4 (9/5 + 18/5 (1/3 - s^2)), and the mean root falls by 5/128 of it; the higher
-moments add two fifths."""
 MIN_GAIN, MAX_GAIN = 0.5, 2.0
-"""Bounds of the gain."""
+"""Bounds of the gain. Chosen, not fitted: they are met only where rounding makes the ratio of two
+small differences meaningless."""
 
 
 def limb_gains(

@@ -25,10 +25,11 @@ __all__ = ["clip_nodes"]
 
 
 SCALES = (1.0, 0.7, 0.4, 0.0)
-"""Scale factors of a node's offset that are tried one after the other. The last is the centroid."""
+"""Scale factors of a node's offset that are tried one after the other. The last is the centroid.
+Chosen, not fitted."""
 CONTACT_DEPTH = 8.0
 """Depth difference, as a multiple of a region's extent on the surface, up to which an object that
-hides a node may be in contact with the surface."""
+hides a node may be in contact with the surface. Chosen, not fitted."""
 
 
 def clip_nodes(

@@ -22,13 +22,14 @@ __all__ = ["Nodes", "make_nodes", "rotation_index"]
 
 CENTROID_WEIGHT = np.array([0.39, 0.1, 0.15])
 """Weight of the centroid in the mean, for a box in 1, 2 and 3 dimensions; the other nodes are moved
-outwards accordingly. The values are about where kinks and steps at random places leave the least
-error: in an interval 0.09 and 0.35 of the error of the centroid rule, against 0.22 and 0.51 without
-the centroid; in squares 0.15 and 0.35, against 0.17 and 0.38. (In an interval 1/3 leaves as much of
-kinks, but twice as much of a fourth power; 4/9, the Gauss rule, leaves none of the fourth power,
-but a fifth more of kinks.) In a box, the six nodes along the axes lie on its sides even without a
-centroid, and so do those of regions that are not boxes, except along a single axis, where regions
-are intervals: in those cases the centroid has no weight."""
+outwards accordingly. They are parameters of the rule, not of the error model. The values are about
+where kinks and steps at random places leave the least error: in an interval 0.09 and 0.35 of the
+error of the centroid rule, against 0.22 and 0.51 without the centroid; in squares 0.15 and 0.35,
+against 0.17 and 0.38. (In an interval 1/3 leaves as much of kinks, but twice as much of a fourth
+power; 4/9, the Gauss rule, leaves none of the fourth power, but a fifth more of kinks.) In a box,
+the six nodes along the axes lie on its sides even without a centroid, and so do those of regions
+that are not boxes, except along a single axis, where regions are intervals: in those cases the
+centroid has no weight."""
 TETRAHEDRON = np.array([[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]])
 """Four corners of a cube that form a tetrahedron, (nodes, axes): the rule in three dimensions
 before it is rotated. It is exact for quadratics, as six nodes along the axes are, with four nodes

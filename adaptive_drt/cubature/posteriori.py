@@ -11,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..numerics.arrays import Array, Ints
+from ..numerics.error_coefficients import UNDETECTED_SHARE, UNPREDICTED_RATIO, UNPREDICTED_SHARE
 from ..numerics.floats import TINY
 from ..numerics.gather import columns
 from ..numerics.vector import dot, rms
@@ -23,18 +24,7 @@ __all__ = ["correct_errors"]
 CONFIRMING_DIFFERENCE = 0.5
 """Difference that confirms a prediction, as a fraction of the predicted error. A step with a
 quarter of the nodes beyond it makes a difference equal to its predicted error; one with no nodes
-beyond it makes none."""
-UNDETECTED_SHARE = 0.7
-"""Fraction of the predicted error of roots, kinks and steps that is kept where no node detected
-them. They may lie between the nodes, and then cut off less than a quarter of the domain. (135
-random scenes at 0.1 %: 0.5, 0.7 and 1 leave the worst at 0.93, 0.80 and 0.79 of the tolerance, with
-33, 37 and 41 points a pixel; 50 at 0.01 %, 0.5 and 0.7: at 1.8 and 1.6, with 292 and 315.)"""
-UNPREDICTED_RATIO = 2.0
-"""Multiple of the predicted error above which a difference shows variation that was not
-predicted."""
-UNPREDICTED_SHARE = 0.5
-"""Fraction of the difference that was not predicted which is added to the error of the multi-node
-rule, distributed over the axes along which its samples differ."""
+beyond it makes none. Chosen, not fitted."""
 
 
 def correct_errors(

@@ -40,18 +40,21 @@ that moves over the light by less than this across a patch lies where rounding p
 subdivision would resolve it. A light metres from an occluder is seen so from a point 1e29 m away.
 In a scene of common sizes a cell of 2^-24 pixels is a thousand times that."""
 MARGIN_WEIGHT = 0.3
-"""Weight of a shadow that only meets the margin around a patch, as a fraction of its depth."""
-TANGENCY_COEFFICIENT = 1.7
+"""Weight of a shadow that only meets the margin around a patch, as a fraction of its depth. Chosen,
+not fitted: most such shadows miss the patch, and those that reach it were misplaced by the
+linearisation of the patch."""
+TANGENCY_COEFFICIENT = 16.0 / (3.0 * np.pi)
 """Coefficient of the power 3/2 with which a shadow begins whose round outline meets a straight one,
-or one half as round. Of two circles of radii a and b that overlap by u, the common area is 4/3 (2
-r)^(1/2) u^(3/2), with 1/r = 1/a + 1/b, or 1/a - 1/b where one is inside the other. That over pi
-a^2, with the smaller radius a, for a width of 2 a, is 1.7 (r / a)^(1/2)."""
+or one half as round. Derived: of two circles of radii a and b that overlap by u, the common area is
+4/3 (2 r)^(1/2) u^(3/2), with 1/r = 1/a + 1/b, or 1/a - 1/b where one is inside the other. That over
+pi a^2, with the smaller radius a, for a width of 2 a, is 16 / (3 pi) (r / a)^(1/2)."""
 MAX_RELATIVE_STEP = 0.75
 """Largest relative step, in radians or as a fraction of the distance, that enters the extrapolation
-of an outline's motion; for larger steps nothing is known of where the outline ends up."""
+of an outline's motion; for larger steps nothing is known of where the outline ends up. Chosen, not
+fitted: it bounds the extrapolated angle to four times the step."""
 MAX_SHARPNESS = 1e3
 """Largest ratio of a patch's half extent and a shadow edge's width; a sharper edge makes no
-difference."""
+difference. Chosen, not fitted."""
 
 
 @dataclass(frozen=True)

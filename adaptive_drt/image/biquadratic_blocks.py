@@ -14,6 +14,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from ..numerics.arrays import Array, Ints
+from ..numerics.error_coefficients import DIFFERENCE_FACTOR, RESIDUAL_FACTOR
 from ..numerics.gather import columns
 from .node_values import NodeValues
 
@@ -25,13 +26,6 @@ SIDES = (8, 4)
 CHECK_POINTS: Array = np.array([0.5, 1.5])
 """Positions at which the polynomial is compared with computed values; nodes are at 0, 1 and 2.
 There the cubic x (x - 1) (x - 2) is 0.375 and -0.375, almost its extrema."""
-RESIDUAL_FACTOR = 1.2
-"""Error estimate of the means as a multiple of the residual after the cubic correction."""
-DIFFERENCE_FACTOR = 0.2
-"""Smallest error estimate as a fraction of the difference before the cubic correction, however
-small the residual is: four positions do not resolve a kink. (Means of blocks at 0.01 to 1 %,
-benchmark and random scenes: true errors are 0.1 to 0.7 of these estimates, RMS, mostly 0.2 to 0.5;
-with factors of 2 and 1/3 they are 0.1 to 0.4, for 2 % more points.)"""
 
 
 class BiquadraticBlocks:
@@ -77,10 +71,13 @@ class BiquadraticBlocks:
         whole = bool(points.frame.plan.edges)
         means = _means(columns(nodes, smooth, -1), self.side, whole)
         means += _cubic_means(columns(up, smooth), columns(across, smooth), self.side, whole)
-        error = np.hypot(points.error[columns(at, smooth)].max(axis=0), off[smooth])
+        chosen = columns(at, smooth)
+        error = np.hypot(points.error[chosen].max(axis=0), off[smooth])
         rows = columns(self.pixels, smooth)
         mine = points.wanted[rows]
-        points.settle(rows[mine], means[:, mine], np.broadcast_to(error, rows.shape)[mine])
+        each = (error, points.sampling[chosen].max(axis=0))
+        errors = (np.broadcast_to(values, rows.shape)[mine] for values in each)
+        points.settle(rows[mine], means[:, mine], *errors)
 
     @property
     def _nodes(self) -> Ints:

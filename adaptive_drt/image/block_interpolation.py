@@ -9,6 +9,7 @@ import numpy as np
 
 from ..detection.detect import SmoothBlockFlags
 from ..numerics.arrays import Array, Ints, Mask
+from ..numerics.error_coefficients import TIME_ERROR_FACTOR
 from ..numerics.gather import columns
 from ..shading.direct_light import unshadowed_radiance
 from ..tracing.compile import Plan
@@ -26,12 +27,9 @@ __all__ = ["SmoothBlocks", "interpolate_blocks"]
 
 GAUSS_TIMES = (-0.5 * np.sqrt(0.6), 0.0, 0.5 * np.sqrt(0.6))
 """Shutter times of a three-point Gauss rule, with the shutter from -0.5 to 0.5."""
-TIME_ERROR_FACTOR = 0.1
-"""Relative error of the three-point rule in time, as a multiple of the third power of the relative
-second difference of its samples. For example, 1 / (1 - e t)^3 has a second difference of 1.8 e^2,
-and the rule leaves e^6 / 72."""
 ALLOWED_ERROR = 0.1
-"""Largest interpolation error of a block, as a fraction of the tolerance times its own radiance."""
+"""Largest interpolation error of a block, as a fraction of the tolerance times its own radiance.
+Chosen, not fitted: smooth blocks are cheap, and their errors have one sign over many pixels."""
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..numerics.arrays import Array, Ints
+from ..numerics.error_coefficients import COEFFICIENT_DECAY
 from ..numerics.floats import TINY
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs, Tile, find_candidates, run_indices
@@ -39,9 +40,6 @@ CHEBYSHEV_NODES: Array = np.cos(np.pi * (7.0 - 2.0 * np.arange(4)) / 8.0)
 DEGREES = np.arange(4)[:, None]
 SERIES_MATRIX = np.cos(DEGREES * np.arccos(CHEBYSHEV_NODES)) * np.where(DEGREES == 0, 0.25, 0.5)
 """Matrix (4, 4) from values at the nodes of an interval to its Chebyshev coefficients."""
-COEFFICIENT_DECAY = 2.0
-"""Factor by which the decay of a series' coefficients may be slower than the ratio of its last
-two."""
 
 
 @dataclass(frozen=True)

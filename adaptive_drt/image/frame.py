@@ -14,11 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..cubature.adaptive import (
-    InitialCells,
-    RefinedPixels,
-    RefinementTask,
-)
+from ..cubature.adaptive import InitialCells, RefinedPixels, RefinementTask
 from ..cubature.error_budget import GOAL_GROWTH, MIN_GOAL, Goal, MotionErrors, make_goal
 from ..cubature.evaluate import multi_node_error
 from ..cubature.regions import Cells
@@ -52,10 +48,10 @@ STORAGE_ALIGNMENT = 8
 contiguous sub-arrays."""
 NEGLIGIBLE_ERROR = 0.01
 """Predicted error below which a pixel needs no correction of its curvature, as a fraction of the
-tolerance times the RMS over channels of its own radiance."""
+tolerance times the RMS over channels of its own radiance. Chosen for cost, not fitted."""
 MULTI_NODE_GOAL = 0.03
 """Goal, as a fraction of the contrast, below which the multi-node rule is used for visible regions
-from the first."""
+from the first. Chosen for cost, not fitted."""
 
 
 def widened_plan(plan: Plan, region: tuple[int, int, int, int]) -> Plan:
@@ -291,9 +287,21 @@ class Frame:
 
     def estimate_error(self) -> float:
         """Estimated RMS error of the region, relative to its mean."""
+        return self._relative(self.error)
+
+    def sampling_error(self) -> tuple[int, float]:
+        """Number of pixels of the region whose light is not exact, and the RMS error due to that.
+
+        The error is relative to the region's mean, and a part of `estimate_error`.
+        """
+        count = int(np.count_nonzero(self._part(self.sampling)))
+        return count, self._relative(self.sampling) if count else 0.0
+
+    def _relative(self, error: Array) -> float:
+        """RMS over the region of errors (n,), relative to its mean radiance."""
         # plane by plane: temporary arrays of the picture's size take longer than the sums
         mean = float(np.mean([np.abs(plane).mean() for plane in self._part(self.color)]))
-        square = float((self._part(self.error) ** 2).mean())
+        square = float((self._part(error) ** 2).mean())
         return square**0.5 / mean if mean > 0.0 else 0.0
 
     def inner(self) -> Mask:
@@ -322,10 +330,10 @@ class Frame:
         x, y = left + BORDER - self.left, bottom + BORDER - self.bottom
         return x, y, (right - left - 2 * BORDER) // side, (top - bottom - 2 * BORDER) // side
 
-    def settle(self, rows: Ints, color: Array, alpha: Array, error: Array) -> None:
+    def settle(self, rows: Ints, color: Array, alpha: Array, error: Array, sampling: Array) -> None:
         """Enter final means of pixels that need no refinement."""
         place(self.color, rows, color)
-        self.alpha[rows], self.error[rows] = alpha, error
+        self.alpha[rows], self.error[rows], self.sampling[rows] = alpha, error, sampling
         self.settled[rows] = True
         self._write_pixels(rows)
 
@@ -423,6 +431,7 @@ class Frame:
         """Enter refined pixels."""
         place(self.color, rows, refined.color)
         self.alpha[rows], self.error[rows] = refined.alpha, refined.error
+        self.sampling[rows] = refined.sampling
         self._write_pixels(rows)
         self.count_samples(rows, refined)
 

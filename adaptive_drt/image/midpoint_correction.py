@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..numerics.arrays import Array, Ints, Mask
+from ..numerics.error_coefficients import REMAINING_ERROR
 from ..numerics.gather import place
 from ..numerics.midpoint import (
     FALLBACK_ERROR_FRACTION,
@@ -30,12 +31,11 @@ __all__ = ["PixelCenters"]
 
 
 MAX_CORRECTION = 2.0
-"""Largest correction that is applied outside shadows, as a multiple of the predicted error."""
-REMAINING_ERROR = 0.3
-"""Error that remains after a correction, as a fraction of the largest correction of the pixel and
-its neighbours."""
+"""Largest correction that is applied outside shadows, as a multiple of the predicted error. Chosen,
+not fitted: a larger one means that the neighbours see something else."""
 MIN_REMAINING_ERROR = 0.05
-"""Smallest fraction of the predicted error due to bends that remains after a correction."""
+"""Smallest fraction of the predicted error due to bends that remains after a correction. Chosen,
+not fitted: it keeps an estimate above 0 where all neighbours are alike by chance."""
 TWO_THREADS_PIXELS = 32_768
 """Number of pixels from which a second thread handles one of the axes; with fewer the two threads
 wait for each other."""

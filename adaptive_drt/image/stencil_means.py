@@ -65,7 +65,8 @@ class StencilMeans:
                 off = np.maximum(off, self._off(rows, step, before, bend, after))
         sure = (off <= points.allowed).nonzero()[0]
         rows = rows[sure]
-        points.settle(rows, columns(mean, sure), np.hypot(points.error[rows], off[sure]))
+        error = np.hypot(points.error[rows], off[sure])
+        points.settle(rows, columns(mean, sure), error, points.sampling[rows])
 
     def _off(self, rows: Ints, step: int, before: Array, bend: Array, after: Array) -> Array:
         """Estimated error of the means due to the variation along one axis: (m,)."""

@@ -12,21 +12,19 @@ from collections.abc import Callable
 import numpy as np
 
 from .arrays import Array, Ints
+from .error_coefficients import FALLBACK_ERROR_FRACTION, FOURTH_DIFFERENCE_WEIGHT
 
 __all__ = ["FALLBACK_ERROR_FRACTION", "SECOND_DIFFERENCE_WEIGHT", "left", "second_differences"]
 
 
 SECOND_DIFFERENCE_WEIGHT = 1.0 / 24.0
 """Weight of a second difference in the mean over a pixel, by Taylor expansion about its centre."""
-FALLBACK_ERROR_FRACTION = 1.0 / 16.0
-"""Error estimate of the mean as a fraction of a second difference, where neighbouring differences
-are missing. For a kink at a random position within one pixel width of the centre, the error is
-0.04 of the second difference, RMS, and at most 0.083."""
-FOURTH_DIFFERENCE_WEIGHT, THIRD_DIFFERENCE_WEIGHT = 1.0 / 32.0, 1.0 / 96.0
-"""Weights, in the error estimate of a mean, of the fourth difference and of the larger of the two
-third differences beside it. A kink causes an error of at most 1/24 of the fourth difference, except
-where it lies outside the pixel and the fourth difference is 0; there the error is at most 1/24 of
-the third difference."""
+THIRD_DIFFERENCE_WEIGHT = 1.0 / 96.0
+"""Weight, in the error estimate of a mean, of the larger of the two third differences beside it;
+the fourth difference has `FOURTH_DIFFERENCE_WEIGHT`. A kink causes an error of at most 1/24 of the
+fourth difference, except where it lies outside the pixel and the fourth difference is 0; there the
+error is at most 1/24 of the third difference. Chosen, not fitted: a quarter of that bound, as few
+kinks lie just there."""
 
 
 def second_differences(values: Array, index: Ints, step: int) -> tuple[Array, Array, Array]:

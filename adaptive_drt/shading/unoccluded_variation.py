@@ -15,6 +15,11 @@ from ..geometry.shadow_edges import MARGIN_WEIGHT
 from ..lights.emitter import Emitter, LightContact
 from ..numerics.arrays import Array, Ints
 from ..numerics.axes import TIME
+from ..numerics.error_coefficients import (
+    FALLOFF_COEFFICIENT,
+    FALLOFF_KINK_RATIO,
+    FALLOFF_ROOT_RATIO,
+)
 from ..numerics.floats import TINY
 from ..numerics.gather import columns
 from ..numerics.vector import dot
@@ -31,32 +36,21 @@ from .variation import (
 __all__ = ["unoccluded_deviations"]
 
 
-FALLOFF_COEFFICIENT = 0.8
-"""Deviation of the irradiance factor by falloff, as a fraction of the factor times the squared
-ratio of half extent and distance to the light (second derivatives of cos / d^2 are at most some 3
-to 6 in that unit, over 6)."""
-FALLOFF_ROOT_RATIO, FALLOFF_KINK_RATIO = 0.3, 1.0
-"""Ratios of half a patch's extent and the distance to the light, from which falloff counts as
-another kind of deviation.
-
-From `FALLOFF_ROOT_RATIO` on the nodes of the cubature leave as much of the deviation by falloff as
-of a power of
-3/2, and from `FALLOFF_KINK_RATIO` on as much as of a kink: the peak is hardly wider than the
-patch. (Point
-lights over planes, 40,000 random patches, RMS: of what is foreseen of a square they leave 0.002 at
-0.15, 0.017 at 0.35, 0.05 at 0.6, 0.09 at 0.85 and 0.13 at 1.2.)
-"""
 MIN_PEAK_DISTANCE = 0.3
 """Least distance to the light anywhere in a patch with such a steep falloff, as a fraction of the
-distance at its middle. (Without that one patch in a hundred was off by 28 times what was foreseen,
-with it by 3.)"""
+distance at its middle. Chosen, not fitted: it bounds the estimate where the peak of the light may
+lie in the patch (without it one patch in a hundred was off by 28 times what was foreseen, with it
+by 3)."""
 CURVATURE_COEFFICIENT = 1.0 / 6.0
 """Deviation by the curvature of the surface, as a fraction of the largest irradiance factor times
-the square of the angle, in radians, by which the normal turns over the half extent."""
+the square of the angle, in radians, by which the normal turns over the half extent. Derived: h^2/24
+of the second derivative of a cosine, which is at most 1, with h twice the half extent."""
 HORIZON_COEFFICIENT = 1.0 / 12.0
 """Deviation where a light crosses the horizon of the surface, as a fraction of the largest
 irradiance factor times either the squared turn over the light's half angle (the slope then changes
-over twice that angle), or the turn, if that is larger and causes a kink."""
+over twice that angle), or the turn, if that is larger and causes a kink. Derived: h^2/24 of the
+change of slope, 1 over twice the half angle, with h twice the turn; a kink at a random place within
+the turn would be 1 / sqrt(80) of it, RMS, and counts the same."""
 GRAZING_COEFFICIENT = 2.0**0.5 / 12.0
 """Deviation beside a ball of light, as a fraction of the squared half extent over gap^(3/2)
 radius^(1/2): a sixth of the second derivative of 2 (2 gap / radius)^(1/2)."""
@@ -67,7 +61,8 @@ LIMB_RATIO = 0.3
 """Ratio of half a patch's extent and twice its distance from the limb of a sphere (0.5: the patch
 reaches the limb), from which the normal, which turns with a square root there, is not well
 approximated by a parabola. Of the centroid's deviation the nodes of the cubature leave 0.04 at 0.25
-and 0.18 at 0.5, and less with the gains of `limb_correction`: as of a power of 3/2."""
+and 0.18 at 0.5, and less with the gains of `limb_correction`: as of a power of 3/2. Chosen, not
+fitted."""
 
 
 def unoccluded_deviations(

@@ -38,30 +38,45 @@ __all__ = [
 ]
 
 
-SMOOTH_COEFFICIENT = 0.5
+SMOOTH_COEFFICIENT = 1.0 / np.sqrt(3.0)
 """Deviation caused by a smooth shadow edge within a patch, as a fraction of the shadow's depth
-times the squared ratio of half extent and width. A midpoint over a smooth step is off by h^2/24
-V'', and V'' = 6 - 12 u over a width of 1 has a mean square of 12."""
-KINK_COEFFICIENT = 0.14
+times the squared ratio of half extent and width. Derived: a midpoint over a smooth step is off by
+h^2/24 V'', with h twice the half extent, and V'' = 6 - 12 u over a width of 1 has a mean square of
+12."""
+KINK_COEFFICIENT = 1.0 / np.sqrt(80.0)
 """Deviation caused by the beginning or end of a linear shadow edge within a patch, as a fraction of
-the shadow's depth times (half extent / width). The kink of a ramp at a random position in a cell of
-size h causes a midpoint error of 0.07 h times the slope, RMS."""
-ROOT_COEFFICIENT = 0.15
+the shadow's depth times (half extent / width). Derived: the kink of a ramp at a random position in
+a cell of size h causes a midpoint error of h / sqrt(320) times the slope, RMS, and h is twice the
+half extent."""
+
+
+def _root_error() -> float:
+    """RMS error of the midpoint of a cell of size 2 for max(0, x - p)^(3/2), with p at a random
+    position in the cell.
+    """
+    # in a cell of size 1: begins at p > 0 leave 2/5 (1/2 - p)^(5/2), others, with y = -p,
+    # 2/5 (1/2 + y)^(5/2) - y^(3/2); the integral of the product of these two is taken in y^(1/2)
+    count = 1_000
+    root = np.sqrt(0.5) * (np.arange(count) + 0.5) / count
+    mixed = np.sqrt(0.5) * ((0.5 + root**2) ** 2.5 * 2.0 * root**4).mean()
+    return float(np.sqrt(8.0 * (1.0 / 2400.0 + 63.0 / 2400.0 + 1.0 / 64.0 - 0.8 * mixed)))
+
+
+ROOT_COEFFICIENT = _root_error()
 """Deviation caused by a shadow edge that begins as c u^(3/2) within a patch, as a fraction of the
-shadow's depth times c (half extent / width)^(3/2). At a random position in a cell of size h it
-causes a midpoint error of 0.052 h^(3/2), RMS."""
+shadow's depth times c (half extent / width)^(3/2). Derived: see `_root_error`; it is 0.1475."""
 DISTANT_ROOT_COEFFICIENT = 0.125
 """Deviation caused by a shadow edge that begins as c u^(3/2) outside a patch, at a distance of u
-widths, as a fraction of the shadow's depth times c (half extent / width)^2 / sqrt(u). A midpoint is
-off by h^2/24 V'', and V'' = 3/4 c u^(-1/2)."""
-STEP_COEFFICIENT = 0.29
-"""Deviation caused by a step within a patch, as a fraction of its height: the standard deviation of
-a midpoint sample for a step at a random position, 1 / sqrt(12). An edge that crosses many cells at
+widths, as a fraction of the shadow's depth times c (half extent / width)^2 / sqrt(u). Derived: a
+midpoint is off by h^2/24 V'', with h twice the half extent, and V'' = 3/4 c u^(-1/2)."""
+STEP_COEFFICIENT = 1.0 / np.sqrt(12.0)
+"""Deviation caused by a step within a patch, as a fraction of its height. Derived: the standard
+deviation of a midpoint sample for a step at a random position. An edge that crosses many cells at
 the same angle would give errors of the same sign; `cubature.nodes` rotates the nodes against
 that."""
 STEP_EXTENT = 0.5
 """Half extent of a patch, as a fraction of the shadow edge's width, from which the edge counts as a
-step within the cell."""
+step within the cell. Derived: from there on the cell is wider than the edge."""
 
 
 KIND_COUNT = 4

@@ -54,8 +54,8 @@ EQUAL_AXIS_RATIO = 1.0 - 2.0**-20
 """Fraction of the best axis' component from which another axis counts as equally good. The first of
 them is taken, so that rounding does not decide."""
 STEP_DEVIATION = 0.3
-"""Standard deviation of a step at a random position, 1 / sqrt(12), as a fraction of the step in a
-cell between lines."""
+"""Standard deviation of a step at a random position, as a fraction of the step in a cell between
+lines. Derived: 1 / sqrt(12) = 0.2887, rounded up."""
 MAX_STANDARD_DEVIATION = 0.5
 """Largest standard deviation of points in a box, as a fraction of its size."""
 DEPTH_PROBES = (np.full((1, 1, 1), -0.25), np.full((1, 1, 1), 0.25))

@@ -15,7 +15,7 @@ def random_cells(rng, count, pixels=10):
     return Cells(
         np.sort(rng.integers(0, pixels, count)), low, low + size, rng.random(count),
         rng.random((3, count)), rng.random(count), rng.random((4, 3, count)), rng.random(count),
-        rng.random(count) < 0.5,
+        rng.random(count), rng.random(count) < 0.5,
     )  # fmt: skip
 
 

@@ -12,6 +12,7 @@ from adaptive_drt.shading import partial_occlusion
 from adaptive_drt.shading.partial_occlusion import apply_occluders
 from adaptive_drt.tracing.compile import make_plan
 from adaptive_drt.tracing.intersect import Pairs, Surface
+from shape_sets import spheres_of
 
 POINTS = 60
 FINE = 384
@@ -75,7 +76,7 @@ def test_the_polygons_error_is_no_more_than_estimated(name, others, monkeypatch)
 
 def test_closed_forms_state_no_error():
     plan, surface, _ = case("quad", 0, True)
-    quads = np.arange(plan.sphere_count, plan.object_count)
+    quads = np.arange(spheres_of(plan).count, plan.object_count)
     pairs = Pairs(np.repeat(np.arange(POINTS), quads.size), np.tile(quads, POINTS))
     factor, error, whole = factors(plan, surface, pairs)
     assert (factor < whole).any() and not error.any()

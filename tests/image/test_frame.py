@@ -10,7 +10,6 @@ import pytest
 
 from adaptive_drt.cubature.error_budget import Goal
 from adaptive_drt.image.frame import Frame, interleaved_parts, widened_plan
-from adaptive_drt.scene.film import Film
 from adaptive_drt.scene.settings import Settings
 from adaptive_drt.tracing.compile import make_plan
 from moving_floor import moving_scene
@@ -47,22 +46,13 @@ def test_regions_are_widened_to_whole_blocks_with_a_border(region):
     np.testing.assert_allclose(frame._pixel_centers(index), [x + 0.5, y + 0.5, 0.0 * x])
 
 
-def test_films_show_the_region_without_a_copy():
-    frame = frame_of((8, 8, 24, 16))
-    film = Film(16, 8)
-    frame.develop(film)
-    frame.color[1, frame.pixel_indices(np.array([9]), np.array([10]))] = 7.0
-    assert film.color.shape == (3, 8, 16) and film.color[1, 2, 1] == 7.0
-    assert film.color.sum() == 7.0 and (film.samples == 1).all()
-
-
 def test_what_is_chosen_is_unknown_or_beyond_the_goal_and_neither_settled_nor_held():
     frame, rng = frame_of((8, 8, 24, 16)), np.random.default_rng(4)
     n = frame.item.size
     frame.error[:], frame.outline = rng.random(n), rng.random(n) < 0.3
     frame.regions_shaded[:] = rng.random(n) < 0.5
     settled, held = rng.permutation(n)[:40], rng.permutation(n)[:40]
-    frame.settle(settled, np.ones((3, 40)), np.ones(40), np.zeros(40))
+    frame.settle(settled, np.ones((3, 40)), np.ones(40), np.zeros(40), np.zeros(40))
     frame.mark_in_progress(held)
     found = frame.chosen(Goal(0.7, 1.0))
     for k in range(n):
@@ -76,13 +66,11 @@ def test_refined_pixels_are_entered_and_their_points_counted():
     frame, rows = frame_of(), np.array([50, 7])
     done = SimpleNamespace(
         color=np.arange(6.0).reshape(3, 2), alpha=np.array([0.5, 1.0]), error=np.array([0.1, 0.2]),
-        samples=np.array([9, 4]),
+        samples=np.array([9, 4]), sampling=np.zeros(2),
     )  # fmt: skip
     frame.enter_refined(rows, done)
     np.testing.assert_array_equal(frame.color[:, rows], done.color)
-    assert (
-        frame.alpha[7] == 1.0 and frame.error[50] == 0.1 and frame.samples[rows].tolist() == [9, 4]
-    )
+    assert frame.alpha[7] == 1.0 and frame.error[50] == 0.1
 
 
 def test_estimates_are_root_mean_squares_over_the_mean():
@@ -100,8 +88,8 @@ def test_tasks_hold_whole_pixels_or_their_centres():
     frame = frame_of()
     rows = np.flatnonzero(frame.inner())[[3, 60, 100]]
     frame.mask[1, rows[1]] = True
-    ((index, whole),) = frame.in_parts(rows, Goal(0.1, 1.0), 10, True)
-    ((_, points),) = frame.in_parts(rows, Goal(0.1, 1.0), 10, False)
+    ((index, whole),) = frame.tasks(rows, Goal(0.1, 1.0), 10)
+    ((_, points),) = frame.point_tasks(rows, Goal(0.1, 1.0), 10)
     np.testing.assert_array_equal(index, rows)
     size = whole.cells.high - whole.cells.low
     np.testing.assert_array_equal(size, [[1.0] * 3, [1.0] * 3, [0.0, 1.0, 0.0]])

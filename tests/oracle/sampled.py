@@ -35,7 +35,7 @@ CHUNK = 32
 """Pixels that a thread takes at a time."""
 HALVES = 2
 """Independent estimates of each pixel."""
-FEWEST, MOST = 256, 1 << 19
+FEWEST, MOST = 256, 1 << 17
 """Samples of a pixel."""
 RATE = 0.7
 """Power of the number of samples by which a pixel's error falls: less than the 0.75 or so of smooth

@@ -54,7 +54,7 @@ def test_floors_are_lit_as_quadrature_says(kind, balls):
     np.testing.assert_allclose(found.color, want, rtol=1e-6, atol=1e-9)
     assert (found.deviation >= 0.0).all()
     # the same with the occluders that are known
-    again = shade_with_candidates(plan, hits, 0.0, found.candidates)
+    again, _ = shade_with_candidates(plan, hits, 0.0, found.candidates)
     np.testing.assert_allclose(again, found.color, rtol=1e-12, atol=1e-15)
     whole = unshadowed_radiance(plan, hits, 0.0, (np.zeros(COUNT, dtype=bool),))
     assert (whole >= found.color * (1 - 1e-9)).all()

@@ -47,20 +47,14 @@ def sphere_shadow_edges(
 
     r : (m,) radii, metres.
     """
-    point = receivers.places
-    v, to = center - point, light.to_center(point, receivers.time)
+    v = center - receivers.places
+    to = light.to_center(receivers.places, receivers.time)
     far = np.maximum(np.sqrt(dot(to, to)), TINY)
-    axis, lit_around = to / far, np.zeros(far.size, dtype=np.bool_)
-    if light.solid:
-        # from within, the light fills the hemisphere over the surface
-        lit_around = far <= light.radius
-        axis = np.where(lit_around, columns(receivers.normal, receivers.row), axis)
-    vv = dot(v, v)
-    along = dot(axis, v)
+    axis, lit_around = _view_axis(light, to, far, receivers)
+    vv, along = dot(v, v), dot(axis, v)
     aside = v - along * axis
     off = np.sqrt(dot(aside, aside))
-    toward = aside / np.maximum(off, TINY)
-    angle = np.arctan2(off, along)
+    toward, angle = aside / np.maximum(off, TINY), np.arctan2(off, along)
     tangent = np.sqrt(np.maximum(vv - r * r, 0.0))
     opening, half = np.arctan2(r, tangent), light.half_angle_along(toward, far)
     near = np.maximum(tangent, light.distance_or(far, np.sqrt(vv)) * MIN_RELATIVE_DISTANCE)
@@ -68,8 +62,8 @@ def sphere_shadow_edges(
     shifts = outline_shifts(steps, toward, axis, rate, angle)
     within = shifts.sum(axis=0)
     whole = largest_shift(within) * receivers.patch.margin
-    # the outlines cross somewhere in the patch: it is not so that the sphere misses the light,
-    # hides all of it, or lies within its outline, from all of the patch
+    # the outlines cross in the patch unless the sphere misses the light, hides all of it, or lies
+    # within its outline, from all of the patch
     farthest, clearance = _outline_angles(light, axis, toward, v, far, angle, half)
     # all directions over the horizon count, but not alike: within the hemisphere a shadow varies
     inner = np.where(lit_around, -np.inf, clearance - opening)
@@ -79,21 +73,33 @@ def sphere_shadow_edges(
     before = np.sqrt(vv) - r < far + light.radius
     enclosed = (vv <= r * r) | receivers.own
     depth = np.minimum(1.0, opening / np.maximum(half, MIN_ANGLE_RATIO * opening)) ** 2
-    weight = np.where(inside, 1.0, MARGIN_WEIGHT)
-    depth = np.where(crosses & before & ~enclosed, depth * weight, 0.0)
+    depth = depth * np.where(inside, 1.0, MARGIN_WEIGHT) * (crosses & before & ~enclosed)
     bounds = np.abs(np.array([angle - opening - half, opening - farthest, clearance - opening]))
     nearest = _nearest_bound(light, bounds, whole, half, opening)
     hides_all = (opening - farthest >= whole) & ~enclosed & (tangent < far - light.radius)
+    width = 2.0 * np.minimum(half, opening)
+    edges = ShadowEdges(depth, shifts, width, *nearest, hides_all)
     some = enclosed.nonzero()[0]
     if some.size:
         part = columns(v, some), columns(to, some), r[some], receivers.take(some), light
         drift = None if displacement is None else columns(displacement, some)
-        hides_all[some] = _encloses_patch(*part, drift)
-    width = 2.0 * np.minimum(half, opening)
-    edges = ShadowEdges(depth, shifts, width, *nearest, hides_all)
-    if some.size:
+        edges.hides_all[some] = _encloses_patch(*part, drift)
         _add_enclosed_edges(edges, some, half[some], *part, drift)
     return edges
+
+
+def _view_axis(
+    light: AreaLight, to: Array, far: Array, receivers: ShadedPatches
+) -> tuple[Array, Mask]:
+    """Unit vectors (3, m) to the middle of the light as seen, and where the point lies within it.
+
+    From within, the light fills the hemisphere over the surface, whose middle is its normal.
+    """
+    axis, lit_around = to / far, np.zeros(far.size, dtype=np.bool_)
+    if light.solid:
+        lit_around = far <= light.radius
+        axis = np.where(lit_around, columns(receivers.normal, receivers.row), axis)
+    return axis, lit_around
 
 
 def _add_enclosed_edges(
