@@ -3,8 +3,9 @@
 
 from __future__ import annotations
 
-from ..scene.description import Quad, ShapeBatch, Sphere
+from ..scene.description import Quad, ShapeBatch, Sphere, Triangle
 from .polygon.shape import ParallelogramSet
+from .polygon.triangle import TriangleSet
 from .shape import ShapeSet
 from .sphere.shape import SphereSet
 
@@ -13,6 +14,7 @@ __all__ = ["SHAPES", "kind_of"]
 SHAPES: tuple[tuple[type, type[ShapeSet]], ...] = (
     (Sphere, SphereSet),
     (Quad, ParallelogramSet),
+    (Triangle, TriangleSet),
 )
 """For each kind, the record of the scene description and the set that renders it. Kinds that fill
 their bounding spheres come first: embree's proxies are those of the first objects."""

@@ -36,6 +36,8 @@ __all__ = [
     "Sphere",
     "SphereLight",
     "SunLight",
+    "Triangle",
+    "Triangles",
     "Vector",
     "checked_camera",
     "single_shapes",
@@ -158,6 +160,28 @@ class Quad:
         return np.array([*self.corner, *self.edge_u, *self.edge_v])[:, None]
 
 
+@dataclass(frozen=True)
+class Triangle:
+    """Triangle between three `vertices`, metres. Two-sided."""
+
+    vertices: tuple[Vector, Vector, Vector]
+    material: Material = Material()
+    motion: Motion | None = None
+    name: str = "Triangle"
+
+    def defect(self) -> str | None:
+        """Return the reason why it cannot be rendered, or None."""
+        if not all(map(_finite, self.vertices)):
+            return f"its vertices are not finite (or beyond {LARGEST_COORDINATE:g} m)"
+        a, b, c = self.vertices
+        edges = (vector_of(x - y for x, y in zip(end, a, strict=True)) for end in (b, c))
+        return _motion_defect(self.motion) or _color_defect(self.material) or _area_defect(*edges)
+
+    def numbers(self) -> NDArray[np.float64]:
+        """Return numbers (9, 1) that tell its place and size."""
+        return np.reshape(self.vertices, (9, 1))
+
+
 class ShapeBatch(ABC):
     """n shapes of one kind and one object, as arrays, which must not be changed.
 
@@ -259,6 +283,34 @@ class Quads(ShapeBatch):
         """Return one of the parallelograms as a record of its own."""
         corner, u, v = (vector_of(getattr(self, name)[:, index]) for name in self.arrays)
         return Quad(corner, u, v, self.materials[self.slot[index]], self.motion, self.name)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Triangles(ShapeBatch):
+    """n triangles of one object, as `Triangle` describes one: see `ShapeBatch`.
+
+    Attributes
+    ----------
+    vertices : (3, 3, n) float64, metres: the number of the vertex, then its components.
+    """
+
+    vertices: NDArray[np.float64]
+    slot: NDArray[np.int64]
+    materials: tuple[Material, ...]
+    motion: Motion | None = None
+    name: str = "Triangles"
+    single: ClassVar[type] = Triangle
+    arrays: ClassVar[tuple[str, ...]] = ("vertices",)
+
+    def edges(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the edges (3, n) that leave the first vertices, metres."""
+        a, b, c = self.vertices
+        return b - a, c - a
+
+    def record(self, index: int) -> Triangle:
+        """Return one of the triangles as a record of its own."""
+        a, b, c = (vector_of(vertex[:, index]) for vertex in self.vertices)
+        return Triangle((a, b, c), self.materials[self.slot[index]], self.motion, self.name)
 
 
 @dataclass(frozen=True)
@@ -384,7 +436,7 @@ class SunLight:
         return replace(self, irradiance=_times(self.irradiance, factor))
 
 
-Shape: TypeAlias = Sphere | Quad
+Shape: TypeAlias = Sphere | Quad | Triangle
 """Record of one shape."""
 ShapeRecord: TypeAlias = Shape | ShapeBatch
 """Record of one shape, or of several."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Recognition of polygon meshes that represent a sphere or parallelograms.
+"""Recognition of polygon meshes that represent a sphere, or else their planar facets.
 
 All vertices of a cube, a cylinder and a tetrahedron lie on one sphere too, so positions alone
 prove nothing. A mesh is taken for a sphere if it is, vertex for vertex and face for face, a
@@ -7,7 +7,8 @@ UV sphere (segments * rings, any count from 3 up) or an icosphere (any subdivisi
 icosahedron included, since that is what Blender's icosphere of subdivision 1 is). Meshes that were
 cut, capped, dented or stretched have another structure or leave the sphere. The tetrahedron,
 the octahedron, the cube and their triangulations are not spheres.
-All other meshes are decomposed into parallelograms by `planar_facets`, such as the sides of a cube.
+All other meshes are decomposed by `planar_facets` into parallelograms, such as the sides of a cube,
+and triangles.
 """
 
 from __future__ import annotations
@@ -19,9 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .description import Vector, vector_of
-from .planar_facets import Mesh, Parallelograms, mesh_edges, parallelograms
+from .planar_facets import Facets, Mesh, MeshTriangles, Parallelograms, mesh_edges, planar_facets
 
-__all__ = ["MeshSphere", "Parallelograms", "recognise_primitive"]
+__all__ = ["Facets", "MeshSphere", "MeshTriangles", "Parallelograms", "recognise_primitive"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -55,9 +56,13 @@ class MeshSphere:
 
 
 def recognise_primitive(
-    points: FloatArray, corners: IntArray, starts: IntArray, slots: IntArray
-) -> MeshSphere | Parallelograms | str:
-    """Return the sphere or the parallelograms that a mesh represents, or why it is neither.
+    points: FloatArray,
+    corners: IntArray,
+    starts: IntArray,
+    slots: IntArray,
+    triangles: tuple[IntArray, IntArray] | None = None,
+) -> MeshSphere | Facets | str:
+    """Return the sphere or the facets that a mesh represents, or why it is not rendered.
 
     Parameters
     ----------
@@ -65,24 +70,38 @@ def recognise_primitive(
     corners : (c,) int64, vertex of each face corner, face after face.
     starts : (f,) int64, first corner of each face, ascending from 0.
     slots : (f,) int64, material slot of each face.
+    triangles : vertices (3, t) of triangles into which faces are cut that are no parallelograms,
+        and the face (t,) of each. None: all triangles from the first corner of a face.
 
     Returns
     -------
-    A sphere, parallelograms, or a reason for the user, which begins with "its" or "it".
+    A sphere, facets, or a reason for the user, which begins with "its" or "it".
     """
     if len(starts) == 0:
         return "it has no faces"
+    sizes = np.diff(starts, append=len(corners))
+    cut, owner = _fans(corners, starts, sizes) if triangles is None else triangles
     # loose vertices are never rendered, so they are removed and the others renumbered
     used = np.bincount(corners, minlength=points.shape[1]) > 0
-    corners = (np.cumsum(used) - 1)[corners]
-    points = points[:, used]
+    number = np.cumsum(used) - 1
+    corners, points = number[corners], points[:, used]
     if not np.isfinite(points).all():
         return "its vertices are not finite numbers"
-    sizes = np.diff(starts, append=len(corners))
     slack = FLOAT32_ROUNDING * float(np.abs(points).max())
     mesh = Mesh(points, corners, starts, sizes, slots, slack, RELATIVE_TOLERANCE)
     ball = _as_uv_sphere(mesh) or _as_icosphere(mesh)
-    return replace(ball, slot=int(np.bincount(slots).argmax())) if ball else parallelograms(mesh)
+    if ball:
+        return replace(ball, slot=int(np.bincount(slots).argmax()))
+    return planar_facets(mesh, number[cut], owner)
+
+
+def _fans(corners: IntArray, starts: IntArray, sizes: IntArray) -> tuple[IntArray, IntArray]:
+    """All triangles (3, t) from the first corner of each face, and the face (t,) of each."""
+    count = np.maximum(sizes - 2, 0)
+    owner = np.repeat(np.arange(sizes.size), count)
+    first = starts[owner]
+    second = first + 1 + np.arange(owner.size) - np.repeat(np.cumsum(count) - count, count)
+    return corners[np.stack([first, second, second + 1])], owner
 
 
 def _fit_sphere(points: FloatArray, slack: float) -> MeshSphere | None:

@@ -16,6 +16,8 @@ from ...adaptive_drt.scene.description import (
     ShapeBatch,
     ShapeRecord,
     Sphere,
+    Triangle,
+    Triangles,
     Vector,
 )
 from .shutter import Matrix
@@ -46,7 +48,7 @@ def clipped(
     # what is not finite makes no issue here: it has its own
     with np.errstate(all="ignore"):
         closest, deepest = _reach(camera, shapes)
-    owner = np.repeat(np.arange(len(shapes)), [_count(shape) for shape in shapes])
+    owner = np.repeat(np.arange(len(shapes)), list(map(_count, shapes)))
     for index in np.flatnonzero((deepest > 0.0) & ((closest < near) | (deepest > far))):
         if closest[index] < near:
             said = f"is nearer than the camera's Clip Start, {start:.4g} m"
@@ -70,7 +72,7 @@ def _reach(camera: Camera, shapes: Sequence[ShapeRecord]) -> tuple[Matrix, Matri
     forward = -matrix[:, 2] / np.linalg.norm(matrix[:, 2])
     points, edges, radius = (np.concatenate(x) for x in zip(*map(_parts, shapes), strict=True))
     ways = np.array([_way(s.motion) for s in shapes]) - np.array(_way(camera.motion))
-    ways = np.repeat(ways, [_count(shape) for shape in shapes], axis=0)
+    ways = np.repeat(ways, list(map(_count, shapes)), axis=0)
     lengths = (edges * edges).sum(axis=2)
     closest, deepest = np.full(radius.size, np.inf), np.full(radius.size, -np.inf)
     for moment in MOMENTS if ways.any() else (0.0,):
@@ -84,14 +86,23 @@ def _reach(camera: Camera, shapes: Sequence[ShapeRecord]) -> tuple[Matrix, Matri
 
 
 def _count(shape: ShapeRecord) -> int:
-    """Return of how many shapes a record is."""
-    return shape.count if isinstance(shape, ShapeBatch) else 1
+    """Return the number of parts of a record: three of a triangle."""
+    count = shape.count if isinstance(shape, ShapeBatch) else 1
+    return 3 * count if isinstance(shape, Triangle | Triangles) else count
 
 
 def _parts(shape: ShapeRecord) -> tuple[Matrix, Matrix, Matrix]:
-    """Return a record's n shapes: points (n, 3), two edges from each (n, 2, 3), a radius (n,)."""
+    """Return a record's n parts: points (n, 3), two edges from each (n, 2, 3), a radius (n,)."""
     if isinstance(shape, Sphere):
         return np.array([shape.center]), np.zeros((1, 2, 3)), np.array([shape.radius])
+    if isinstance(shape, Triangle | Triangles):
+        # it is the union of three parallelograms, one at each vertex, with edges of half the length
+        a, b, c = np.reshape(shape.vertices, (3, 3, -1)).transpose(0, 2, 1)
+        halves = [
+            np.stack([(y - x) / 2.0, (z - x) / 2.0], axis=1)
+            for x, y, z in ((a, b, c), (b, c, a), (c, a, b))
+        ]
+        return np.concatenate([a, b, c]), np.concatenate(halves), np.zeros(3 * len(a))
     corner, u, v = (np.reshape(x, (3, -1)).T for x in (shape.corner, shape.edge_u, shape.edge_v))
     return corner, np.stack([u, v], axis=1), np.zeros(len(corner))
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Meshes that are spheres or made of parallelograms, placed in the world."""
+"""Meshes as spheres, or as the parallelograms and triangles that they are made of, in the world."""
 
 from __future__ import annotations
 
@@ -17,14 +17,17 @@ from ...adaptive_drt.scene.description import (
     Quads,
     ShapeRecord,
     Sphere,
+    Triangles,
     vector_of,
 )
 from ...adaptive_drt.scene.primitive_recognition import (
+    Facets,
     MeshSphere,
+    MeshTriangles,
     Parallelograms,
     recognise_primitive,
 )
-from .shutter import Matrix, Track, path_of
+from .shutter import Matrix, Path, Track, path_of
 
 Indices = NDArray[np.int32]
 
@@ -40,7 +43,10 @@ UNEVEN = "it is scaled unevenly, which makes no sphere: scale all axes alike"
 SHEARED = "its parents shear it, which makes no sphere: scale all axes alike"
 COLLAPSES = "its scale is zero along one axis, which makes no sphere: scale all axes alike"
 
-Form = MeshSphere | Parallelograms | str
+FLAT = 2.0**-40
+"""Sine of the angle between two edges of a placed triangle up to which it has no area."""
+
+Form = MeshSphere | Facets | str
 """What a mesh stands for, in its own space, or why it is left out."""
 
 
@@ -102,8 +108,19 @@ def mesh_form(mesh: Any, layout: Layout, known: dict[bytes, Form]) -> Form:
             corners.astype(np.int64),
             starts.astype(np.int64),
             slots.astype(np.int64),
+            _triangles_of(mesh),
         )
     return known[key]
+
+
+def _triangles_of(mesh: Any) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return the vertices (3, t) of the triangles that Blender draws, and the face (t,) of each."""
+    mesh.calc_loop_triangles()
+    vertices = np.empty((len(mesh.loop_triangles), 3), dtype=np.int32)
+    faces = np.empty(len(vertices), dtype=np.int32)
+    mesh.loop_triangles.foreach_get("vertices", vertices.ravel())
+    mesh.loop_triangles.foreach_get("polygon_index", faces)
+    return np.ascontiguousarray(vertices.T, dtype=np.int64), faces.astype(np.int64)
 
 
 def _digest(*arrays: NDArray[Any]) -> bytes:
@@ -128,7 +145,7 @@ def _material_indices(mesh: Any) -> Indices:
 
 
 def shapes_of(
-    form: MeshSphere | Parallelograms,
+    form: MeshSphere | Facets,
     track: Track,
     materials: Mapping[int, Material],
     name: str,
@@ -145,11 +162,10 @@ def shapes_of(
         issues.append(Issue(name, NOT_FINITE, missing=True))
         return []
     if not isinstance(form, MeshSphere):
-        quads = _quads(form, track, materials, name, issues)
-        if not quads.count:
+        facets = _facets(form, track, materials, name, issues)
+        if not facets:
             issues.append(Issue(name, NO_SCALE, missing=True))
-            return []
-        return [quads]
+        return facets
     scale = uniform_scale(linear)
     if not scale:
         issues.append(Issue(name, _no_sphere(linear), missing=True))
@@ -198,25 +214,77 @@ def _sized(matrix: Matrix) -> Matrix:
     return sized
 
 
-def _quads(
-    form: Parallelograms,
+def _facets(
+    form: Facets,
     track: Track,
     materials: Mapping[int, Material],
     name: str,
     issues: list[Issue],
-) -> Quads:
+) -> list[ShapeRecord]:
     """Return those that have an area where the track places them."""
+    flat, cut = form.parallelograms, form.triangles
+    a, b, c = (cut.points[:, each] for each in cut.corners)
+    center = flat.corner + (flat.edge_u + flat.edge_v) / 2.0
+    # their middle stays put when they turn about it, so that is the point to follow for all
+    middle = np.hstack([center, (a + b + c) / 3.0]).mean(axis=1)
+    path = path_of(track, vector_of(middle), np.hstack([flat.edge_u, flat.edge_v, b - a, c - a]))
+    batches = [
+        _quads(flat, middle, track, path, materials, name),
+        _triangles(cut, middle, track, path, materials, name),
+    ]
+    found: list[ShapeRecord] = [each for each in batches if each.count]
+    if found and path.reason:
+        issues.append(Issue(name, path.reason))
+    return found
+
+
+def _quads(
+    form: Parallelograms,
+    middle: Matrix,
+    track: Track,
+    path: Path,
+    materials: Mapping[int, Material],
+    name: str,
+) -> Quads:
+    """Return the parallelograms that have an area.
+
+    Parameters
+    ----------
+    middle : the point (3,) of the mesh's space that is followed.
+    """
     u, v = form.edge_u, form.edge_v
     center = form.corner + (u + v) / 2.0
-    # their middle stays put when they turn about it, so that is the point to follow for all
-    middle = center.mean(axis=1)
-    path = path_of(track, vector_of(middle), np.hstack([u, v]))
     linear = track.middle[:3, :3]
     u, v = linear @ u, linear @ v
     place = np.array(path.position)[:, None] + linear @ (center - middle[:, None]) - (u + v) / 2.0
     shown = np.cross(u, v, axis=0).any(axis=0).nonzero()[0]
-    if shown.size and path.reason:
-        issues.append(Issue(name, path.reason))
-    slots, slot = np.unique(form.slot, return_inverse=True)
-    worn = tuple(materials[each] for each in slots.tolist())
+    slot, worn = _worn(form.slot, materials)
     return Quads(place, u, v, slot, worn, path.motion, name).take(shown)
+
+
+def _triangles(
+    form: MeshTriangles,
+    middle: Matrix,
+    track: Track,
+    path: Path,
+    materials: Mapping[int, Material],
+    name: str,
+) -> Triangles:
+    """Return the triangles that have an area; those that share a point have the very same one."""
+    local = track.middle[:3, :3] @ (form.points - middle[:, None])
+    points = np.array(path.position)[:, None] + local
+    slot, worn = _worn(form.slot, materials)
+    vertices = np.ascontiguousarray(points[:, form.corners].transpose(1, 0, 2))
+    found = Triangles(vertices, slot, worn, path.motion, name)
+    u, v = found.edges()
+    area = np.linalg.norm(np.cross(u, v, axis=0), axis=0)
+    wide = area > FLAT * np.linalg.norm(u, axis=0) * np.linalg.norm(v, axis=0)
+    return found.take(wide.nonzero()[0])
+
+
+def _worn(
+    slot: NDArray[np.int64], materials: Mapping[int, Material]
+) -> tuple[NDArray[np.int64], tuple[Material, ...]]:
+    """Return the materials that are worn, and the index (n,) among them of each facet's."""
+    slots, index = np.unique(slot, return_inverse=True)
+    return index, tuple(materials[each] for each in slots.tolist())

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...adaptive_drt.scene.primitive_recognition import MeshSphere, Parallelograms
+from ...adaptive_drt.scene.primitive_recognition import Facets, MeshSphere
 from .mesh import Indices, faces_of, points_of
 
 BENT = 1e-3
@@ -37,7 +37,7 @@ FACETS = "its facets are left out: it is rendered as a smooth sphere"
 Vectors = NDArray[np.floating[Any]]
 
 
-def shading_left_out(mesh: Any, form: MeshSphere | Parallelograms) -> str:
+def shading_left_out(mesh: Any, form: MeshSphere | Facets) -> str:
     """Return what of a Blender mesh's shading its form lacks, or ""."""
     points, (corners, starts) = points_of(mesh), faces_of(mesh)
     sizes = np.diff(starts, append=len(corners))

@@ -77,9 +77,21 @@ def _cube():
         face.material_index = int(face.normal.z > 0.5)
 
 
+def _torus():
+    """A torus of few flat faces, none of which is a parallelogram, over the balls."""
+    _area()
+    bpy.ops.mesh.primitive_torus_add(
+        major_segments=10, minor_segments=5, major_radius=1.2, minor_radius=0.5
+    )
+    torus = bpy.context.object
+    torus.location, torus.rotation_euler = (0.2, -1.6, 1.6), (0.6, 0.3, 0.2)
+    torus.data.materials.append(_matt("Torus", 0.3, 0.6, 0.8))
+
+
 SCENES = {
     "area": _area,
     "cube": _cube,
+    "torus": _torus,
     "soft point": _soft_point,
     "sphere point": lambda: _soft_point(False),
     "point": lambda: setattr(things.light("POINT", energy=200.0), "location", (2.5, -2.0, 4.0)),
@@ -97,7 +109,7 @@ CASES = [
     for method in ("RAYS", "EXACT")
     for kind in SCENES
     # rays do not average over a pixel in a penumbra: 1.1 % where that is all around a cube
-    if (kind, method) != ("cube", "RAYS")
+    if kind not in ("cube", "torus") or method != "RAYS"
 ]
 
 

@@ -46,24 +46,30 @@ def test_planes_of_other_makes(export, change):
 
 
 @pytest.mark.parametrize(
-    "vertices, faces, said",
+    "vertices, faces, count",
     [
-        ([(0, 0, 0), (2, 0, 0), (1.5, 1, 0), (0, 1, 0)], [(0, 1, 2, 3)], "parallelogram"),
-        ([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)], "parallelogram"),
-        ([(0, 0, 0), (1, 0, 0), (1, 1, 0.2), (0, 1, 0)], [(0, 1, 2, 3)], "neither"),
-        ([(0, 0, 0), (1, 0, 0), (2, 0, 0), (3, 0, 0)], [(0, 1, 2, 3)], "no area"),
+        ([(0, 0, 0), (2, 0, 0), (1.5, 1, 0), (0, 1, 0)], [(0, 1, 2, 3)], 2),
+        ([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)], 1),
+        ([(0, 0, 0), (1, 0, 0), (1, 1, 0.2), (0, 1, 0)], [(0, 1, 2, 3)], 2),
         (
             [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0.5, 1.5, 0)],
             [(0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4)],
-            "overlap",
+            4,
         ),
     ],
 )
-def test_no_plane(export, vertices, faces, said):
+def test_other_flat_faces_are_triangles(export, vertices, faces, count):
     things.mesh_object("Face", vertices, faces)
     scene = export()
-    assert scene.shapes == ()
-    assert said in things.reasons(scene)["Face"][0]
+    assert scene.issues == () and len(scene.shapes) == count
+    assert {type(shape).__name__ for shape in scene.shapes} == {"Triangle"}
+
+
+def test_no_area(export):
+    corners = [(0, 0, 0), (1, 0, 0), (2, 0, 0), (3, 0, 0)]
+    things.mesh_object("Face", corners, [(0, 1, 2, 3)])
+    scene = export()
+    assert scene.shapes == () and "no area" in things.reasons(scene)["Face"][0]
 
 
 SIDES = (-1.0, 1.0)
@@ -244,14 +250,20 @@ def test_a_cube_moves_as_one(export):
     assert len(set(ends)) == 8
 
 
-def test_a_wedge_is_left_out(export):
-    """Its two ends are triangles, and one face that cannot be shown would be a hole."""
+def test_a_wedge(export):
+    """Its two ends are triangles of their own materials; its sides stay parallelograms."""
     corners = [(0, 0, 0), (1, 0, 0), (0, 0, 1), (0, 2, 0), (1, 2, 0), (0, 2, 1)]
-    things.mesh_object(
+    wedge = things.mesh_object(
         "Wedge", corners, [(0, 1, 2), (3, 5, 4), (0, 3, 4, 1), (1, 4, 5, 2), (2, 5, 3, 0)]
     )
+    for name, color in (("Ends", (1.0, 0.0, 0.0, 1.0)), ("Sides", (0.0, 1.0, 0.0, 1.0))):
+        wedge.data.materials.append(things.material(name, "ShaderNodeBsdfDiffuse", Color=color))
+    for face in wedge.data.polygons:
+        face.material_index = int(len(face.vertices) == 4)
     scene = export()
-    assert scene.shapes == () and "neither" in things.reasons(scene)["Wedge"][0]
+    assert scene.issues == ()
+    found = [(type(shape).__name__, shape.material.color) for shape in scene.shapes]
+    assert sorted(found) == 3 * [("Quad", (0.0, 1.0, 0.0))] + 2 * [("Triangle", (1.0, 0.0, 0.0))]
 
 
 def _heap(work, count):

@@ -3,10 +3,12 @@
 
 from __future__ import annotations
 
+import collections
 import math
 
 import bmesh
 import bpy
+import numpy as np
 import pytest
 import things
 
@@ -198,7 +200,7 @@ def _two(work):
 
 
 def _subdivided(work):
-    _uv(work)
+    bmesh.ops.create_uvsphere(work, u_segments=20, v_segments=11, radius=1.0)
     bmesh.ops.subdivide_edges(work, edges=work.edges[:], cuts=1, use_grid_fill=True)
 
 
@@ -219,25 +221,85 @@ NO_SPHERES = {
 }
 
 
+def area_of(shapes):
+    """Total area of quads and triangles."""
+    area = 0.0
+    for shape in shapes:
+        if type(shape).__name__ == "Triangle":
+            a, b, c = map(np.array, shape.vertices)
+            area += np.linalg.norm(np.cross(b - a, c - a)) / 2.0
+        else:
+            area += np.linalg.norm(np.cross(shape.edge_u, shape.edge_v))
+    return area
+
+
+def area_of_mesh(mesh):
+    mesh.calc_loop_triangles()
+    return sum(triangle.area for triangle in mesh.loop_triangles)
+
+
 @pytest.mark.parametrize("kind", NO_SPHERES)
 def test_no_sphere(export, kind):
-    things.made("Thing", NO_SPHERES[kind])
+    """It is rendered as the triangles, and parallelograms, that it is made of."""
+    thing = things.made("Thing", NO_SPHERES[kind])
     scene = export()
-    assert scene.shapes == ()
-    assert "neither" in things.reasons(scene)["Thing"][0]
+    assert area_of(scene.shapes) == pytest.approx(area_of_mesh(thing.data), rel=1e-6)
+    assert not any(issue.missing for issue in scene.issues)
+    assert "Triangle" in {type(shape).__name__ for shape in scene.shapes}
 
 
-def test_torus_is_left_out(export):
+def test_torus(export):
     bpy.ops.mesh.primitive_torus_add()
     scene = export()
-    assert scene.shapes == () and list(things.reasons(scene)) == ["Torus"]
+    assert len(scene.shapes) == 2 * 48 * 12 and scene.issues == ()
+    bpy.context.object.data.shade_smooth()
+    assert things.reasons(export()) == {
+        "Torus": ["its smooth shading is left out: its faces are rendered flat, as they are"]
+    }
+
+
+def test_a_mesh_of_too_many_triangles_is_left_out(export):
+    bpy.ops.mesh.primitive_torus_add(major_segments=96)
+    scene = export()
+    (issue,) = scene.issues
+    assert scene.shapes == () and issue.missing
+    assert "2,304 triangles" in issue.reason and "Decimate" in issue.reason
 
 
 def test_modifiers_are_heeded(export):
     ball = things.uv_sphere()
+    ball.data.shade_flat()
     ball.modifiers.new("Triangulate", "TRIANGULATE")
     scene = export()
-    assert scene.shapes == () and "neither" in things.reasons(scene)["Sphere"][0]
+    assert len(scene.shapes) == 2 * 32 * 15 and scene.issues == ()
+    ball.modifiers.new("Again", "SUBSURF").subdivision_type = "SIMPLE"
+    scene = export()
+    assert scene.shapes == () and "triangles" in things.reasons(scene)["Sphere"][0]
+
+
+def test_n_gons_and_slivers(export):
+    """Faces are cut as Blender draws them; what has no area is dropped."""
+    outline = [(0, 0), (4, 0), (4, 1), (1, 1), (1, 3), (4, 3), (4, 4), (0, 4)]
+    points = [(x, y, 0.0) for x, y in outline] + [(0, 0, 1), (1, 0, 1), (2, 0, 1)]
+    thing = things.mesh_object("Bracket", points, [tuple(range(8)), (8, 9, 10), (0, 1, 8)])
+    scene = export()
+    assert len(scene.shapes) == 6 + 1 and scene.issues == ()
+    assert area_of(scene.shapes) == pytest.approx(10.0 + 2.0, rel=1e-6)
+    thing.scale = (1.0, 1.0, 0.0)
+    assert area_of(export().shapes) == pytest.approx(10.0, rel=1e-6)
+
+
+def test_triangles_share_their_points(export):
+    """What is placed far away and turned has no gaps either."""
+    bpy.ops.mesh.primitive_torus_add(major_segments=12, minor_segments=6)
+    torus = bpy.context.object
+    torus.location, torus.rotation_euler = (1234.5, -987.6, 55.5), (0.3, 0.4, 0.5)
+    edges = collections.Counter()
+    for shape in export().shapes:
+        a, b, c = shape.vertices
+        edges.update([(a, b), (b, c), (c, a)])
+    assert len(edges) == 3 * 144 and set(edges.values()) == {1}
+    assert all((b, a) in edges for a, b in edges)
 
 
 def test_in_edit_mode(export):

@@ -8,13 +8,14 @@ import pytest
 
 from adaptive_drt.geometry.footprint import Footprint
 from adaptive_drt.geometry.polygon.shape import ParallelogramSet
+from adaptive_drt.geometry.polygon.triangle import TriangleSet
 from adaptive_drt.geometry.receivers import Receivers
 from adaptive_drt.geometry.sphere.shape import SphereSet
 from adaptive_drt.lights.emitter import LightMotion
 from adaptive_drt.lights.registry import make_emitter
 from adaptive_drt.numerics.vector import dot, norm
 from adaptive_drt.scene.description import DiskLight, Motion, PointLight, QuadLight, SphereLight
-from stand_in_shapes import EnclosedSet, TriangleSet
+from stand_in_shapes import EnclosedSet
 
 PAIRS, SPOTS, PLACES = 1_500, 40, 25
 """Pairs of receivers and shapes, points of the light a receiver, and points of a patch."""

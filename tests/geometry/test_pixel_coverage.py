@@ -12,6 +12,7 @@ from adaptive_drt.detection.detect import detect, trace_center_rays
 from adaptive_drt.detection.shadow_discontinuities import patch_reach
 from adaptive_drt.geometry.camera import PinholeCamera
 from adaptive_drt.geometry.polygon.shape import ParallelogramSet
+from adaptive_drt.geometry.polygon.triangle import TriangleSet
 from adaptive_drt.geometry.shape import UNKNOWN_CURVATURE
 from adaptive_drt.geometry.shape_table import ShapeTable
 from adaptive_drt.geometry.sphere.shape import SphereSet
@@ -21,7 +22,7 @@ from adaptive_drt.scene.settings import Settings
 from adaptive_drt.tracing.compile import make_plan
 from adaptive_drt.tracing.intersect import Tile, find_candidates, screen_bounds
 from shape_sets import quads_of, spheres_of
-from stand_in_shapes import EnclosedSet, TriangleSet
+from stand_in_shapes import EnclosedSet
 
 SHAPES, RAYS = 2_000, 60
 ROUNDING = 1e-9

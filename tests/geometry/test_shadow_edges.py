@@ -9,13 +9,13 @@ import pytest
 from adaptive_drt.geometry.patch import Patch
 from adaptive_drt.geometry.polygon.kernels import distance_to_polygon, distance_to_quad
 from adaptive_drt.geometry.polygon.shape import ParallelogramSet
+from adaptive_drt.geometry.polygon.triangle import TriangleSet
 from adaptive_drt.geometry.shaded_patches import ShadedPatches
 from adaptive_drt.geometry.shape import ShapeSet
 from adaptive_drt.geometry.sphere.shape import SphereSet
 from adaptive_drt.lights.emitter import LightMotion
 from adaptive_drt.lights.registry import make_emitter
 from adaptive_drt.scene.description import DiskLight, PointLight, QuadLight, SphereLight
-from triangle_set import TriangleSet
 
 COUNT, PLACES, RAYS = 800, 10, 64
 """Pairs of patches and occluders, points of each patch, and rays from each point to the light."""

@@ -24,7 +24,7 @@ CLAY = Material((0.7, 0.5, 0.3))
 
 
 def _shapes(points, faces):
-    """The shapes that a mesh stands for; none where it stands for none."""
+    """The shapes that a mesh stands for; none where some are triangles."""
     # float32, as Blender holds them: so the last bits of sines and cosines do not count
     places = np.array(points, dtype=np.float32).T.astype(np.float64)
     sizes = [len(face) for face in faces]
@@ -33,9 +33,10 @@ def _shapes(points, faces):
     found = recognise_primitive(places, corners, starts, np.zeros(len(faces), dtype=np.int64))
     if isinstance(found, MeshSphere):
         return [Sphere(found.center, found.radius, CLAY)]
-    if isinstance(found, str):
+    if isinstance(found, str) or found.triangles.slot.size:
         return []
-    return [Quads(found.corner, found.edge_u, found.edge_v, found.slot, (CLAY,), name="Quad")]
+    flat = found.parallelograms
+    return [Quads(flat.corner, flat.edge_u, flat.edge_v, flat.slot, (CLAY,), name="Quad")]
 
 
 def _uv_sphere(center, radius, segments, rings):

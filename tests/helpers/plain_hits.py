@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from adaptive_drt.scene.description import Sphere
+from adaptive_drt.scene.description import Sphere, Triangle
 
 
 def rays(camera, x, y):
@@ -35,6 +35,8 @@ def oracle_depth(shape, ray, t, eye):
     shift = t * move[:, None] - eye
     if isinstance(shape, Sphere):
         return oracle_sphere(np.array(shape.center)[:, None] + shift, shape.radius, ray)
+    if isinstance(shape, Triangle):
+        return oracle_triangle([np.array(v)[:, None] + shift for v in shape.vertices], ray)
     return oracle_quad(np.array(shape.corner)[:, None] + shift, shape, ray)
 
 
@@ -67,3 +69,15 @@ def blocked(shapes, start, end, t, skip=()):
             far = oracle_depth(shape, way / length, t, start)
             cut |= (far > 1e-9 * length) & (far < length)
     return cut
+
+
+def oracle_triangle(vertices, ray):
+    corner, a, b = vertices[0], vertices[1] - vertices[0], vertices[2] - vertices[0]
+    with np.errstate(all="ignore"):
+        # Cramer's rule for s w = corner + x a + y b
+        determinant = (np.cross(a, b, axis=0) * ray).sum(axis=0)
+        far = (np.cross(a, b, axis=0) * corner).sum(axis=0) / determinant
+        x = -(np.cross(ray, corner, axis=0) * b).sum(axis=0) / determinant
+        y = (np.cross(ray, corner, axis=0) * a).sum(axis=0) / determinant
+        hit = (x >= 0.0) & (y >= 0.0) & (x + y <= 1.0) & (far > 0.0)
+    return np.where(hit, far, np.inf)

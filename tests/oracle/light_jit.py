@@ -32,6 +32,28 @@ def _nearest_on_quad(corner, u, v, p):
 
 
 @jit
+def _nearest_on_triangle(corner, u, v, p):
+    """Point of corner + a u + b v, a, b and 1 - a - b in 0..1, nearest p."""
+    uu, vv, uv = dot(u, u), dot(v, v), dot(u, v)
+    d = less(p, corner)
+    du, dv = dot(d, u), dot(d, v)
+    det = uu * vv - uv * uv
+    a, b = (du * vv - dv * uv) / det, (dv * uu - du * uv) / det
+    if a >= 0.0 and b >= 0.0 and a + b <= 1.0:
+        return add(corner, add(times(a, u), times(b, v)))
+    best, found = math.inf, corner
+    starts, edges = (corner, corner, add(corner, u)), (u, v, less(v, u))
+    for k in range(3):
+        start, edge = starts[k], edges[k]
+        share = min(max(dot(less(p, start), edge) / dot(edge, edge), 0.0), 1.0)
+        point = add(start, times(share, edge))
+        gap = less(point, p)
+        if dot(gap, gap) < best:
+            best, found = dot(gap, gap), point
+    return found
+
+
+@jit
 def _before(kind, light, c, v, r):
     """Whether a ball at v, as seen from 0, lies before a light: the plane between decides."""
     if kind == QUAD:
@@ -109,7 +131,7 @@ def _point_light(balls, quads, c, p, n, t, own, casts):
         e, f = vector(q, 3), vector(q, 6)
         area = dot(cross(e, f), normal)
         a, b = dot(cross(at, f), normal) / area, dot(cross(e, at), normal) / area
-        if 0.0 < a < 1.0 and 0.0 < b < 1.0:
+        if a > 0.0 and b > 0.0 and (max(a, b) if q[18] == 4.0 else a + b) < 1.0:
             return 0.0
     return cosine / dd
 
@@ -135,19 +157,22 @@ def _put_quad(q, group, light, p, n, t, view, circles, count, space):
     height, he, hf = dot(n, v), dot(n, e), dot(n, f)
     if height + max(he, 0.0) + max(hf, 0.0) <= 0.0:
         return count
+    sides = int(q[18])
     shape[0, 0], shape[0, 1], shape[0, 2] = v
     shape[2, 0], shape[2, 1], shape[2, 2] = add(add(v, e), f)
     one, three = (add(v, e), add(v, f)) if turn > 0.0 else (add(v, f), add(v, e))
     shape[1, 0], shape[1, 1], shape[1, 2] = one
-    shape[3, 0], shape[3, 1], shape[3, 2] = three
-    sides = 4
+    shape[sides - 1, 0], shape[sides - 1, 1], shape[sides - 1, 2] = three
     if kind == QUAD:
         facing = vector(light, 9)
-        sides = _clip(shape, 4, facing, dot(facing, c), spare)
+        sides = _clip(shape, sides, facing, dot(facing, c), spare)
         if sides < 3 or _apart(corners, shape, sides):
             return count
     else:
-        near = _nearest_on_quad(v, e, f, c)
+        if sides == 4:
+            near = _nearest_on_quad(v, e, f, c)
+        else:
+            near = _nearest_on_triangle(v, e, f, c)
         if dot(less(near, c), near) > 0.0:
             return count
     last, hides = count, True

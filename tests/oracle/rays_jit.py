@@ -5,10 +5,11 @@ import math
 
 import numpy as np
 
-from adaptive_drt.scene.description import DiskLight, PointLight, QuadLight, Sphere
+from adaptive_drt.scene.description import DiskLight, PointLight, QuadLight, Sphere, Triangle
 
 from .camera import rays
 from .light_jit import DISK, POINT, QUAD, SPHERE, factor
+from .trace import flat_of
 from .vectors_jit import add, cross, dot, jit, less, times, vector
 
 __all__ = ["candidates", "events", "pack", "radiance"]
@@ -22,7 +23,7 @@ def pack(scene):
     Returns
     -------
     balls (a, 10) : centre, radius, displacement, colour.
-    quads (b, 18) : corner, edges, displacement, unit normal, colour.
+    quads (b, 19) : corner, edges, displacement, unit normal, colour, 4 edges, or 3 of a triangle.
     lights (c, 21) : centre, half edges, normal, radius, kind, displacement, casts, power.
     background (3,).  view (3, 3) : direction through picture point (0, 0), its changes by x and y.
     """
@@ -37,10 +38,12 @@ def pack(scene):
     quads = []
     for s in scene.shapes:
         if not isinstance(s, Sphere):
-            n = np.cross(s.edge_u, s.edge_v)
+            place, u, v = flat_of(s)
+            n = np.cross(u, v)
             n = n / np.linalg.norm(n)
-            place = np.array(s.corner) - eye
-            quads.append((*place, *s.edge_u, *s.edge_v, *(_way(s) - drift), *n, *s.material.color))
+            edges = 3.0 if isinstance(s, Triangle) else 4.0
+            way = _way(s) - drift
+            quads.append((*(place - eye), *u, *v, *way, *n, *s.material.color, edges))
     lights = [_light(light, eye, drift) for light in scene.lights]
     spots = np.array([(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)])
     _, d = rays(camera, spots[:, 0], spots[:, 1], np.zeros(3))
@@ -49,7 +52,7 @@ def pack(scene):
     view = np.array([d[0], d[1] - d[0], d[2] - d[0]])
     return (
         np.array(balls, dtype=float).reshape(-1, 10),
-        np.array(quads, dtype=float).reshape(-1, 18),
+        np.array(quads, dtype=float).reshape(-1, 19),
         np.array(lights, dtype=float).reshape(-1, 21),
         np.array(scene.background, dtype=float),
         view,
@@ -126,7 +129,9 @@ def _misses(quad, axis, opening):
         return True
     turn = 1.0 if side > 0.0 else -1.0
     far = add(v, add(e, f))
-    for m in (cross(v, e), cross(add(v, e), f), cross(e, far), cross(f, v)):
+    third = cross(e, far) if quad[18] == 4.0 else cross(add(v, e), less(f, e))
+    second = cross(add(v, e), f) if quad[18] == 4.0 else third
+    for m in (cross(v, e), second, third, cross(f, v)):
         if turn * dot(m, axis) / math.sqrt(dot(m, m)) < -opening - 1e-9:
             return True
     return False
@@ -159,7 +164,8 @@ def _quad_depth(q, d, t):
     pe, pf = dot(at, e), dot(at, f)
     det = ee * ff - ef * ef
     a, b = (pe * ff - pf * ef) / det, (pf * ee - pe * ef) / det
-    return s if 0.0 <= a <= 1.0 and 0.0 <= b <= 1.0 else math.inf
+    most = max(a, b) if q[18] == 4.0 else a + b
+    return s if a >= 0.0 and b >= 0.0 and most <= 1.0 else math.inf
 
 
 @jit
@@ -268,8 +274,10 @@ def events(scene, among, count, x, y, t, found):
         else:
             q = quads[i - balls.shape[0]]
             v, u, w = add(vector(q, 0), times(t, vector(q, 9))), vector(q, 3), vector(q, 6)
-            sides = (cross(v, u), cross(v, w), cross(add(v, w), u), cross(add(v, u), w))
-            for m in sides:
+            third = cross(add(v, w), u) if q[18] == 4.0 else cross(add(v, u), less(w, u))
+            sides = (cross(v, u), cross(v, w), third, cross(add(v, u), w))
+            for side in range(int(q[18])):
+                m = sides[side]
                 got = _roots(0.0, dot(m, f), dot(m, e), found, got)
             got = _roots(0.0, dot(vector(q, 12), f), dot(vector(q, 12), e), found, got)
         for other in range(k):

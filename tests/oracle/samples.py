@@ -3,11 +3,11 @@
 
 import numpy as np
 
-from adaptive_drt.scene.description import QuadLight, Sphere
+from adaptive_drt.scene.description import QuadLight, Sphere, Triangle
 
 from .camera import project, rays
 from .lights import is_area, source
-from .trace import dot, moved, moves
+from .trace import dot, flat_of, moved, moves
 
 __all__ = [
     "camera_rays",
@@ -47,8 +47,11 @@ def landmarks(shape):
     """Points (k, 3) of a shape at t = 0 that a grid of rays may miss when it is small or thin."""
     if isinstance(shape, Sphere):
         return np.array([shape.center], dtype=float)
-    corner, u, v = (np.array(x, dtype=float) for x in (shape.corner, shape.edge_u, shape.edge_v))
+    corner, u, v = flat_of(shape)
     a, b = INSET, 1.0 - INSET
+    if isinstance(shape, Triangle):
+        spots = [(1.0 / 3.0, 1.0 / 3.0), (a, a), (b - a, a), (a, b - a)]
+        return np.array([corner + x * u + y * v for x, y in spots])
     spots = [(0.5, 0.5), (a, a), (b, a), (a, b), (b, b)]
     return np.array([corner + x * u + y * v for x, y in spots])
 
@@ -97,9 +100,10 @@ def _beyond(scene, source, q):
             half2 = shape.radius**2 - ((offset - along * way) ** 2).sum()
             depths = [along - half2**0.5, along + half2**0.5] if half2 > 0.0 else []
         else:
-            normal = np.cross(shape.edge_u, shape.edge_v)
+            corner, u, v = flat_of(shape)
+            normal = np.cross(u, v)
             slope = way @ normal
-            depths = [(np.array(shape.corner) - source) @ normal / slope] if slope else []
+            depths = [(corner - source) @ normal / slope] if slope else []
         for depth in depths:
             if depth > length:
                 yield source + depth * way

@@ -22,6 +22,7 @@ from adaptive_drt.scene.description import (
     Scene,
     Sphere,
     SphereLight,
+    Triangle,
 )
 from oracle.arcs_jit import CIRCLE
 from oracle.converged import converged
@@ -49,8 +50,8 @@ def light_at_origin(scene, normal):
     return factor(*kind, circles, cuts, space)
 
 
-def random_view(rng):
-    """A scene whose camera is at the origin: a light, and occluders before it."""
+def random_view(rng, kind):
+    """A scene with its camera at the origin: a light and occluders, flat ones of a kind."""
     center = np.array((0.0, 0.0, 4.0)) + rng.uniform(-0.7, 0.7, 3)
     if rng.random() < 0.5:
         u, v = rng.normal(size=(2, 3)) * 0.5
@@ -62,10 +63,10 @@ def random_view(rng):
         outline = quad_light(np.array(corners))
     else:
         radius = rng.uniform(0.2, 1.2)
-        kind = SphereLight if rng.random() < 0.5 else DiskLight
-        light = kind(tuple(center), radius, (1.0,) * 3)
+        round_kind = SphereLight if rng.random() < 0.5 else DiskLight
+        light = round_kind(tuple(center), radius, (1.0,) * 3)
         slope = radius / np.linalg.norm(center)
-        half = np.arcsin(slope) if kind is SphereLight else np.arctan(slope)
+        half = np.arcsin(slope) if round_kind is SphereLight else np.arctan(slope)
         outline = round_light(center / np.linalg.norm(center), half)
     spheres = [
         (np.array((*rng.uniform(-0.5, 0.5, 2), rng.uniform(1.0, 1.6))), rng.uniform(0.05, 0.4))
@@ -77,8 +78,12 @@ def random_view(rng):
         q = np.array((*rng.uniform(-0.4, 0.4, 2), 1.3)) - (u + v) / 2.0
         quads.append((q, u, v))
     shapes = [Sphere(tuple(c), r) for c, r in spheres]
-    shapes += [Quad(*map(tuple, quad)) for quad in quads]
-    faces = [np.array((q, q + u, q + u + v, q + v)) for q, u, v in quads]
+    if kind is Triangle:
+        faces = [np.array((q, q + u, q + v)) for q, u, v in quads]
+        shapes += [Triangle(tuple(map(tuple, face))) for face in faces]
+    else:
+        faces = [np.array((q, q + u, q + u + v, q + v)) for q, u, v in quads]
+        shapes += [Quad(*map(tuple, quad)) for quad in quads]
     return Scene(look_at((0.0, 0.0, 0.0), (0.0, 1.0, 0.0)), tuple(shapes), (light,)), (
         outline,
         spheres,
@@ -86,12 +91,13 @@ def random_view(rng):
     )
 
 
+@pytest.mark.parametrize("kind", [Quad, Triangle])
 @pytest.mark.parametrize("seed", range(5))
-def test_factor_agrees_with_lines_across_the_light(seed):
+def test_factor_agrees_with_lines_across_the_light(seed, kind):
     rng = np.random.default_rng(seed)
     partial = 0
     for case in range(40):
-        scene, (outline, spheres, faces) = random_view(rng)
+        scene, (outline, spheres, faces) = random_view(rng, kind)
         normal = rng.normal(size=3) + np.array((0.0, 0.0, 1.0))
         normal /= np.linalg.norm(normal)
         want = visible(outline, normal, spheres, faces)

@@ -6,7 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from adaptive_drt.scene.description import Sphere
+from adaptive_drt.scene.description import Sphere, Triangle
 
 __all__ = [
     "BLOCKED",
@@ -14,6 +14,7 @@ __all__ = [
     "UNSURE",
     "Hits",
     "extent",
+    "flat_of",
     "moved",
     "moves",
     "nearest",
@@ -62,25 +63,52 @@ def moved(thing, position, t):
     return np.array(position, dtype=float) + np.asarray(t, dtype=float)[:, None] * move
 
 
+FLAT = ("corner", "edge_u", "edge_v")
+"""Vectors of a quad."""
+
+
+def flat_of(shape):
+    """Corner and two edges (3,) of a quad or triangle."""
+    if isinstance(shape, Triangle):
+        a, b, c = (np.array(vertex, dtype=float) for vertex in shape.vertices)
+        return a, b - a, c - a
+    return tuple(np.array(getattr(shape, name), dtype=float) for name in FLAT)
+
+
 @lru_cache(maxsize=64)
 def extent(scene):
     """Largest coordinate or radius of the scene: the length that margins are a share of."""
     sizes = [1e-300]
     for thing in (*scene.shapes, *scene.lights):
-        for name in ("center", "corner", "edge_u", "edge_v", "half_u", "half_v", "radius"):
+        for name in (*FLAT, "center", "half_u", "half_v", "radius", "vertices"):
             sizes.append(np.abs(getattr(thing, name, 0.0)).max())
     sizes.append(max(abs(row[3]) for row in scene.camera.matrix[:3]))
     return float(max(sizes))
 
 
 @lru_cache(maxsize=256)
-def frame_of(quad):
-    """Matrix that takes world offsets to (u, v, height over the quad's plane), and widths in m."""
-    u, v = np.array(quad.edge_u), np.array(quad.edge_v)
+def frame_of(flat):
+    """Matrix that takes world offsets to (u, v, height over the plane); the sides; the normal.
+
+    Each side is (a, b, c, width): a + b u + c v is 0 on the edge and 1 where the shape ends, that
+    many metres away.
+    """
+    _, u, v = flat_of(flat)
     normal = np.cross(u, v)
-    normal = normal / np.linalg.norm(normal)
-    widths = np.array([np.linalg.norm(np.cross(u, v)) / np.linalg.norm(e) for e in (v, u)])
-    return np.linalg.inv(np.stack([u, v, normal], axis=1)), widths, normal
+    area = np.linalg.norm(normal)
+    normal = normal / area
+    sides = [(0.0, 1.0, 0.0, v), (0.0, 0.0, 1.0, u)]
+    if isinstance(flat, Triangle):
+        sides += [(1.0, -1.0, -1.0, v - u)]
+    else:
+        sides += [(1.0, -1.0, 0.0, v), (1.0, 0.0, -1.0, u)]
+    sides = tuple((a, b, c, area / np.linalg.norm(edge)) for a, b, c, edge in sides)
+    return np.linalg.inv(np.stack([u, v, normal], axis=1)), sides, normal
+
+
+def _inner(at, sides):
+    """How many metres points (n, 2) of a plane lie within the edge that is nearest."""
+    return np.min([(a + b * at[:, 0] + c * at[:, 1]) * width for a, b, c, width in sides], axis=0)
 
 
 def _ray_sphere(sphere, o, d, t, margin):
@@ -100,15 +128,14 @@ def _ray_sphere(sphere, o, d, t, margin):
 
 
 def _ray_quad(quad, o, d, t, margin):
-    inverse, widths, normal = frame_of(quad)
-    start = (o - moved(quad, quad.corner, t)) @ inverse.T
+    inverse, sides, normal = frame_of(quad)
+    start = (o - moved(quad, flat_of(quad)[0], t)) @ inverse.T
     step = d @ inverse.T
     slope = step[:, 2]
     safe = np.abs(slope) > LEAST_SLOPE
     depth = np.where(safe, -start[:, 2] / np.where(safe, slope, 1.0), np.inf)
     at = start[:, :2] + np.where(safe, depth, 0.0)[:, None] * step[:, :2]
-    inside = np.minimum(at, 1.0 - at)
-    inner = np.minimum(inside[:, 0] * widths[0], inside[:, 1] * widths[1])
+    inner = _inner(at, sides)
     hit = safe & (inner >= 0.0) & (depth > 0.0)
     slack = margin / np.maximum(np.abs(slope), LEAST_SLOPE)
     clear = safe & ((np.abs(inner) > slack) & (np.abs(depth) > slack) | (depth < -slack))
@@ -155,26 +182,23 @@ def _segment_sphere(sphere, a, b, t, margin):
 
 
 def _segment_quad(quad, a, b, t, margin):
-    """State of segments a to b against a quad at t."""
-    inverse, widths, _ = frame_of(quad)
-    corner = moved(quad, quad.corner, t)
+    """State of segments a to b against a quad or triangle at t."""
+    inverse, sides, _ = frame_of(quad)
+    corner = moved(quad, flat_of(quad)[0], t)
     first, last = (a - corner) @ inverse.T, (b - corner) @ inverse.T
     h0, h1 = first[:, 2], last[:, 2]
     same = ((h0 > margin) & (h1 > margin)) | ((h0 < -margin) & (h1 < -margin))
     opposite = ((h0 > margin) & (h1 < -margin)) | ((h0 < -margin) & (h1 > margin))
     share = h0 / np.where(opposite, h0 - h1, 1.0)
     at = first[:, :2] + share[:, None] * (last[:, :2] - first[:, :2])
-    inside = np.minimum(at, 1.0 - at)
-    inner = np.minimum(inside[:, 0] * widths[0], inside[:, 1] * widths[1])
+    inner = _inner(at, sides)
     # a grazing segment magnifies the error of the place where it meets the plane
     drop = np.maximum(np.abs(h0 - h1), margin)
     slack = margin * (1.0 + norm(b - a) / np.where(drop > 0.0, drop, 1.0))
     apart = same | (opposite & (inner < -slack))
-    # both ends past the same side of the quad: nothing to meet, whatever the heights are
-    for k in (0, 1):
-        low = np.maximum(first[:, k], last[:, k]) * widths[k] < -margin
-        high = (np.minimum(first[:, k], last[:, k]) - 1.0) * widths[k] > margin
-        apart |= low | high
+    # both ends past the same side: nothing to meet, whatever the heights are
+    for side in sides:
+        apart |= np.maximum(_inner(first, [side]), _inner(last, [side])) < -margin
     blocked = opposite & (inner > slack)
     return np.where(blocked, BLOCKED, np.where(apart, OPEN, UNSURE))
 

@@ -20,7 +20,7 @@ from .samples import (
     shadow_landmarks,
     squeeze,
 )
-from .trace import BLOCKED, MARGIN, OPEN, UNSURE, dot, extent, moves, nearest, norm, states
+from .trace import BLOCKED, MARGIN, OPEN, UNSURE, dot, extent, flat_of, moves, nearest, norm, states
 
 __all__ = ["edges", "masks", "motion", "outlines_seen", "penumbrae", "pixels_of"]
 
@@ -167,7 +167,8 @@ def _shifts(shape, camera):
             move = move + sign * np.array(thing.motion.displacement)
     if isinstance(shape, Sphere):
         return bool(move.any())
-    normal = np.cross(shape.edge_u, shape.edge_v)
+    _, u, v = flat_of(shape)
+    normal = np.cross(u, v)
     return abs(move @ normal) > 1e-9 * np.linalg.norm(move) * np.linalg.norm(normal)
 
 

@@ -57,10 +57,11 @@ def round_light(axis, half_angle):
 
 
 def visible(light, normal, spheres=(), quads=()):
-    """Integral of max(0, n.w) over what is seen: spheres (centre, radius), quads (4, 3)."""
+    """Integral of max(0, n.w) over what is seen: spheres (centre, radius), polygons (k, 3)."""
     rows = [light.plane(normal)] + [light.ball(c, r) for c, r in spheres]
     for q in quads:
-        rows += [light.plane(np.cross(q[i], q[(i + 1) % 4] - q[i])) for i in range(4)]
+        count = len(q)
+        rows += [light.plane(np.cross(q[i], q[(i + 1) % count] - q[i])) for i in range(count)]
     one = np.eye(6)
     if light.disk:
         rows.append(one[0] - one[3] - one[5])
@@ -151,12 +152,13 @@ def hidden(p, spheres, quads):
         miss = c - along[..., None] * w
         blocked |= (along > 0) & (np.sum(miss * miss, axis=-1) <= r * r)
     for q in quads:
-        side = np.cross(q[1] - q[0], q[3] - q[0])
+        side = np.cross(q[1] - q[0], q[-1] - q[0])
         if abs(side @ q[0]) <= 1e-14 * np.linalg.norm(side) * np.linalg.norm(q[0]):
             continue  # seen edge-on
-        # w t = q0 + a (q1 - q0) + b (q3 - q0)
-        inverse = np.linalg.pinv(np.stack([q[1] - q[0], q[3] - q[0], q[0]]).T)
+        # w t = q0 + a (q1 - q0) + b (q3 - q0), q3 the last corner
+        inverse = np.linalg.pinv(np.stack([q[1] - q[0], q[-1] - q[0], q[0]]).T)
         a, b, t = np.moveaxis(w @ inverse.T, -1, 0)
         # w = a' e1 + b' e2 + t q0, so the hit is at 1 / t
-        blocked |= (t > 0) & (a >= 0) & (a <= t) & (b >= 0) & (b <= t)
+        within = np.maximum(a, b) <= t if len(q) == 4 else a + b <= t
+        blocked |= (t > 0) & (a >= 0) & (b >= 0) & within
     return blocked

@@ -1,15 +1,22 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Meshes that are made of parallelograms: subdivided, split and joined at random, found again."""
+"""Parallelograms that meshes are made of, cut and joined at random, and all other faces."""
 
 from __future__ import annotations
 
+from itertools import pairwise
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from adaptive_drt.scene import planar_facets
-from adaptive_drt.scene.planar_facets import Mesh, mesh_edges
+from adaptive_drt.scene.planar_facets import (
+    MAX_TRIANGLES,
+    NO_AREA,
+    Mesh,
+    mesh_edges,
+    planar_facets,
+    too_many_triangles,
+)
 
 
 def mesh_of(points, faces, slots=None, fit=1e-9):
@@ -38,11 +45,22 @@ def sheet(rng, corner, u, v, columns, rows, first=0, triangles=False):
     return points, faces
 
 
+def facets(mesh):
+    """The facets of a mesh whose faces are cut from their first corners, or why there are none."""
+    ends = [
+        (mesh.starts[face], mesh.starts[face] + k, face)
+        for face in range(mesh.sizes.size)
+        for k in range(1, mesh.sizes[face] - 1)
+    ]
+    first, second, owner = np.array(ends).T
+    return planar_facets(mesh, mesh.corners[np.array([first, second, second + 1])], owner)
+
+
 def parallelograms(mesh):
-    """The parallelograms of a mesh one by one, or the reason why there are none."""
-    found = planar_facets.parallelograms(mesh)
-    if isinstance(found, str):
-        return found
+    """The parallelograms of a mesh one by one, of which no face is cut."""
+    found = facets(mesh)
+    assert not found.triangles.slot.size
+    found = found.parallelograms
     rows = zip(found.corner.T, found.edge_u.T, found.edge_v.T, found.slot, strict=True)
     return [
         SimpleNamespace(corner=corner, edge_u=u, edge_v=v, slot=slot) for corner, u, v, slot in rows
@@ -122,22 +140,54 @@ def test_an_ell_of_three_squares_is_three():
 
 
 @pytest.mark.parametrize(
-    "points, faces, reason",
+    "points, faces, whole, cut",
     [
-        ([(0, 0, 0), (1, 0, 0), (2, 0, 0)], [[0, 1, 2]], "no area"),
-        ([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [[0, 1, 2]], "not a parallelogram"),
-        ([(0, 0, 0), (1, 0, 0), (2, 1, 0), (0, 1, 0)], [[0, 1, 2, 3]], "not a parallelogram"),
-        ([(0, 0, 0), (1, 0, 0), (1, 1, 0.1), (0, 1, 0)], [[0, 1, 2, 3]], "neither"),
-        # a square and its two triangles once more
+        ([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [[0, 1, 2]], 0, 1),
+        ([(0, 0, 0), (1, 0, 0), (2, 1, 0), (0, 1, 0)], [[0, 1, 2, 3]], 0, 2),
+        ([(0, 0, 0), (1, 0, 0), (1, 1, 0.1), (0, 1, 0)], [[0, 1, 2, 3]], 0, 2),
+        # a square and one of its triangles once more
         ([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0.5, 0.5, 0)],
-         [[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4], [0, 1, 2]], "parallelogram"),
+         [[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4], [0, 1, 2]], 0, 5),
         ([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)],
-         [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]], "neither"),
+         [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]], 0, 4),
+        # a house: its front and back are no parallelograms
+        ([(x, y, z) for y in (0, 2) for x, z in ((0, 0), (2, 0), (2, 1), (1, 2), (0, 1))],
+         [[4, 3, 2, 1, 0], [5, 6, 7, 8, 9]]
+         + [[k, (k + 1) % 5, (k + 1) % 5 + 5, k + 5] for k in range(5)], 5, 6),
+        # a sliver without an area beside a triangle
+        ([(0, 0, 0), (1, 0, 0), (2, 0, 0), (0, 1, 0)], [[0, 1, 2], [0, 2, 3]], 0, 1),
     ],
 )  # fmt: skip
-def test_what_is_made_of_none_has_a_reason(points, faces, reason):
-    found = parallelograms(mesh_of(points, faces))
-    assert isinstance(found, str) and reason in found
+def test_all_other_faces_are_cut(points, faces, whole, cut):
+    slots = np.arange(len(faces))
+    found = facets(mesh_of(points, faces, slots))
+    assert found.parallelograms.slot.size == whole and found.triangles.slot.size == cut
+    a, b, c = (found.triangles.points[:, each] for each in found.triangles.corners)
+    area = np.linalg.norm(np.cross(b - a, c - a, axis=0), axis=0) / 2.0
+    flat = found.parallelograms
+    total = area.sum() + np.linalg.norm(np.cross(flat.edge_u, flat.edge_v, axis=0), axis=0).sum()
+    want = 0.0
+    for face in faces:
+        p = np.array(points, dtype=float)[face]
+        want += sum(np.linalg.norm(np.cross(y - p[0], z - p[0])) / 2 for y, z in pairwise(p[1:]))
+    assert total == pytest.approx(want, rel=1e-12)
+    assert set(found.slot) <= set(slots)
+
+
+def test_a_mesh_without_an_area_has_a_reason():
+    assert facets(mesh_of([(0, 0, 0), (1, 0, 0), (2, 0, 0)], [[0, 1, 2]])) == NO_AREA
+
+
+def test_too_many_triangles_are_counted():
+    rng = np.random.default_rng(0)
+    points = rng.normal(size=(3 * (MAX_TRIANGLES + 1), 3))
+    faces = np.arange(len(points)).reshape(-1, 3)
+    assert facets(mesh_of(points, faces)) == too_many_triangles(MAX_TRIANGLES + 1)
+    assert facets(mesh_of(points, faces[1:])).slot.size == MAX_TRIANGLES
+    # of a flat group, too
+    angle = np.linspace(0.0, 2.0 * np.pi, MAX_TRIANGLES + 3, endpoint=False)
+    disk = np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=1)
+    assert facets(mesh_of(disk, [range(len(disk))])) == too_many_triangles(MAX_TRIANGLES + 1)
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -151,8 +201,8 @@ def test_rounding_within_the_fit_does_not_matter_and_dents_do(seed):
     assert len(found) == 1 and same(found[0], corner, u, v, 1e-5)
     normal = np.cross(u, v)
     points[5] += 0.1 * normal / np.linalg.norm(normal)
-    found = parallelograms(mesh_of(points, faces, fit=1e-5))
-    assert isinstance(found, str) or len(found) > 1
+    dented = facets(mesh_of(points, faces, fit=1e-5))
+    assert dented.triangles.slot.size > 0
 
 
 def test_edges_are_numbered_once():

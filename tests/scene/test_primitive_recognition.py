@@ -129,10 +129,21 @@ def test_vertices_that_slid_on_the_sphere_make_none():
 
 
 def test_cubes_are_six_parallelograms_though_their_corners_lie_on_a_sphere():
-    found = recognised(*cube())
+    found = recognised(*cube()).parallelograms
     normals = np.cross(found.edge_u, found.edge_v, axis=0)
     assert normals.shape == (3, 6)
     assert np.abs(normals).sum(axis=1).tolist() == [8.0, 8.0, 8.0]
+
+
+def test_faces_are_cut_as_they_are_told_to_be():
+    """By fans, unless triangles are given; loose vertices have no number."""
+    points = np.array([(9, 9, 9), (0, 0, 0), (2, 0, 0), (0.5, 0.5, 0), (0, 2, 0)], dtype=float)
+    zero, corners = np.zeros(1, dtype=np.int64), np.arange(1, 5)
+    fan = recognise_primitive(points.T, corners, zero, zero).triangles
+    assert fan.corners.T.tolist() == [[0, 1, 2], [0, 2, 3]] and fan.points.shape == (3, 4)
+    other = np.array([[1, 2, 4], [2, 3, 4]]).T, np.zeros(2, dtype=np.int64)
+    told = recognise_primitive(points.T, corners, zero, zero, other).triangles
+    assert told.corners.T.tolist() == [[0, 1, 3], [1, 2, 3]]
 
 
 def test_loose_vertices_are_not_looked_at():

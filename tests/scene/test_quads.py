@@ -19,7 +19,7 @@ from adaptive_drt.scene.description import (
     validate,
 )
 from adaptive_drt.scene.planar_facets import MAX_PARALLELOGRAMS, TOO_MANY
-from adaptive_drt.scene.primitive_recognition import Parallelograms, recognise_primitive
+from adaptive_drt.scene.primitive_recognition import Facets, recognise_primitive
 from adaptive_drt.scene.settings import Settings
 from adaptive_drt.tracing.compile import make_plan
 
@@ -126,11 +126,12 @@ def test_a_mesh_becomes_arrays_in_the_order_of_its_faces():
     starts = np.concatenate([starts[:10], [40, 43], starts[11:] + 2])
     slots = np.arange(starts.size) // 2 % 3
     found = recognise_primitive(points, corners, starts, slots)
-    assert isinstance(found, Parallelograms)
+    assert isinstance(found, Facets) and not found.triangles.slot.size
     first = np.concatenate([np.arange(11), np.arange(12, 51)])
-    np.testing.assert_array_equal(found.slot, slots[first])
-    np.testing.assert_array_equal(found.corner[0], 2.0 * np.arange(50))
-    np.testing.assert_array_equal(np.cross(found.edge_u, found.edge_v, axis=0)[2], np.ones(50))
+    flat = found.parallelograms
+    np.testing.assert_array_equal(flat.slot, slots[first])
+    np.testing.assert_array_equal(flat.corner[0], 2.0 * np.arange(50))
+    np.testing.assert_array_equal(np.cross(flat.edge_u, flat.edge_v, axis=0)[2], np.ones(50))
 
 
 def test_a_mesh_of_too_many_parts_says_so():

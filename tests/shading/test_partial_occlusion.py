@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from adaptive_drt.geometry.polygon.triangle import TriangleSet
 from adaptive_drt.geometry.shape import ShapeSet
 from adaptive_drt.geometry.shape_table import ShapeTable
 from adaptive_drt.numerics.low_discrepancy import low_discrepancy_points
@@ -25,7 +26,6 @@ from adaptive_drt.shading.ratio_estimator import gather_light, unoccluded_factor
 from adaptive_drt.tracing.compile import make_plan
 from adaptive_drt.tracing.intersect import Pairs, Surface
 from random_scenes import look_at
-from triangle_set import TriangleSet
 
 POINTS, RAYS = 150, 8_192
 CLOSE = 4e-3
