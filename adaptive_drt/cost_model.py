@@ -110,7 +110,7 @@ def measure_pixel_costs(
     seconds = np.zeros((2, repetitions + 1))
     for repetition in range(repetitions + 1):
         for row, each in enumerate((plain, plan)):
-            plan.go_on()
+            plan.raise_if_cancelled()
             began = THREAD_SECONDS()
             _trace_undistributed(each, occluders, bounds, tile)
             seconds[row, repetition] = THREAD_SECONDS() - began
@@ -146,7 +146,7 @@ def _trace_undistributed(
     none = np.zeros(center.rows.size, dtype=np.bool_)
     shadows = tuple(replace(shadow, partial=none) for shadow in flags.visibilities)
     flags = replace(flags, mask=np.zeros_like(flags.mask), visibilities=shadows)
-    Resolver(plan, occluders, tile, center, flags).plain()
+    Resolver(plan, occluders, tile, center, flags).resolve_single_ray()
 
 
 def predicted_ratio(a: float, b: float, c: float) -> float:

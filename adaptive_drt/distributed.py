@@ -157,11 +157,11 @@ def _render_tile(
     resolver = Resolver(plan, occluders, tile, center, flags)
     # step 5, and step 4 for penumbrae: pixels that keep their camera ray
     with progress_range(DETECTION_DONE, PENUMBRAE_DONE):
-        resolver.plain()
+        resolver.resolve_single_ray()
     clock("one-ray pixels and penumbrae")
     # step 4: distribute rays over the shutter and the pixel
     with progress_range(PENUMBRAE_DONE, 1.0):
-        resolver.distributed()
+        resolver.resolve_distributed()
     clock("motion and edges")
     normal = np.zeros((3, tile.index.size))
     normal[:, center.rows] = center.hits.normal
@@ -197,7 +197,7 @@ class ResolvedPixels:
 class Resolver:
     """Resolves the pixels of one tile.
 
-    `lean` tells whether results of detection are reused; if not, samples are traced and shaded
+    `reuse` tells whether results of detection are reused; if not, samples are traced and shaded
     anew.
     """
 
@@ -213,7 +213,7 @@ class Resolver:
         n = tile.index.size
         self.plan, self.occluders, self.tile = plan, occluders, tile
         self.center, self.flags = center, flags
-        self.lean = plan.settings.reuse and plan.settings.distribution == "ADAPTIVE"
+        self.reuse = plan.settings.reuse and plan.settings.distribution == "ADAPTIVE"
         color = np.repeat(plan.background[:, None], n, axis=1)
         alpha = np.full(n, 0.0 if plan.transparent else 1.0)
         if plan.transparent:
@@ -222,7 +222,7 @@ class Resolver:
 
     # --- one camera ray -------------------------------------------------------------------
 
-    def plain(self) -> None:
+    def resolve_single_ray(self) -> None:
         """Resolve pixels that keep their camera ray; light rays are distributed in penumbrae."""
         plan, center, mask = self.plan, self.center, self.flags.mask
         keep = (~(mask[1, center.rows] | mask[2, center.rows])).nonzero()[0]
@@ -232,7 +232,7 @@ class Resolver:
             self._direct(index, light, hits, keep, rows) for index, light in enumerate(plan.lights)
         )
         total = irradiance(plan.lights, factors, rows.size)
-        self.out.color[:, rows] = columns(plan.color, hits.item) * total / np.pi
+        self.out.color[:, rows] = columns(plan.albedo, hits.item) * total / np.pi
         self.out.alpha[rows] = 1.0
         self.out.count("camera", self.tile.index.size)
         red = rows[mask[0, rows]]
@@ -241,7 +241,7 @@ class Resolver:
     def _direct(self, index: int, light: Emitter, hits: Surface, keep: Ints, rows: Ints) -> Array:
         """Irradiance factors (n,) of one light at hits of camera rays through pixel centres."""
         plan = self.plan
-        shape = plan.shadow_light(light)
+        shape = plan.as_shadow_caster(light)
         factor = unoccluded_factor(light, shape, light.to_center(hits.point), hits)
         if not light.casts_shadow:
             return factor
@@ -249,7 +249,7 @@ class Resolver:
             shadow = self.flags.visibilities[index]
             factor = np.where(shadow.blocked[keep], 0.0, factor)
             chosen = shadow.partial[keep].nonzero()[0]
-            source = shadow.pairs if self.lean else None
+            source = shadow.pairs if self.reuse else None
         else:
             chosen, source = np.arange(rows.size), None
         self.out.count("shadow", rows.size)
@@ -257,9 +257,9 @@ class Resolver:
             return factor
         part = hits.take(chosen)
         if source is None:
-            pairs = self._plain_pairs(shape, part)
+            pairs = self._all_occluders(shape, part)
         else:
-            pairs = source.of(keep[chosen], self.center.rows.size)
+            pairs = source.for_pixels(keep[chosen], self.center.rows.size)
         spots = None
         if shape.extended:
             pixel = self.tile.index[rows[chosen]]
@@ -268,17 +268,17 @@ class Resolver:
         factor[chosen] = gather_light(plan, part, light, pairs, spots, 0.0).estimate()
         return factor
 
-    def _plain_pairs(self, shape: Emitter, hits: Surface) -> Pairs:
+    def _all_occluders(self, shape: Emitter, hits: Surface) -> Pairs:
         """Candidate occluders of points, without results of detection."""
         if not shape.casts_shadow:
             return Pairs(np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64))
         if self.plan.object_count > TEST_ALL_OBJECTS:
-            return self.occluders.find(shape, hits)
+            return self.occluders.find_candidates(shape, hits)
         return all_pairs_unculled(self.plan, shape, hits)
 
     # --- many camera rays -----------------------------------------------------------------
 
-    def distributed(self) -> None:
+    def resolve_distributed(self) -> None:
         """Resolve the pixels flagged for motion or edges."""
         motion, edge = self.flags.mask[1], self.flags.mask[2]
         self._class((edge & ~motion).nonzero()[0], moves=False, spreads=True)
@@ -293,8 +293,8 @@ class Resolver:
         count = max(settings.time_rays if moves else 1, settings.pixel_rays if spreads else 1)
         step = max(1, CHUNK // count)
         found = self.center.pairs
-        if self.lean and not spreads:
-            found = found.take(plan.moves[found.item])
+        if self.reuse and not spreads:
+            found = found.take(plan.is_moving[found.item])
         number = np.full(self.tile.index.size, -1)
         number[pixels] = np.arange(pixels.size)
         found = Pairs(number[found.pixel], found.item)
@@ -303,7 +303,7 @@ class Resolver:
         starts = np.arange(0, pixels.size + step, step)
         bounds = np.searchsorted(found.pixel, starts)
         for index, first in enumerate(range(0, pixels.size, step)):
-            plan.go_on()
+            plan.raise_if_cancelled()
             own = slice(bounds[index], bounds[index + 1])
             local = Pairs(found.pixel[own] - first, found.item[own])
             with progress_range(first / pixels.size, min((first + step) / pixels.size, 1.0)):
@@ -313,7 +313,7 @@ class Resolver:
         """Resolve some of these pixels with `count` samples each; `pairs` are their candidates."""
         plan = self.plan
         rays = _DistributedRays.make(plan, self.tile, self.center, pixels, count, moves, spreads)
-        still = self.lean and not spreads
+        still = self.reuse and not spreads
         depth, item = rays.nearest(plan, pairs, self.center if still else None)
         kept = (item == self.center.item_still[pixels][:, None]) & (item >= 0)
         if spreads:
@@ -325,19 +325,19 @@ class Resolver:
         total = columns(self.out.color, pixels) * miss
         self.out.alpha[pixels] = 1.0 if not plan.transparent else hit
         light_rays = -(-plan.settings.light_rays // count) if plan.penumbra else 1
-        if self.lean:
-            total += self._kept_light(rays, kept, light_rays) / count
+        if self.reuse:
+            total += self._still_surface_light(rays, kept, light_rays) / count
         else:
             # the paper's tracer reuses nothing: it shades each sample anew
             row, sample = np.nonzero(kept)
             again = rays.surfaces(plan, depth, item, row, sample)
-            total += self._flat_light(rays, again, row, sample, light_rays) / count
-        total += self._flat_light(rays, flat, flat_row, flat_sample, light_rays) / count
+            total += self._sample_light(rays, again, row, sample, light_rays) / count
+        total += self._sample_light(rays, flat, flat_row, flat_sample, light_rays) / count
         self.out.color[:, pixels] = total
         self.out.samples[pixels] = count * light_rays
         self.out.count("time" if moves else "pixel", pixels.size * count)
 
-    def _kept_light(self, rays: _DistributedRays, kept: Mask, light_rays: int) -> Array:
+    def _still_surface_light(self, rays: _DistributedRays, kept: Mask, light_rays: int) -> Array:
         """Radiance (3, n), summed over the samples that hit the still surface at the pixel's
         centre.
         """
@@ -373,8 +373,8 @@ class Resolver:
         kept : (n, k) which samples of all pixels hit the same surface as the camera ray.
         """
         plan, light = self.plan, self.plan.lights[index]
-        shape = plan.shadow_light(light)
-        pairs, blocked = self._busy_pairs(shape, hits)
+        shape = plan.as_shadow_caster(light)
+        pairs, blocked = self._changing_occluders(shape, hits)
         factor = np.zeros(rows.size)
         busy = np.zeros(rows.size, dtype=np.bool_)
         busy[pairs.pixel] = True
@@ -390,30 +390,30 @@ class Resolver:
             pixel = self.tile.index[rays.pixel[rows[some]]]
             spots = light_points(plan, pixel, index, rays.count, light_rays)
         part, when, used = hits.take(some), rays.time[rows[some]], kept[rows[some]]
-        sums = gather_light(plan, part, light, pairs.of(some, rows.size), spots, when, used)
+        sums = gather_light(plan, part, light, pairs.for_pixels(some, rows.size), spots, when, used)
         self.out.count("light", some.size * rays.count * light_rays)
         factor[some] = sums.estimate()
         return factor
 
-    def _busy_pairs(self, shape: Emitter, hits: Surface) -> tuple[Pairs, Mask]:
+    def _changing_occluders(self, shape: Emitter, hits: Surface) -> tuple[Pairs, Mask]:
         """Occluders whose shadow on hits may be partial or change, and which hits are fully
         occluded.
 
         Still occluders that hide all or nothing of a still light need no rays.
         """
         plan = self.plan
-        pairs = self.occluders.find(shape, hits)
+        pairs = self.occluders.find_candidates(shape, hits)
         blocked = np.zeros(hits.item.size, dtype=np.bool_)
         if shape.displacement is not None:
             return pairs, blocked
-        still = (~plan.moves[pairs.item]).nonzero()[0]
+        still = (~plan.is_moving[pairs.item]).nonzero()[0]
         none, full = classify_occluders(plan, hits, shape, pairs.take(still), 0.0)
         blocked[pairs.pixel[still[full]]] = True
         keep = np.ones(pairs.item.size, dtype=np.bool_)
         keep[still[none | full]] = False
         return pairs.take(keep), blocked
 
-    def _flat_light(
+    def _sample_light(
         self, rays: _DistributedRays, flat: Surface, row: Ints, sample: Ints, light_rays: int
     ) -> Array:
         """Radiance (3, n), summed over given samples, each shaded at its own hit."""
@@ -441,8 +441,12 @@ class Resolver:
         plan, light, n = self.plan, self.plan.lights[index], rays.pixel.size
         brdf = diffuse_brdf(plan, flat.item)
         time = rays.time[row, sample][:, None]
-        shape = plan.shadow_light(light)
-        pairs = self._patch_pairs(shape, flat, row) if self.lean else self._plain_pairs(shape, flat)
+        shape = plan.as_shadow_caster(light)
+        pairs = (
+            self._ball_occluders(shape, flat, row)
+            if self.reuse
+            else self._all_occluders(shape, flat)
+        )
         spots = None
         if shape.extended:
             pixel = self.tile.index[rays.pixel]
@@ -460,7 +464,7 @@ class Resolver:
             parts[channel] = ratio_estimate(closed, every, visible)
         return parts
 
-    def _patch_pairs(self, shape: Emitter, flat: Surface, row: Ints) -> Pairs:
+    def _ball_occluders(self, shape: Emitter, flat: Surface, row: Ints) -> Pairs:
         """Candidate occluders of samples, found once for a ball around each pixel's samples.
 
         row : (m,) the pixel of each sample, ascending.
@@ -478,7 +482,7 @@ class Resolver:
             np.full(starts.size, -1),
             np.zeros(starts.size, dtype=np.bool_),
         )
-        found = self.occluders.find(shape, ball, reach)
+        found = self.occluders.find_candidates(shape, ball, reach)
         copies = sizes[found.pixel]
         first = np.repeat(starts[found.pixel], copies)
         offset = positions_in_runs(copies)

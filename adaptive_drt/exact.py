@@ -190,7 +190,7 @@ class ExactRender:
         """
         chosen = self._goal_rows()
         own = frame
-        width, height = self.plan.picture
+        width, height = self.plan.resolution
         if self.plan.region != (0, 0, width, height):
             frame = Frame(widened_plan(self.plan, (0, 0, width, height)), (0, 0, width, height))
             for _ in self._trace_goal_rows(frame):
@@ -213,12 +213,12 @@ class ExactRender:
 
     def _goal_row_step(self) -> int:
         """Number of rows of blocks from each that the goal is computed from to the next."""
-        return max(1, self.plan.picture[1] // (SMOOTH_SIDES[0] * GOAL_ROWS))
+        return max(1, self.plan.resolution[1] // (SMOOTH_SIDES[0] * GOAL_ROWS))
 
     def _goal_rows(self) -> Mask:
         """Mask (height,) of the rows of pixels, of the whole picture, that set the goal."""
         side, step = SMOOTH_SIDES[0], self._goal_row_step()
-        y = np.arange(self.plan.picture[1])
+        y = np.arange(self.plan.resolution[1])
         chosen: Mask = ((y // side) % step == step // 2) & (y % side >= GOAL_ROW_BORDER)
         chosen &= y % side < side - GOAL_ROW_BORDER
         return chosen if step > 1 and chosen.any() else np.ones_like(chosen)
@@ -354,6 +354,6 @@ def _within(low: float, high: float, steps: Steps) -> Steps:
 def _first_pass_call(
     plan: Plan, occluders: Occluders, bounds: Ints, blocks: PixelBlocks
 ) -> tuple[FirstPass, dict[str, float]]:
-    plan.go_on()
+    plan.raise_if_cancelled()
     clock = StageTimer()
     return trace_first_pass(plan, occluders, bounds, blocks, clock), clock.seconds

@@ -164,7 +164,7 @@ def _edge_pixel(plan: Plan) -> tuple[int, int]:
 
 def _last_of_red(plan: Plan, x: float, row: int) -> tuple[int, int]:
     """The last pixel of a row, from x on, in whose middle the red sphere is seen."""
-    across, still = np.arange(int(x), plan.picture[0]), np.zeros(plan.picture[0] - int(x))
+    across, still = np.arange(int(x), plan.resolution[0]), np.zeros(plan.resolution[0] - int(x))
     item, _ = seen_at(plan, across + 0.5, still + row + 0.5, still)
     return int(across[item == RED].max()), row
 
@@ -197,7 +197,9 @@ def light(plan: Plan, film: Film) -> plt.Figure:
     w = plan.lens.directions(np.array([x + 0.5]), np.array([y + 0.5]))
     item, depth = seen_at(plan, np.array([x + 0.5]), np.array([y + 0.5]), np.zeros(1))
     point = surface(plan, w, depth, item)
-    pairs = classify_light_visibility(plan, point, emitter, occluders.find(emitter, point)).pairs
+    pairs = classify_light_visibility(
+        plan, point, emitter, occluders.find_candidates(emitter, point)
+    ).pairs
     open_ = unoccluded_factor(emitter, emitter, emitter.to_center(point.point), point)
     closed = open_.copy()
     apply_occluders(plan, point, emitter, pairs, 0.0, closed)

@@ -105,7 +105,7 @@ def plan_of(scene: Scene, **changes: Any) -> Plan:
 def watch(scene: Scene, **changes: Any) -> tuple[Watched, Film]:
     """Render the scene; returns what was seen on the way, and the film."""
     plan = plan_of(scene, **changes)
-    watched, film = Watched(plan, Occluders(plan)), Film(*plan.picture)
+    watched, film = Watched(plan, Occluders(plan)), Film(*plan.resolution)
     for _ in watched.run(film):
         pass
     return watched, film

@@ -155,7 +155,7 @@ class _PixelLimits:
         of cells of its pixel: (c,) each.
         """
         most = np.maximum(self.error[cells.pixel], TINY)
-        return cells.share / most, self.cells[cells.pixel]
+        return cells.volume_fraction / most, self.cells[cells.pixel]
 
 
 def shade_initial_cells(plan: Plan, occluders: Occluders, task: RefinementTask) -> InitialCells:
@@ -168,7 +168,7 @@ def shade_initial_cells(plan: Plan, occluders: Occluders, task: RefinementTask) 
 
 def _initial_cells(plan: Plan, occluders: Occluders, task: RefinementTask) -> tuple[Cells, Ints]:
     """Initial cells, all shaded, and the number of points (n,) shaded so far."""
-    plan.go_on()
+    plan.raise_if_cancelled()
     count = task.cut.size
     samples = np.ones(count, dtype=np.int64)
     cells = task.cells
@@ -194,7 +194,7 @@ def refine(plan: Plan, occluders: Occluders, task: RefinementTask) -> RefinedPix
         cells, rounds = crowds.pop()
         limits, mean = _PixelLimits.of(task, cells.pixel), _pixel_means(cells, count)
         for turn in range(rounds, MAX_ROUNDS):
-            plan.go_on()
+            plan.raise_if_cancelled()
             off = _pixel_errors(cells, count)
             slack = MOTION_SLACK if turn and plan.motion else 1.0
             chosen, parts = _choose_splits(limits, cells, off * strain, slack)
@@ -230,7 +230,7 @@ def _add_pixels(refined: RefinedPixels, cells: Cells) -> None:
     """Add the results of pixels all of whose cells are given."""
     count = refined.alpha.size
     refined.color[:] += _pixel_means(cells, count)
-    refined.alpha[:] += grouped_sums(cells.pixel, cells.share * cells.alpha, count)
+    refined.alpha[:] += grouped_sums(cells.pixel, cells.volume_fraction * cells.alpha, count)
     sampling = _sampling_errors(cells, count)
     refined.error[:] += _pixel_errors(cells, count) + sampling
     refined.sampling[:] += sampling
@@ -238,7 +238,9 @@ def _add_pixels(refined: RefinedPixels, cells: Cells) -> None:
 
 def _pixel_means(cells: Cells, count: int) -> Array:
     """Mean radiance of pixels: (3, count)."""
-    return np.array([grouped_sums(cells.pixel, cells.share * c, count) for c in cells.color])
+    return np.array(
+        [grouped_sums(cells.pixel, cells.volume_fraction * c, count) for c in cells.color]
+    )
 
 
 def _pixel_errors(cells: Cells, count: int) -> Array:
@@ -246,8 +248,10 @@ def _pixel_errors(cells: Cells, count: int) -> Array:
     added; roots, kinks, steps and errors of shape have random signs, and their squares are added.
     """
     by_kind = cells.deviation.sum(axis=1)
-    bends = grouped_sums(cells.pixel, cells.share * by_kind[SMOOTH_KIND], count)
-    rest = cells.share * (by_kind[ROOT_KIND] + by_kind[KINK_KIND] + by_kind[STEP_KIND] + cells.edge)
+    bends = grouped_sums(cells.pixel, cells.volume_fraction * by_kind[SMOOTH_KIND], count)
+    rest = cells.volume_fraction * (
+        by_kind[ROOT_KIND] + by_kind[KINK_KIND] + by_kind[STEP_KIND] + cells.shape_error
+    )
     error: Array = bends + np.sqrt(grouped_sums(cells.pixel, rest * rest, count))
     return error
 
@@ -257,7 +261,7 @@ def _sampling_errors(cells: Cells, count: int) -> Array:
 
     All points use the same rays to a light, so that the errors of a pixel's cells have one sign.
     """
-    return grouped_sums(cells.pixel, cells.share * cells.sampling, count)
+    return grouped_sums(cells.pixel, cells.volume_fraction * cells.sampling, count)
 
 
 def _choose_splits(
@@ -286,19 +290,19 @@ def _choose_splits(
     by_axis = part.deviation.sum(axis=0) * wide
     # errors of shape: split across the picture, or in time if the cell extends only in time
     flat = wide[0] | wide[1]
-    by_axis[:2] += part.edge * wide[:2]
-    by_axis[2] += part.edge * (wide[2] & ~flat)
+    by_axis[:2] += part.shape_error * wide[:2]
+    by_axis[2] += part.shape_error * (wide[2] & ~flat)
     largest = by_axis.max(axis=0, initial=0.0)
     cut = (by_axis >= AXIS_THRESHOLD * largest) & (by_axis > 0.0)
     with np.errstate(over="ignore"):  # lights of 1e30 next to a picture of 1e-214
         excess = (error / limit)[part.pixel]
     far = (excess > FOURFOLD_SPLIT_ERROR) & (cut.sum(axis=0) == 1)
     # the multi-node rule gains more than a split, unless its error would still exceed the limit
-    gone = part.star | (part.edge > part.deviation.sum(axis=(0, 1)))
-    left = part.share * multi_node_error(part.deviation, wide.sum(axis=0))
+    gone = part.multi_node | (part.shape_error > part.deviation.sum(axis=(0, 1)))
+    left = part.volume_fraction * multi_node_error(part.deviation, wide.sum(axis=0))
     cut &= gone | (left > SPLIT_ANYWAY_ERROR * limit[part.pixel])
     parts = np.where(cut, np.where(far, 4, 2), 1)
-    some = cut.any(axis=0) | ~part.star
+    some = cut.any(axis=0) | ~part.multi_node
     return chosen[some], columns(parts, some)
 
 
@@ -309,7 +313,7 @@ def _replacement_cells(cells: Cells, parts: Ints) -> tuple[Cells, Mask]:
     Returns with them (c,) which are the same cells: unless outlines cut them, their centroids have
     been shaded.
     """
-    finer = split(replace(cells, star=np.ones(cells.pixel.size, dtype=np.bool_)), parts)
+    finer = split(replace(cells, multi_node=np.ones(cells.pixel.size, dtype=np.bool_)), parts)
     size = parts.prod(axis=0)
     same = (size == 1).nonzero()[0]
     rows = np.cumsum(size)[same] - 1
@@ -357,9 +361,9 @@ def _shade_cells(
         light.deviation[STEP_KIND] += (
             HIDDEN_NODE_ERROR * task.goal.contrast * samples.lost[own] * (parts.half[:, own] > 0.0)
         )
-        star = crossed.star.copy()
+        star = crossed.multi_node.copy()
         star[found.box[hit]] &= ~samples.vain[own]
-        crossed = replace(crossed, star=star)
+        crossed = replace(crossed, multi_node=star)
         done.append(_cells_from_regions(plan, task, crossed, found, hit, light))
     pixel = np.concatenate([crossed.pixel[found.box[hit]], filled.pixel])
     shaded = np.bincount(np.repeat(pixel, samples.points), minlength=task.cut.size)
@@ -372,16 +376,18 @@ def _whole_cells(cells: Cells, light: DirectLight, part: slice, star: Mask) -> C
     star : (c,) whether the multi-node rule is not in vain.
     """
     color, deviation, sampling = light.color[:, part], light.deviation[..., part], light.error[part]
-    alpha, star = np.ones(cells.pixel.size), cells.star & star
+    alpha, star = np.ones(cells.pixel.size), cells.multi_node & star
     return replace(
-        cells, color=color, alpha=alpha, deviation=deviation, star=star, sampling=sampling
+        cells, color=color, alpha=alpha, deviation=deviation, multi_node=star, sampling=sampling
     )
 
 
 def _find_regions(plan: Plan, task: RefinementTask, cells: Cells) -> Fragments:
     """Visible regions of cells that are cut by outlines."""
-    accuracy = SHAPE_ERROR_SHARE * task.goal.error / (task.goal.contrast * np.sqrt(cells.share))
-    rivals = task.rivals.of(cells.pixel, task.cut.size)
+    accuracy = (
+        SHAPE_ERROR_SHARE * task.goal.error / (task.goal.contrast * np.sqrt(cells.volume_fraction))
+    )
+    rivals = task.rivals.for_pixels(cells.pixel, task.cut.size)
     return find_fragments(plan, Boxes(cells.low, cells.high), rivals, accuracy, MAX_LINES)
 
 
@@ -402,7 +408,9 @@ def _whole_subdomains(
             cells.sampling[known],
         ),
     )
-    return Subdomains(middle, spread, half, item, number, cells.star, turn, *stakes, known, *light)
+    return Subdomains(
+        middle, spread, half, item, number, cells.multi_node, turn, *stakes, known, *light
+    )
 
 
 def _region_subdomains(
@@ -415,7 +423,11 @@ def _region_subdomains(
     stake = found.weight[hit] * stake[box]
     centroid, item = columns(found.centroid, hit), found.item[hit]
     turn = rotation_index(0.5 * (cells.low + cells.high))[box]
-    star, each, known = cells.star[box], (stake, crowd[box]), np.zeros(hit.size, dtype=np.bool_)
+    star, each, known = (
+        cells.multi_node[box],
+        (stake, crowd[box]),
+        np.zeros(hit.size, dtype=np.bool_),
+    )
     light = np.zeros((3, 0)), zero_variation(0), np.zeros(0)
     return Subdomains(centroid, spread, half, item, box, star, turn, *each, known, *light)
 
@@ -446,7 +458,7 @@ def _cells_from_regions(
         alpha = grouped_sums(box, weight, count)
     sampling = grouped_sums(box, weight * light.error, count)
     return replace(
-        cells, color=mean, alpha=alpha, deviation=deviation, edge=edge, sampling=sampling
+        cells, color=mean, alpha=alpha, deviation=deviation, shape_error=edge, sampling=sampling
     )
 
 

@@ -359,7 +359,7 @@ def _shade_with_errors(
     """
     with np.errstate(over="ignore", invalid="ignore"):  # overflow affects error estimates only
         patch = replace(make_patch(plan, w, t, hits, half), margin=SHADOW_SEARCH_RADIUS)
-    return shade(plan, occluders, hits, time, patch, allowed=allowed), patch.reach
+    return shade(plan, occluders, hits, time, patch, allowed=allowed), patch.radius
 
 
 def _shade_nodes(
@@ -380,10 +380,10 @@ def _shade_nodes(
     farthest = np.zeros(parts.item.size)
     np.maximum.at(farthest, region, np.sqrt(dot(away, away)))
     around = [
-        _node_occluders(occluders, plan.shadow_light(light), centers, known, farthest)
+        _node_occluders(occluders, plan.as_shadow_caster(light), centers, known, farthest)
         for light, known in zip(plan.lights, centers.light.candidates, strict=True)
     ]
-    candidates = [pairs.of(region, parts.item.size) for pairs in around]
+    candidates = [pairs.for_pixels(region, parts.item.size) for pairs in around]
     light, error = shade_with_candidates(plan, hits, time, candidates, allowed)
     return light, error, _incidence_cosines(hits, w)
 
@@ -404,7 +404,7 @@ def _node_occluders(
     rows = beyond.nonzero()[0]
     if not rows.size:
         return known
-    more = occluders.find(light, centers.hits.take(rows), farthest[rows])
+    more = occluders.find_candidates(light, centers.hits.take(rows), farthest[rows])
     near = known.take(~beyond[known.pixel])
     pixel = np.concatenate([near.pixel, rows[more.pixel]])
     item = np.concatenate([near.item, more.item])

@@ -78,7 +78,7 @@ def _hidden_nodes(
     time: Array | float = place[2] if plan.motion else 0.0
     item, box = found.item[region], found.box[region]
     own = hits_or_closest_points(plan, w, item, time)
-    shown = Pairs(found.box, found.item).of(box, boxes)
+    shown = Pairs(found.box, found.item).for_pixels(box, boxes)
     shown = shown.take((shown.item >= 0) & (shown.item != item[shown.pixel]))
     sample, rival = shown.pixel, shown.item
     when = place[2, sample][:, None] if plan.motion else 0.0
@@ -90,6 +90,6 @@ def _hidden_nodes(
     w, t = columns(w, rows), own[rows]
     hits = surface(plan, w, t, item[rows], time[rows] if isinstance(time, np.ndarray) else time)
     with np.errstate(over="ignore", invalid="ignore"):  # overflow affects this test only
-        reach = make_patch(plan, w, t, hits, columns(half, rows)).reach
+        reach = make_patch(plan, w, t, hits, columns(half, rows)).radius
         near: Mask = (t - front[rows]) * np.sqrt(dot(w, w)) < CONTACT_DEPTH * reach
     return rows[near]

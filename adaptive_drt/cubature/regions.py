@@ -22,26 +22,26 @@ class Cells:
     ----------
     pixel : (c,) index of the cell's pixel within the batch.
     low, high : (3, c) bounds in pixel x, pixel y and shutter time; an axis may have no extent.
-    share : (c,) fraction of the pixel's whole integration domain.
+    volume_fraction : (c,) fraction of the pixel's whole integration domain.
     color : (3, c) mean radiance.  alpha : (c,) mean coverage.
     deviation : (4, 3, c) estimated error of the mean by kind and axis: see `variation`.
-    edge : (c,) estimated error of the mean due to the measured shape of its visible regions.
+    shape_error : (c,) estimated error of the mean due to the measured shape of its visible regions.
     sampling : (c,) estimated error of the mean due to light that was estimated by distributed rays
         or in another way that is not exact; subdivision does not reduce it, more rays do.
-    star : (c,) whether the multi-node rule may be used for the cell's regions, or has been where it
-        was worth its cost; if false, only the centroid rule is used.
+    multi_node : (c,) whether the multi-node rule may be used for the cell's regions, or has been
+        where it was worth its cost; if false, only the centroid rule is used.
     """
 
     pixel: Ints
     low: Array
     high: Array
-    share: Array
+    volume_fraction: Array
     color: Array
     alpha: Array
     deviation: Array
-    edge: Array
+    shape_error: Array
     sampling: Array
-    star: Mask
+    multi_node: Mask
 
     @classmethod
     def blank(cls, pixel: Ints, low: Array, high: Array, share: Array, star: Mask) -> Cells:
@@ -59,7 +59,7 @@ class Cells:
     @property
     def error(self) -> Array:
         """Contribution of each cell to its pixel's error that subdivision reduces: (c,)."""
-        total: Array = self.share * (self.deviation.sum(axis=(0, 1)) + self.edge)
+        total: Array = self.volume_fraction * (self.deviation.sum(axis=(0, 1)) + self.shape_error)
         return total
 
 
@@ -91,8 +91,8 @@ def split(cells: Cells, parts: Ints) -> Cells:
         width = (end - start) / n
         low[axis] = start + place * width
         high[axis] = np.where(place == n - 1, end, start + (place + 1) * width)
-    share = cells.share[parent] / size[parent]
-    return Cells.blank(cells.pixel[parent], low, high, share, cells.star[parent])
+    share = cells.volume_fraction[parent] / size[parent]
+    return Cells.blank(cells.pixel[parent], low, high, share, cells.multi_node[parent])
 
 
 def grouped_sums(row: Ints, values: Array, count: int) -> Array:

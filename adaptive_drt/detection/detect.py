@@ -112,7 +112,7 @@ def trace_center_rays(plan: Plan, x: Array, y: Array, pairs: Pairs) -> CenterRay
     depth, item = nearest_hits(count, pairs, t)
     depth_still, item_still = depth, item
     if plan.motion:
-        still = (~plan.moves[pairs.item]).nonzero()[0]
+        still = (~plan.is_moving[pairs.item]).nonzero()[0]
         depth_still, item_still = nearest_hits(count, pairs.take(still), t[still])
     rows = (item >= 0).nonzero()[0]
     hits = surface(plan, columns(w, rows), depth[rows], item[rows])
@@ -186,7 +186,7 @@ def _find_silhouettes(plan: Plan, center: CenterRays, clock: StageCallback) -> _
         clock("detect edges")
     outline = edge
     if plan.motion:
-        moving = pairs.take(plan.moves[pairs.item])
+        moving = pairs.take(plan.is_moving[pairs.item])
         w = columns(center.w, moving.pixel)
         passing, swept = detect_moving_silhouettes(plan, count, moving, w, front_still, clear)
         motion = passing | moves_under_fixed_ray(plan, center.item)
@@ -201,7 +201,7 @@ def _visible_candidates(plan: Plan, pairs: Pairs, test: EdgeTest | None, outline
     keep = outlines[pairs.pixel]
     if test is not None:
         still = test.may_hit & (test.near <= test.covered_from_at_rest[pairs.pixel])
-        keep &= plan.moves[pairs.item] | still
+        keep &= plan.is_moving[pairs.item] | still
     return pairs.take(keep)
 
 
@@ -246,8 +246,8 @@ def detect_smooth_blocks(
     moving = np.zeros_like(clear)
     hidden = []
     for light in plan.lights:
-        shape = plan.shadow_light(light)
-        candidates = occluders.find(shape, hits, reach)
+        shape = plan.as_shadow_caster(light)
+        candidates = occluders.find_candidates(shape, hits, reach)
         none, full = classify_patches(plan, occluders, hits, shape, candidates, reach)
         blocked = np.zeros(rows.size, dtype=np.bool_)
         blocked[candidates.pixel[full]] = True
@@ -297,9 +297,9 @@ def _detect_light(
         reach = np.minimum(np.where(np.isinf(reach), away, reach), deep)
     shadows, found = [], []
     for light in iterate_with_progress(plan.lights):
-        shape = plan.shadow_light(light)
+        shape = plan.as_shadow_caster(light)
         with progress_range(0.0, CANDIDATES_FOUND):
-            candidates = occluders.find(shape, hits, reach)
+            candidates = occluders.find_candidates(shape, hits, reach)
         with progress_range(CANDIDATES_FOUND, OCCLUSION_CLASSIFIED):
             shadow = classify_light_visibility(plan, hits, shape, candidates)
         shadows.append(shadow)
@@ -371,8 +371,8 @@ def _light_changes_at_silhouettes(
         np.zeros(rows.size, dtype=np.bool_),
     )
     for light in plan.lights:
-        shape = plan.shadow_light(light)
-        candidates = occluders.find(shape, patch, reach)
+        shape = plan.as_shadow_caster(light)
+        candidates = occluders.find_candidates(shape, patch, reach)
         found = patch_light_changes(plan, patch, shape, candidates, reach)
         changes[pairs.pixel[rows[found]]] = True
     return changes

@@ -61,7 +61,7 @@ def detect_edges(plan: Plan, count: int, pairs: Pairs, w: Array, t: Array) -> Ed
     covered_from = np.full(count, np.inf)
     full = cover.covers.nonzero()[0]
     np.minimum.at(covered_from, pairs.pixel[full], cover.far[full])
-    still = full[~plan.moves[pairs.item[full]]]
+    still = full[~plan.is_moving[pairs.item[full]]]
     covered_from_at_rest = np.full(count, np.inf)
     np.minimum.at(covered_from_at_rest, pairs.pixel[still], cover.far[still])
     seen = cover.may_hit & (cover.near <= covered_from[pairs.pixel])
@@ -70,7 +70,7 @@ def detect_edges(plan: Plan, count: int, pairs: Pairs, w: Array, t: Array) -> Ed
     both = seen & cover.covers
     edge |= _intersection_edges(plan, count, pairs.take(both), w, t, both)
     nearest_at_rest = np.full(count, np.inf)
-    some_still = (cover.may_hit & ~plan.moves[pairs.item]).nonzero()[0]
+    some_still = (cover.may_hit & ~plan.is_moving[pairs.item]).nonzero()[0]
     np.minimum.at(nearest_at_rest, pairs.pixel[some_still], cover.near[some_still])
     far = np.minimum(cover.far, covered_from[pairs.pixel])
     return EdgeTest(

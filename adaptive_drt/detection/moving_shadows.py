@@ -28,7 +28,7 @@ def light_changes(plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, re
     light : as it casts shadows.  pairs : candidate occluders.
     reach : (n,) metres, the reach of the pixel's surface around the point (0 without edges).
     """
-    moving = plan.moves[pairs.item]
+    moving = plan.is_moving[pairs.item]
     bend = curvature(plan, surface)
     if light.displacement is not None:
         return _changes_of_moving_light(plan, surface, light, pairs.take(~moving), reach, bend)
@@ -65,7 +65,7 @@ def patch_light_changes(
     if light.displacement is not None:
         changes[:] = True
         return changes
-    candidates = pairs.take(plan.moves[pairs.item])
+    candidates = pairs.take(plan.is_moving[pairs.item])
     touched = _may_shadow(plan, patch, light, candidates, reach)
     changes[candidates.pixel[touched]] = True
     return changes

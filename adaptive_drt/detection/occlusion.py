@@ -53,7 +53,7 @@ def classify_light_visibility(
 
     Parameters
     ----------
-    light : as it casts shadows (`Plan.shadow_light`).  pairs : candidate occluders.
+    light : as it casts shadows (`Plan.as_shadow_caster`).  pairs : candidate occluders.
     time : shutter times of the points, a number or (n,).
     """
     dark, horizon = classify_horizon(light, light.to_center(surface.point, time), surface)
@@ -109,7 +109,7 @@ def classify_occluders(
     for shapes, all_rows, all_index in plan.shapes.groups(pairs.item):
         chunks = zip(cache_sized_chunks(all_rows), cache_sized_chunks(all_index), strict=True)
         for rows, index in chunks:
-            plan.go_on()
+            plan.raise_if_cancelled()
             report_progress(done / m)
             done += rows.size
             receivers = receivers_of(surface, pairs.take(rows))

@@ -112,7 +112,7 @@ def detect_shadow_edges(
     for shapes, all_rows, all_index in plan.shapes.groups(pairs.item):
         chunks = zip(cache_sized_chunks(all_rows), cache_sized_chunks(all_index), strict=True)
         for rows, index in chunks:
-            plan.go_on()
+            plan.raise_if_cancelled()
             report_progress(rows[0] / pairs.item.size)
             receivers = receivers_of(surface, pairs.take(rows), reach, patch)
             sharp = shapes.casts_sharp_edge(index, light, receivers, order).nonzero()[0]

@@ -43,7 +43,7 @@ class Patch:
     margin: float = 1.0
 
     @cached_property
-    def reach(self) -> Array:
+    def radius(self) -> Array:
         """Radii of the patches around their points in metres, (n,): the sum of the lengths of the
         steps."""
         total: Array = np.zeros_like(self.half_time)

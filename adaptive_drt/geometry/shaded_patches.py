@@ -51,7 +51,7 @@ class ShadedPatches:
     @property
     def reach(self) -> Array:
         """Radii (m,) of the patches, metres."""
-        reach: Array = self.patch.reach[self.row]
+        reach: Array = self.patch.radius[self.row]
         return reach
 
     def step(self, axis: int) -> Array:

@@ -113,7 +113,7 @@ def trace_first_pass(
     """
     smooth_blocks, points = [], 0
     for side, smaller in zip(SIDES, (*SIDES[1:], 1), strict=True):
-        plan.go_on()
+        plan.raise_if_cancelled()
         cut = np.ones(blocks.x.size, dtype=np.bool_)
         if plan.edges:
             rough = coarse_plan(plan, side)
@@ -141,7 +141,7 @@ def _trace_batches(
     batch, count = plan.settings.batch, blocks.x.size
     with progress_range(BLOCK_WORK_SHARE / SIDES[-1], 1.0):
         for first in range(0, count, batch):
-            plan.go_on()
+            plan.raise_if_cancelled()
             part = blocks.part(first, first + batch)
             with progress_range(first / count, min((first + batch) / count, 1.0)):
                 traced = _trace_pixels(plan, occluders, *part.middles, part.pairs, clock)
@@ -194,7 +194,7 @@ def _visibility_keys(
     rows = (flags.silhouette & flags.mask[1]).nonzero()[0]
     if rows.size:
         half = 0.5 if plan.edges else 0.0
-        own = candidates.of(rows, visibility_key.size)
+        own = candidates.for_pixels(rows, visibility_key.size)
         visibility_key[rows] = find_visibility_keys(plan, columns(place, rows), half, own)
     return visibility_key
 

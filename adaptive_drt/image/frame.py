@@ -57,7 +57,7 @@ from the first. Chosen for cost, not fitted."""
 def widened_plan(plan: Plan, region: tuple[int, int, int, int]) -> Plan:
     """Plan for a region extended to whole blocks and a border around them."""
     left, bottom, right, top = region
-    width, height = plan.picture
+    width, height = plan.resolution
     left, bottom = left - left % REGION_ALIGNMENT, bottom - bottom % REGION_ALIGNMENT
     right = max(right, min(right + -right % REGION_ALIGNMENT, width))
     top = max(top, min(top + -top % REGION_ALIGNMENT, height))
@@ -238,7 +238,7 @@ class Frame:
             # shadows of lights without extent stay steps, however short the shutter interval
             left = (
                 steps_after_shutter(deviation[STEP_KIND])
-                if self.plan.soft
+                if self.plan.all_shadows_soft
                 else np.full(index.size, np.inf)
             )
             motion = MotionErrors(crowded, self.mask[1, index], hard, left, steps)
@@ -420,9 +420,9 @@ class Frame:
         cells = shaded.cells
         place(self.color, rows, cells.color)
         place(self.deviation, rows, cells.deviation)
-        self.alpha[rows], self._shape_error[rows] = cells.alpha, cells.edge
+        self.alpha[rows], self._shape_error[rows] = cells.alpha, cells.shape_error
         self.sampling[rows] = cells.sampling
-        self._multi_node[rows], self.regions_shaded[rows] = cells.star, True
+        self._multi_node[rows], self.regions_shaded[rows] = cells.multi_node, True
         self.error[rows] = shaded.error
         self._write_pixels(rows)
         self.count_samples(rows, shaded)

@@ -59,7 +59,7 @@ def find_visibility_keys(plan: Plan, place: Array, half: float, pairs: Pairs) ->
     np.minimum.at(front, pairs.pixel[hides], cover.far[hides])
     kept = (cover.may_hit & (cover.near <= front[pairs.pixel])).nonzero()[0]
     pairs, full, reach = pairs.take(kept), cover.all_hit[kept], columns(cover.apparent_size, kept)
-    moves = plan.moves[pairs.item]
+    moves = plan.is_moving[pairs.item]
     refused = np.zeros(count, dtype=np.bool_)
     refused[pairs.pixel[~moves & ~full]] = True
     # two still objects, neither wholly in front of the other: a seam

@@ -76,12 +76,12 @@ class _Job:
 
     number: int
     call: Call
-    done: SimpleQueue[Outcome]
-    parts: CallProgress
+    outcomes: SimpleQueue[Outcome]
+    progress: CallProgress
 
-    def note(self, part: float) -> None:
+    def update_progress(self, part: float) -> None:
         """Store the completed fraction; it never decreases, though nested parts may be repeated."""
-        self.parts[self.number] = max(part, self.parts.get(self.number, 0.0))
+        self.progress[self.number] = max(part, self.progress.get(self.number, 0.0))
 
 
 class RenderExecutor:
@@ -249,7 +249,7 @@ class RenderExecutor:
             result: Any = None
             failure: BaseException | None = None
             try:
-                with report_progress_to(job.note):
+                with report_progress_to(job.update_progress):
                     result = execute(job.call)
             except BaseException as error:
                 failure = error
@@ -257,4 +257,4 @@ class RenderExecutor:
                 self._running -= 1
                 self._running_deferred -= is_deferred
                 self._change.notify_all()
-            job.done.put((job.number, result, failure))
+            job.outcomes.put((job.number, result, failure))

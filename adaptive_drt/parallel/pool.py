@@ -85,12 +85,12 @@ class Call:
     """A call of a function of the core: `function(*share.values, *arguments)`."""
 
     function: Callable[..., Any]
-    share: SharedArguments
+    shared: SharedArguments
     arguments: tuple[Any, ...]
 
     def here(self) -> Any:
         """Run the call in this process."""
-        return self.function(*self.share.values, *self.arguments)
+        return self.function(*self.shared.values, *self.arguments)
 
 
 class _Worker:
@@ -121,14 +121,14 @@ class _Worker:
         self._calls, self._answers = stdin, stdout
         _enlarge_pipe(stdin)
         _enlarge_pipe(stdout)
-        self._share = -1
+        self._shared_number = -1
         self.ready = False
         self.failed = False
         self._killed = False
-        self._watching = threading.Thread(target=self._watch, name="Worker", daemon=True)
-        self._watching.start()
+        self._watcher = threading.Thread(target=self._wait_for_process, name="Worker", daemon=True)
+        self._watcher.start()
 
-    def _watch(self) -> None:
+    def _wait_for_process(self) -> None:
         """Wait until the process has loaded, then for its end: otherwise it would stay a zombie."""
         try:
             self.ready = receive(self._answers) == READY_MESSAGE
@@ -141,13 +141,13 @@ class _Worker:
         # a process may run for a while after it was killed
         return not self._killed and self._process.poll() is None
 
-    def tell(self, call: Call) -> None:
+    def send_call(self, call: Call) -> None:
         """Send a call; raises OSError if the process has ended."""
-        values = None if call.share.number == self._share else call.share.values
+        values = None if call.shared.number == self._shared_number else call.shared.values
         send(self._calls, (call.function, values, call.arguments))
-        self._share = call.share.number
+        self._shared_number = call.shared.number
 
-    def answer(self) -> tuple[Any, Exception | None]:
+    def receive_result(self) -> tuple[Any, Exception | None]:
         """Wait for the result or the exception of the call, and report its progress meanwhile.
 
         Raises EOFError or OSError if the process has ended.
@@ -158,14 +158,14 @@ class _Worker:
         return answer
 
     def kill(self) -> None:
-        """Kill the process during a call; its `answer` then raises EOFError or OSError."""
+        """Kill the process during a call; its `receive_result` then raises EOFError or OSError."""
         self._killed = True
         self._process.kill()
 
     def close(self) -> None:
         """End the process, its thread and its pipes. No call may be running."""
         self._process.kill()
-        self._watching.join()
+        self._watcher.join()
         for pipe in (self._calls, self._answers):
             with suppress(OSError):
                 pipe.close()
@@ -287,7 +287,7 @@ class CallGroup:
         if worker is None:
             return None
         try:
-            return worker.answer()
+            return worker.receive_result()
         finally:
             self._give_back(worker)
 
@@ -306,7 +306,7 @@ class CallGroup:
                     if self._over:
                         raise RenderCancelled
                     self._busy.add(worker)
-                worker.tell(call)
+                worker.send_call(call)
             except BaseException:
                 self._give_back(worker)
                 raise

@@ -95,18 +95,19 @@ class Mesh:
     ----------
     points : (3, n) vertex positions.
     corners : (c,) vertex of each face corner, face after face.
-    starts, sizes, slots : (f,) first corner, number of corners and material slot of each face.
-    slack : largest position error from float32 rounding, absolute.
-    fit : largest further position error, as a fraction of a group's size.
+    starts, sizes : (f,) first corner and number of corners of each face.
+    material_slots : (f,) material slot of each face.
+    absolute_tolerance : largest position error from float32 rounding, absolute.
+    relative_tolerance : largest further position error, as a fraction of a group's size.
     """
 
     points: Array
     corners: Ints
     starts: Ints
     sizes: Ints
-    slots: Ints
-    slack: float
-    fit: float
+    material_slots: Ints
+    absolute_tolerance: float
+    relative_tolerance: float
 
     def take(self, faces: Ints) -> Mesh:
         """Return the selected faces, with all the points."""
@@ -114,7 +115,15 @@ class Mesh:
         starts = np.cumsum(sizes) - sizes
         within = np.arange(int(sizes.sum())) - np.repeat(starts, sizes)
         corners = self.corners[np.repeat(self.starts[faces], sizes) + within]
-        return Mesh(self.points, corners, starts, sizes, self.slots[faces], self.slack, self.fit)
+        return Mesh(
+            self.points,
+            corners,
+            starts,
+            sizes,
+            self.material_slots[faces],
+            self.absolute_tolerance,
+            self.relative_tolerance,
+        )
 
 
 def planar_facets(mesh: Mesh, triangles: Ints, owner: Ints) -> Facets | str:
@@ -159,7 +168,7 @@ def _with_area(mesh: Mesh, corners: Ints, owner: Ints) -> tuple[Ints, Ints]:
     u, v = b - a, c - a
     area = np.linalg.norm(np.cross(u, v, axis=0), axis=0)
     wide = area > MIN_SINE * np.linalg.norm(u, axis=0) * np.linalg.norm(v, axis=0)
-    return corners[:, wide], mesh.slots[owner[wide]]
+    return corners[:, wide], mesh.material_slots[owner[wide]]
 
 
 def _parallelograms(mesh: Mesh, normal: Array) -> tuple[Parallelograms, Ints] | str:
@@ -217,7 +226,7 @@ def _faces_as_parallelograms(mesh: Mesh, faces: Ints, place: Ints) -> _Placed:
     """Faces of four corners, each known to be a parallelogram."""
     first = mesh.starts[faces]
     a, b, d = (mesh.points[:, mesh.corners[first + k]] for k in (0, 1, 3))
-    return _Placed(place, Parallelograms(a, b - a, d - a, mesh.slots[faces]))
+    return _Placed(place, Parallelograms(a, b - a, d - a, mesh.material_slots[faces]))
 
 
 def _group_parallelograms(
@@ -251,7 +260,7 @@ def _are_parallelograms(mesh: Mesh) -> Mask:
     u, v = b - a, d - a
     turn = np.linalg.norm(np.cross(u, v, axis=0), axis=0)
     gap, size = np.linalg.norm(a + c - b - d, axis=0), np.linalg.norm(c - a, axis=0)
-    found[four] = (gap <= mesh.fit * size + mesh.slack) & (
+    found[four] = (gap <= mesh.relative_tolerance * size + mesh.absolute_tolerance) & (
         turn > ANGLE_TOLERANCE * np.linalg.norm(u, axis=0) * np.linalg.norm(v, axis=0)
     )
     return found
@@ -294,7 +303,7 @@ def _coplanar_groups(mesh: Mesh, normal: Array) -> tuple[Ints, Ints]:
     first = (np.cumsum(count) - count)[count == 2]
     one, other = face[first], face[first + 1]
     turn = np.linalg.norm(np.cross(normal[:, one], normal[:, other], axis=0), axis=0)
-    joined = (turn < ANGLE_TOLERANCE) & (mesh.slots[one] == mesh.slots[other])
+    joined = (turn < ANGLE_TOLERANCE) & (mesh.material_slots[one] == mesh.material_slots[other])
     label = _connected_components(mesh.sizes.size, one[joined], other[joined])
     order = np.argsort(label, kind="stable")
     return order, np.diff(label[order], prepend=-1).nonzero()[0]
@@ -321,7 +330,7 @@ def _outline_parallelogram(part: Mesh) -> Parallelograms | None:
     largest = int(size.argmax())
     normal = area[:, largest] / size[largest]
     extent = float(np.linalg.norm(np.ptp(place, axis=1)))
-    allowed = part.fit * extent + part.slack
+    allowed = part.relative_tolerance * extent + part.absolute_tolerance
     if float(np.abs(normal @ (place - place[:, :1])).max()) > allowed:
         return None
     edges, edge = mesh_edges(part)
@@ -336,7 +345,7 @@ def _outline_parallelogram(part: Mesh) -> Parallelograms | None:
     whole = float(np.linalg.norm(np.cross(b - a, d - a)))
     if abs(float(size.sum()) - whole) > allowed * extent:
         return None  # faces overlap
-    return Parallelograms(a[:, None], (b - a)[:, None], (d - a)[:, None], part.slots[:1])
+    return Parallelograms(a[:, None], (b - a)[:, None], (d - a)[:, None], part.material_slots[:1])
 
 
 def _closed_loop(edges: Ints) -> list[int] | None:

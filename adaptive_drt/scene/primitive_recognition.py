@@ -140,7 +140,7 @@ def _as_uv_sphere(mesh: Mesh) -> MeshSphere | None:
     triangle for each of the 2 m cells at the poles and a quad for each other cell.
     """
     points, corners, starts = mesh.points, mesh.corners, mesh.starts
-    sizes, slack = mesh.sizes, mesh.slack
+    sizes, slack = mesh.sizes, mesh.absolute_tolerance
     triangles, quads = int((sizes == 3).sum()), int((sizes == 4).sum())
     segments = triangles // 2
     if triangles % 2 or segments < 3 or triangles + quads != len(sizes) or quads % segments:
@@ -240,7 +240,7 @@ def _as_icosphere(mesh: Mesh) -> MeshSphere | None:
     Closed, 20 * 4^s triangles; 12 vertices with five edges, at the corners of a regular
     icosahedron, all others with six; no edge longer than in such a subdivision.
     """
-    points, slack = mesh.points, mesh.slack
+    points, slack = mesh.points, mesh.absolute_tolerance
     faces, count = len(mesh.sizes), points.shape[1]
     level = round(math.log(faces / 20.0, 4.0)) if faces >= 20 else 0
     if faces != 20 * 4**level or count != faces // 2 + 2 or not (mesh.sizes == 3).all():

@@ -95,11 +95,11 @@ def shade(
     spread, error = zero_variation(surface.item.size), np.zeros(surface.item.size)
     factors, candidates = [], []
     for index, light in enumerate(iterate_with_progress(plan.lights)):
-        plan.go_on()
+        plan.raise_if_cancelled()
         if known is None:
             with progress_range(0.0, SHADOW_STEP):
-                shape = plan.shadow_light(light)
-                pairs = occluders.find(shape, surface, patch.reach)
+                shape = plan.as_shadow_caster(light)
+                pairs = occluders.find_candidates(shape, surface, patch.radius)
             with progress_range(SHADOW_STEP, 2.0 * SHADOW_STEP):
                 shadow = classify_light_visibility(plan, surface, shape, pairs, time)
         else:
@@ -139,7 +139,9 @@ def shade_with_candidates(
     brdf = diffuse_brdf(plan, surface.item)
     for light, pairs in iterate_with_progress(tuple(zip(plan.lights, candidates, strict=True))):
         with progress_range(0.0, VARIATION_END):
-            shadow = classify_light_visibility(plan, surface, plan.shadow_light(light), pairs, time)
+            shadow = classify_light_visibility(
+                plan, surface, plan.as_shadow_caster(light), pairs, time
+            )
         whole = _unoccluded_factors(plan, surface, light, time)
         with progress_range(VARIATION_END, 1.0):
             weight = rms(brdf * light.power[:, None])
@@ -185,14 +187,14 @@ def irradiance(lights: Sequence[Emitter], factors: Iterable[Array], count: int) 
 
 def diffuse_brdf(plan: Plan, item: Ints) -> Array:
     """Radiance (3, n) of diffuse objects for an irradiance of 1: the albedo over pi."""
-    brdf: Array = columns(plan.color, item) / np.pi
+    brdf: Array = columns(plan.albedo, item) / np.pi
     return brdf
 
 
 def _unoccluded_factors(plan: Plan, surface: Surface, light: Emitter, time: Array | float) -> Array:
     """Irradiance factors (n,) of a light without shadows."""
     to = light.to_center(surface.point, time)
-    return unoccluded_factor(light, plan.shadow_light(light), to, surface)
+    return unoccluded_factor(light, plan.as_shadow_caster(light), to, surface)
 
 
 def _shadowed_factors(
@@ -212,7 +214,7 @@ def _shadowed_factors(
     if not light.casts_shadow:
         return whole, error
     factor = np.where(shadow.blocked, 0.0, whole)
-    if plan.shadow_light(light).extended:
+    if plan.as_shadow_caster(light).extended:
         live = shadow.pairs.take(factor[shadow.pairs.pixel] > 0.0)
         apply_occluders(plan, surface, light, live, time, factor, error, allowed)
     return factor, error
@@ -252,7 +254,7 @@ def _variation(
             varies[..., light.edge_on(surface.item)] = 0.0
         if not light.casts_shadow:
             return varies
-        shape = plan.shadow_light(light)
+        shape = plan.as_shadow_caster(light)
         when = time[pairs.pixel] if isinstance(time, np.ndarray) else time
         shadows, hidden = shadow_variation(plan, surface, patch, shape, pairs, when)
     varies[..., hidden] = 0.0

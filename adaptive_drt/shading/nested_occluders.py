@@ -106,7 +106,7 @@ def _batches_by_count(plan: Plan, number: Ints, start: Ints, others: int) -> Ite
         points = (number == k).nonzero()[0]
         step = max(1, BATCH_PAIRS // (k * (others or k)))
         for first in range(0, points.size, step):
-            plan.go_on()
+            plan.raise_if_cancelled()
             report_progress(done / most)
             some = points[first : first + step]
             done += int(work[some].sum())

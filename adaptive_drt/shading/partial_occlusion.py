@@ -102,12 +102,12 @@ def _occluded_factors(
     work = np.bincount(chosen.pixel, minlength=count).astype(np.float64) ** 2 + 1.0
     done, most = 0.0, float(work.sum())
     for group in np.unique(key):
-        plan.go_on()
+        plan.raise_if_cancelled()
         report_progress(NESTED_WORK + (1.0 - NESTED_WORK) * done / most)
         rows = (key == group).nonzero()[0]
         done += float(work[rows].sum())
         if group < 0:
-            own, when = pairs.of(rows, count), _times_at(time, rows)
+            own, when = pairs.for_pixels(rows, count), _times_at(time, rows)
             factor[rows], error[rows] = sampled_factors(
                 plan, surface.take(rows), light, own, when, allowed[rows]
             )

@@ -84,7 +84,7 @@ def gather_light(
     Parameters
     ----------
     surface : n points.
-    light : shape of the light; its shadows come from `plan.shadow_light`.
+    light : shape of the light; its shadows come from `plan.as_shadow_caster`.
     pairs : occluders, sorted by point.
     spots : points on the light, two (n, k s) arrays, s rays for each of k samples; None for a light
     without size.
@@ -102,7 +102,7 @@ def gather_light(
     step = max(1, CHUNK // (samples * rays))
     bounds = np.searchsorted(pairs.pixel, np.arange(0, count + step, step))
     for index, first in enumerate(range(0, count, step)):
-        plan.go_on()
+        plan.raise_if_cancelled()
         report_progress(first / count)
         rows = slice(first, min(first + step, count))
         own = slice(bounds[index], bounds[index + 1])
@@ -170,7 +170,7 @@ def unoccluded_factor(light: Emitter, shape: Emitter, to: Array, surface: Surfac
 
 def _closed_form(plan: Plan, light: Emitter, to: Array, surface: Surface) -> Array:
     """Unoccluded irradiance factors (n, 1) or, if the light moves, (n, k)."""
-    k, shape = to.shape[2], plan.shadow_light(light)
+    k, shape = to.shape[2], plan.as_shadow_caster(light)
     if k == 1:
         return unoccluded_factor(light, shape, to[:, :, 0], surface)[:, None]
     flat = to.reshape(3, -1)

@@ -64,7 +64,7 @@ def sampled_factors(
     rows, batches = np.arange(count), None
     rays = FIRST_RAYS
     while rows.size:
-        own = pairs.of(rows, count) if rows.size < count else pairs
+        own = pairs.for_pixels(rows, count) if rows.size < count else pairs
         when = time[rows] if isinstance(time, np.ndarray) else time
         first = 0 if batches is None else rays // 2
         new = _batch_sums(plan, surface.take(rows), light, own, when, (first, rays))

@@ -134,7 +134,7 @@ def shadow_variation(
     for shapes, rows, index in plan.shapes.groups(pairs.item):
         found = []
         for some in cache_sized_chunks(np.arange(rows.size)):
-            plan.go_on()
+            plan.raise_if_cancelled()
             chosen = rows[some]
             report_progress(chosen[0] / pairs.item.size)
             receivers = pair_receivers(surface, patch, pairs.take(chosen), _at(time, chosen))

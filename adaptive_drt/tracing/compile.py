@@ -50,32 +50,34 @@ class Plan:
     ----------
     settings : the settings of the render.  lens : the camera's rays.
     shapes : the objects, relative to the camera, metres.
-    color : (3, objects) albedo.
-    moves : (objects,) bool, whether the object moves relative to the camera during the shutter.
+    albedo : (3, objects) albedo.
+    is_moving : (objects,) bool, whether the object moves relative to the camera during the shutter.
     region : pixels (left, bottom, right, top) to render; picture : width and height of the image.
     lights : the lights whose power is not zero.
     background : (3,) colour.  transparent : whether the background is.
     penumbra, motion, edges : whether the effect is enabled and the scene has it.
-    embree : whether embree may find candidate occluders; `embree_finds` says for which lights.
+    may_use_embree : whether embree may find candidate occluders; `uses_embree` says for which
+        lights.
     threads : number of threads.
     skipped : the effects and objects that are left out, each with the reason.
-    stop : set to cancel the render: loops over chunks of work call `go_on` before each chunk.
+    stop : set to cancel the render: loops over chunks of work call `raise_if_cancelled` before
+        each chunk.
     """
 
     settings: Settings
     lens: PinholeCamera
     region: tuple[int, int, int, int]
-    picture: tuple[int, int]
+    resolution: tuple[int, int]
     shapes: ShapeTable
-    color: Array
-    moves: NDArray[np.bool_]
+    albedo: Array
+    is_moving: NDArray[np.bool_]
     lights: tuple[Emitter, ...]
     background: Array
     transparent: bool
     penumbra: bool
     motion: bool
     edges: bool
-    embree: bool
+    may_use_embree: bool
     threads: int
     skipped: tuple[dict[str, str], ...] = field(default=())
     stop: threading.Event = field(default_factory=threading.Event)
@@ -88,7 +90,7 @@ class Plan:
         """Restore the pickled state, with a new event for `stop`."""
         self.__dict__.update(state, stop=threading.Event())
 
-    def go_on(self) -> None:
+    def raise_if_cancelled(self) -> None:
         """Raise `RenderCancelled` if the render was cancelled."""
         if self.stop.is_set():
             raise RenderCancelled
@@ -96,25 +98,25 @@ class Plan:
     @property
     def object_count(self) -> int:
         """Number of objects."""
-        return self.color.shape[1]
+        return self.albedo.shape[1]
 
-    def embree_finds(self, light: Emitter) -> bool:
+    def uses_embree(self, light: Emitter) -> bool:
         """Whether embree, rather than NumPy arrays, finds the candidate occluders of a light."""
-        if not self.embree or not self.shapes.proxied or not light.casts_shadow:
+        if not self.may_use_embree or not self.shapes.proxied or not light.casts_shadow:
             return False
-        inflation = self.shadow_light(light).occluder_inflation
+        inflation = self.as_shadow_caster(light).occluder_inflation
         if self.settings.accelerator == "EMBREE":
             return math.isfinite(inflation)
         radius = self.shapes.bounding_spheres[1][: self.shapes.proxied]
         return inflation <= EMBREE_MAX_LIGHT_SIZE * float(radius.mean())
 
     @property
-    def soft(self) -> bool:
+    def all_shadows_soft(self) -> bool:
         """Whether every light that casts shadows has a size, so that all shadows have penumbrae."""
         casting = (light for light in self.lights if light.casts_shadow)
-        return all(self.shadow_light(light).extended for light in casting)
+        return all(self.as_shadow_caster(light).extended for light in casting)
 
-    def shadow_light(self, light: Emitter) -> Emitter:
+    def as_shadow_caster(self, light: Emitter) -> Emitter:
         """The light as it casts shadows: reduced to its centre where penumbrae are not computed."""
         return light if self.penumbra else light.as_point()
 
@@ -129,7 +131,7 @@ class Plan:
             "motion": self.motion,
             "edges": self.edges,
             "accelerator": sorted(
-                {"EMBREE" if self.embree_finds(light) else "ARRAYS" for light in self.lights}
+                {"EMBREE" if self.uses_embree(light) else "ARRAYS" for light in self.lights}
             ),
             "threads": self.threads,
         }
@@ -161,10 +163,10 @@ def make_plan(scene: Scene, settings: Settings) -> Plan:
         settings=settings,
         lens=lens,
         region=camera.region,
-        picture=camera.resolution,
+        resolution=camera.resolution,
         shapes=table,
-        color=_colors(shapes),
-        moves=moves,
+        albedo=_colors(shapes),
+        is_moving=moves,
         lights=tuple(
             _with_touched_shapes(_with_coplanar_faces(light, table, origin), table)
             for light in lights
@@ -174,7 +176,7 @@ def make_plan(scene: Scene, settings: Settings) -> Plan:
         penumbra=penumbra,
         motion=motion,
         edges=settings.use_edges and bool(shapes),
-        embree=_wants_embree(settings, table.proxied),
+        may_use_embree=_wants_embree(settings, table.proxied),
         threads=settings.threads or os.cpu_count() or 1,
         skipped=tuple(skipped),
     )

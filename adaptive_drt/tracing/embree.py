@@ -70,15 +70,15 @@ class ProxyScene:
         self._widest = 2.0 * float(reach.max())
 
     @property
-    def outer(self) -> Array:
+    def circumradius(self) -> Array:
         """Circumradii (n,) of the proxies, metres. A ray that starts within may miss the proxy."""
         return self._outer
 
-    def along(self, start: Array, to: Array) -> tuple[Ints, Ints]:
+    def intersected_by(self, start: Array, to: Array) -> tuple[Ints, Ints]:
         """The proxies that the segments from `start` (3, n) to `start + to` enter, metres.
 
-        Proxies around a segment's start (within `outer` of their centre) may be missing: the ray
-        hits only their far side, which may lie within the gap behind another hit.
+        Proxies around a segment's start (within `circumradius` of their centre) may be missing: the
+        ray hits only their far side, which may lie within the gap behind another hit.
 
         Returns
         -------

@@ -62,7 +62,7 @@ class Tile:
         left, bottom, right, top = plan.region
         j, i = np.mgrid[bottom + first : top : step, left:right]
         i, j = i.ravel(), j.ravel()
-        return cls(i + 0.5, j + 0.5, j * plan.picture[0] + i, first, step)
+        return cls(i + 0.5, j + 0.5, j * plan.resolution[0] + i, first, step)
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ class Pairs:
         """The pairs selected by a mask or an index array."""
         return Pairs(self.pixel[keep], self.item[keep])
 
-    def of(self, pixel: Ints, count: int) -> Pairs:
+    def for_pixels(self, pixel: Ints, count: int) -> Pairs:
         """The pairs of k chosen pixels. These pairs must be sorted by pixel.
 
         Parameters

@@ -69,8 +69,8 @@ class Occluders:
         self._proxies: dict[str, ProxyScene] = {}
         proxied = plan.shapes.proxied
         for light in plan.lights:
-            if plan.embree_finds(light):
-                reach = plan.shadow_light(light).occluder_inflation
+            if plan.uses_embree(light):
+                reach = plan.as_shadow_caster(light).occluder_inflation
                 self._proxies[_light_key(light)] = ProxyScene(
                     self.center[:, :proxied], self.radius[:proxied] + reach
                 )
@@ -79,12 +79,14 @@ class Occluders:
         """Pickle the compiled scene only: the receiving process builds embree's proxies again."""
         return Occluders, (self._plan,)
 
-    def find(self, light: Emitter, surface: Surface, reach: Array | float = 0.0) -> Pairs:
+    def find_candidates(
+        self, light: Emitter, surface: Surface, reach: Array | float = 0.0
+    ) -> Pairs:
         """Candidate pairs (point, object) for a light, sorted by point.
 
         Parameters
         ----------
-        light : as it casts shadows (`Plan.shadow_light`).
+        light : as it casts shadows (`Plan.as_shadow_caster`).
         surface : n points.
         reach : (n,) metres; the candidates hold for all surface points within it of each point.
         """
@@ -94,34 +96,34 @@ class Occluders:
             return Pairs(none, none)
         reach = np.broadcast_to(np.asarray(reach, dtype=np.float64), (count,))
         sight = _LightView.make(light, surface, reach, curvature(self._plan, surface))
-        pairs = self._planes.needed(sight, self._found(light, sight))
+        pairs = self._planes.needed(sight, self._all_candidates(light, sight))
         return _without_coplanar_faces(light, pairs)
 
-    def _found(self, light: Emitter, sight: _LightView) -> Pairs:
+    def _all_candidates(self, light: Emitter, sight: _LightView) -> Pairs:
         """The candidate pairs, including faces of solids that `needed` removes."""
         surface, reach = sight.surface, sight.reach
         count = reach.size
         proxies = None if (reach > 0.0).any() else self._proxies.get(_light_key(light))
         if proxies is None and count * self.radius.size <= MAX_PAIRS_WITHOUT_BLOCKS:
-            return self._kept(sight, _all_pairs(count, self.radius.size))
+            return self._filter_by_point(sight, _all_pairs(count, self.radius.size))
         first = 0
         parts: list[Pairs] = []
         if proxies is not None:
             # where bounding spheres are too large, embree would return objects for most rays
             first = self._plan.shapes.proxied
-            parts.append(self._kept(sight, self._around(sight, proxies)))
+            parts.append(self._filter_by_point(sight, self._near_proxies(sight, proxies)))
             to = light.to_center(surface.point)
-            met = Pairs(*proxies.along(surface.point, to))
-            parts.append(self._kept(sight, met))
+            met = Pairs(*proxies.intersected_by(surface.point, to))
+            parts.append(self._filter_by_point(sight, met))
         if self.radius.size - first <= MAX_OBJECTS_WITHOUT_BLOCKS:
-            parts += self._one_by_one(sight, first)
+            parts += self._pairs_by_object(sight, first)
         else:
-            parts.append(self._kept(sight, self._shafts(sight, first)))
+            parts.append(self._filter_by_point(sight, self._pairs_by_shafts(sight, first)))
         return _merge_pairs(parts, self.radius.size)
 
-    def _around(self, sight: _LightView, proxies: ProxyScene) -> Pairs:
+    def _near_proxies(self, sight: _LightView, proxies: ProxyScene) -> Pairs:
         """Pairs whose point lies within the object's proxy, where embree may miss it."""
-        center, outer = self.center[:, : proxies.outer.size], proxies.outer
+        center, outer = self.center[:, : proxies.circumradius.size], proxies.circumradius
 
         def near(middle: Array, span: Array, item: Ints) -> Mask:
             gap = columns(center, item) - middle
@@ -131,28 +133,30 @@ class Occluders:
 
         return _pairs_by_blocks(sight, outer.size, near)
 
-    def _one_by_one(self, sight: _LightView, first: int) -> list[Pairs]:
+    def _pairs_by_object(self, sight: _LightView, first: int) -> list[Pairs]:
         """Candidate pairs of objects `first` and higher, each tested against all points."""
         parts = []
         count = sight.reach.size
         for begin in range(0, count, POINTS_PER_CHUNK):
             rows = slice(begin, min(begin + POINTS_PER_CHUNK, count))
             for item in range(first, self.radius.size):
-                pixel = begin + self._matters(sight, rows, item).nonzero()[0]
+                pixel = begin + self._may_occlude(sight, rows, item).nonzero()[0]
                 parts.append(Pairs(pixel, np.full(pixel.size, item)))
         return parts
 
-    def _kept(self, sight: _LightView, pairs: Pairs) -> Pairs:
+    def _filter_by_point(self, sight: _LightView, pairs: Pairs) -> Pairs:
         """The pairs that pass the test of single points."""
-        return pairs.take(_passing_pairs(partial(self._matters, sight), pairs.pixel, pairs.item))
+        return pairs.take(
+            _passing_pairs(partial(self._may_occlude, sight), pairs.pixel, pairs.item)
+        )
 
-    def _shafts(self, sight: _LightView, first_item: int) -> Pairs:
+    def _pairs_by_shafts(self, sight: _LightView, first_item: int) -> Pairs:
         """Candidate pairs of objects `first_item` and higher, by tests of blocks of points."""
         center, radius = self.center[:, first_item:], self.radius[first_item:]
         bounds = sight.bounds
 
         def seen(middle: Array, span: Array, item: Ints) -> Mask:
-            self._plan.go_on()
+            self._plan.raise_if_cancelled()
             cone = bounds.view_cone(bounds.to_center(middle))
             v, wide = columns(center, item) - middle, radius[item] + span
             touch, _, _ = cone_overlap(cone.axis, cone.cosine, cone.sine, v, wide)
@@ -163,9 +167,9 @@ class Occluders:
         pairs = _pairs_by_blocks(sight, radius.size, seen)
         return Pairs(pairs.pixel, pairs.item + first_item)
 
-    def _matters(self, sight: _LightView, at: Ints | slice, item: Ints | int) -> Mask:
+    def _may_occlude(self, sight: _LightView, at: Ints | slice, item: Ints | int) -> Mask:
         """Whether objects (one, or one for each point) may occlude a light from points `at`."""
-        self._plan.go_on()
+        self._plan.raise_if_cancelled()
         surface, cone = sight.surface, sight.cone
         chosen = np.atleast_1d(item)
         center, radius = columns(self.center, chosen), self.radius[chosen] + sight.reach[at]

@@ -179,7 +179,7 @@ def _candidates(plan: Plan, boxes: Boxes, pairs: Pairs) -> _Candidates:
     rank, ordered, curved, unsure = find_depth_order(plan, boxes, pairs, cover, count)
     covered, moving = np.zeros((2, n), dtype=np.bool_)
     covered[box[cover.all_hit]] = True
-    moving[box[plan.moves[pairs.item]]] = True
+    moving[box[plan.is_moving[pairs.item]]] = True
     extended = boxes.size > 0.0
     extended[TIME] &= moving
     overlap = ((box[1:] == box[:-1]) & ~ordered[box[1:]]).nonzero()[0]
@@ -315,7 +315,7 @@ def _refine_lines(
         ready = goal[todo] * (lines * lines) >= KINK_ERROR * found.slope[todo]
         ready |= few[todo] | last
         for some in _groups_by_key(key, todo[ready]):
-            plan.go_on()
+            plan.raise_if_cancelled()
             _measure_group(found, some, goal, lines, sums)
         if last:
             return

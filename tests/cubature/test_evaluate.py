@@ -23,7 +23,7 @@ DIAGONAL = (0, 2, 5)
 def test_centroids_that_are_known_are_not_shaded_again():
     """Every other part's is: stars come out the same, for a point less."""
     plan = make_plan(random_scene(5), Settings())
-    width, height = plan.picture
+    width, height = plan.resolution
     y, x = (each.ravel() for each in np.mgrid[0:height, 0:width])
     place = np.stack([x + 0.5, y + 0.5, np.zeros(x.size)])
     objects = np.arange(plan.object_count)

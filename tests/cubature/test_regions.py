@@ -28,14 +28,16 @@ def test_children_tile_their_cell(seed):
     size = parts.prod(axis=0)
     parent = np.repeat(np.arange(30), size)
     np.testing.assert_array_equal(found.pixel, cells.pixel[parent])
-    np.testing.assert_array_equal(found.star, cells.star[parent])
-    assert not found.color.any() and not found.deviation.any() and not found.edge.any()
+    np.testing.assert_array_equal(found.multi_node, cells.multi_node[parent])
+    assert not found.color.any() and not found.deviation.any() and not found.shape_error.any()
     for k in range(30):
         own = parent == k
         low, high = found.low[:, own], found.high[:, own]
         np.testing.assert_array_equal(low.min(axis=1), cells.low[:, k])
         np.testing.assert_array_equal(high.max(axis=1), cells.high[:, k])
-        assert found.share[own].sum() == pytest.approx(cells.share[k], rel=1e-14)
+        assert found.volume_fraction[own].sum() == pytest.approx(
+            cells.volume_fraction[k], rel=1e-14
+        )
         wide = cells.high[:, k] > cells.low[:, k]
         volume = (high - low)[wide].prod(axis=0).sum()
         assert volume == pytest.approx(
@@ -61,7 +63,10 @@ def test_cells_that_are_taken_and_merged_are_the_same(seed):
 
 def test_errors_are_shares_of_all_kinds_and_axes():
     cells = random_cells(np.random.default_rng(1), 12)
-    want = [cells.share[k] * (cells.deviation[:, :, k].sum() + cells.edge[k]) for k in range(12)]
+    want = [
+        cells.volume_fraction[k] * (cells.deviation[:, :, k].sum() + cells.shape_error[k])
+        for k in range(12)
+    ]
     np.testing.assert_allclose(cells.error, want, rtol=1e-14)
 
 

@@ -59,8 +59,8 @@ def test_no_point_whose_light_changes_is_left_out(light, carried, seed):
     floor = next(k for k, shape in enumerate(shapes) if shape is FLOOR)
     rows = np.flatnonzero(center.hits.item == floor)
     points = center.hits.take(rows)
-    shape = plan.shadow_light(plan.lights[0])
-    pairs = Occluders(plan).find(shape, points)
+    shape = plan.as_shadow_caster(plan.lights[0])
+    pairs = Occluders(plan).find_candidates(shape, points)
     found = light_changes(plan, points, shape, pairs, np.zeros(rows.size))
     start = points.point + plan.lens.origin[:, None]
     # some points of the light, its middle among them

@@ -42,7 +42,7 @@ def test_lights_are_open_hidden_or_in_part(seed, order):
     some = rng.choice(center.rows.size, min(200, center.rows.size), replace=False)
     points = center.hits.take(np.sort(some))
     for light in plan.lights:
-        pairs = Occluders(plan).find(light, points)
+        pairs = Occluders(plan).find_candidates(light, points)
         found = classify_light_visibility(plan, points, light, pairs)
         middle = light.to_center(points.point, 0.0)[:, :, None]
         if light.extended:

@@ -34,7 +34,7 @@ def test_pixels_with_light_and_shadow_are_flagged(seed, order):
         return
     reach = patch_reach(plan, hits, center.w[:, rows])
     for number, light in enumerate(plan.lights):
-        pairs = Occluders(plan).find(light, hits, reach)
+        pairs = Occluders(plan).find_candidates(light, hits, reach)
         found = detect_shadow_edges(plan, hits, light, pairs, reach)
         end = np.array(scene.lights[number].center)[:, None]
         lit, dark = np.zeros((2, rows.size), dtype=bool)
@@ -61,6 +61,6 @@ def test_wide_penumbrae_are_no_edges_and_narrow_ones_are():
         plan, _, center = traced(Scene(eye, (Sphere((0.0, 0.0, 3.0), 0.5), floor), (light,)))
         hits = center.hits.take(center.hits.item == 1)
         reach = np.full(hits.item.size, 0.05)
-        pairs = Occluders(plan).find(plan.lights[0], hits, reach)
+        pairs = Occluders(plan).find_candidates(plan.lights[0], hits, reach)
         found.append(detect_shadow_edges(plan, hits, plan.lights[0], pairs, reach).sum())
     assert found[0] > 10 and found[1] == 0

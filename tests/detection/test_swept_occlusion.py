@@ -90,7 +90,7 @@ def test_patches_are_judged_as_all_their_points_are(kind):
     for seed in range(40):
         rng = np.random.default_rng([seed, KINDS.index(kind)])
         plan = make_plan(scene_of(rng, kind), Settings())
-        light = plan.shadow_light(plan.lights[0])
+        light = plan.as_shadow_caster(plan.lights[0])
         n, objects = 30, plan.object_count
         point = rng.uniform((-3, -3, -0.5), (3, 3, 1.5), (n, 3)).T - plan.lens.origin[:, None]
         reach = 10.0 ** rng.uniform(-3.0, -0.3, n)

@@ -176,8 +176,8 @@ def test_a_tile_is_resolved_as_the_picture_is():
     scene, few = random_scene(4), {"light_rays": 4, "time_rays": 4, "pixel_rays": 4}
     plan, tile, center, flags = detected(scene, method="RAYS", threads=1, **few)
     resolver = Resolver(plan, Occluders(plan), tile, center, flags)
-    resolver.plain()
-    resolver.distributed()
+    resolver.resolve_single_ray()
+    resolver.resolve_distributed()
     found = resolver.out
     film = render_image(scene, Settings(method="RAYS", threads=1, **few))
     np.testing.assert_array_equal(found.color, film.color.reshape(3, -1))

@@ -61,7 +61,7 @@ def test_the_error_is_within_the_tolerance(seed):
 def test_what_hard_shadows_that_move_are_off_by_is_foreseen(seed, tolerance):
     """A point of light's shadow stays a step however short the time: it takes cells."""
     scene = random_scene(seed)
-    assert not make_plan(scene, exact()).soft
+    assert not make_plan(scene, exact()).all_shadows_soft
     assert render_image(scene, exact(tolerance)).stats["error_estimate"] <= tolerance
 
 

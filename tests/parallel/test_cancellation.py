@@ -20,7 +20,7 @@ def test_it_is_no_error_of_the_scene_and_passes_between_processes():
 
 def test_it_is_raised_once_the_event_is_set():
     plan = make_plan(random_scene(1), Settings())
-    plan.go_on()
+    plan.raise_if_cancelled()
     plan.stop.set()
     with pytest.raises(RenderCancelled):
-        plan.go_on()
+        plan.raise_if_cancelled()

@@ -36,13 +36,13 @@ def workers(monkeypatch):
 def calls_of(monkeypatch):
     """Names of the functions that workers are told to call, as they are."""
     made = []
-    report_progress = crew_module._Worker.tell
+    report_progress = crew_module._Worker.send_call
 
     def counted(worker, told):
         made.append(told.function.__name__)
         report_progress(worker, told)
 
-    monkeypatch.setattr(crew_module._Worker, "tell", counted)
+    monkeypatch.setattr(crew_module._Worker, "send_call", counted)
     return made
 
 

@@ -65,7 +65,7 @@ def test_small_balls_that_touch_a_side_of_a_quad_light(beside, foreseen):
     hits = surface(plan, w, t, np.ones(1, dtype=np.int64))
     patch = make_patch(plan, w, t, hits, np.array([[0.05], [0.05], [0.0]]))
     nothing = np.zeros(1, dtype=np.int64)
-    shape = plan.shadow_light(plan.lights[0])
+    shape = plan.as_shadow_caster(plan.lights[0])
     receivers = pair_receivers(hits, patch, Pairs(nothing, nothing), 0.0)
     found = plan.shapes.sets[0].shadow_edges(nothing, receivers, shape)
     assert (found.depth[0] > 0.0) == foreseen

@@ -215,4 +215,4 @@ def test_selected_faces_keep_their_corners():
     mesh = mesh_of(np.zeros((6, 3)), [[0, 1, 2], [0, 2, 3, 4], [3, 4, 5]], [7, 8, 9])
     taken = mesh.take(np.array([2, 1]))
     assert taken.corners.tolist() == [3, 4, 5, 0, 2, 3, 4]
-    assert taken.starts.tolist() == [0, 3] and taken.slots.tolist() == [9, 8]
+    assert taken.starts.tolist() == [0, 3] and taken.material_slots.tolist() == [9, 8]

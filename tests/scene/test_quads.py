@@ -44,7 +44,7 @@ def assert_same(many, single):
     for name in ("corner", "edge_u", "edge_v", "displacement", "boxes"):
         ours, theirs = (getattr(shape_sets.quads_of(plan), name) for plan in (many, single))
         np.testing.assert_array_equal(ours, theirs)
-    for name in ("color", "moves"):
+    for name in ("albedo", "is_moving"):
         np.testing.assert_array_equal(getattr(many, name), getattr(single, name))
     np.testing.assert_array_equal(
         shape_sets.spheres_of(many).center, shape_sets.spheres_of(single).center
@@ -57,7 +57,7 @@ def test_many_compile_as_singles_do():
     moving = quads_of(5, 1, motion=Motion((0.0, 1.0, 0.0)), name="Moving")
     (_, many), (_, single) = plans_of(quads_of(7), ball, plate, moving)
     assert_same(many, single)
-    assert shape_sets.quads_of(many).count == 13 and many.moves.sum() == 5
+    assert shape_sets.quads_of(many).count == 13 and many.is_moving.sum() == 5
 
 
 def test_duplicates_are_left_out_one_by_one():

@@ -33,7 +33,7 @@ def test_steps_on_planes_are_those_of_hits(half, axis):
     )
     assert patch.axes == (axis,) and not patch.steps[1 - axis].any()
     size = np.linalg.norm(patch.steps[axis], axis=0)
-    np.testing.assert_allclose(patch.reach, size, rtol=1e-12)
+    np.testing.assert_allclose(patch.radius, size, rtol=1e-12)
     np.testing.assert_allclose(patch.surface_steps[axis], size, rtol=1e-12)
     assert not patch.curvature.any()
 
@@ -93,4 +93,4 @@ def test_points_are_patches_without_extent():
     x, y = pixels(np.random.default_rng(3), 20)
     w, t, hits = hits_at(plan, x, y, 1)
     patch = make_patch(plan, w, t, hits, np.zeros((3, 20)))
-    assert patch.axes == () and not patch.reach.any() and not patch.steps.any()
+    assert patch.axes == () and not patch.radius.any() and not patch.steps.any()

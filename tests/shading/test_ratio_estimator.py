@@ -23,7 +23,7 @@ def gathered(shapes, light, rays, x, y):
     plan = plan_of(*shapes, light=light)
     hits, _ = patches_at(plan, x, y, plan.object_count - 1, (0.5, 0.5, 0.0))
     emitter = plan.lights[0]
-    pairs = Occluders(plan).find(emitter, hits)
+    pairs = Occluders(plan).find_candidates(emitter, hits)
     spots = light_points(plan, np.arange(x.size), 0, 1, rays) if rays else None
     sums = gather_light(plan, hits, emitter, pairs, spots, 0.0)
     exact = emitter.irradiance_factor(emitter.to_center(hits.point, 0.0), hits.point, hits.normal)

@@ -24,8 +24,8 @@ COLOR = (1.0, 1.0, 1.0)
 
 def varied(plan, x, y, half):
     hits, patch = patches_at(plan, x, y, plan.object_count - 1, half)
-    light = plan.shadow_light(plan.lights[0])
-    pairs = Occluders(plan).find(light, hits, patch.reach)
+    light = plan.as_shadow_caster(plan.lights[0])
+    pairs = Occluders(plan).find_candidates(light, hits, patch.radius)
     return hits, shadow_variation(plan, hits, patch, light, pairs, 0.0)
 
 

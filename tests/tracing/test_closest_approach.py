@@ -23,7 +23,7 @@ def test_hits_are_hits_and_misses_are_where_rays_are_nearest(seed):
     shapes = sorted(scene.shapes, key=lambda shape: not isinstance(shape, Sphere))
     drift = np.array(scene.camera.motion.displacement) if scene.camera.motion else np.zeros(3)
     rng = np.random.default_rng(seed)
-    x, y = rng.uniform((0.0, 0.0), plan.picture, (RAYS, 2)).T
+    x, y = rng.uniform((0.0, 0.0), plan.resolution, (RAYS, 2)).T
     w, item = plan.lens.directions(x, y), rng.integers(0, len(shapes), RAYS)
     time = rng.uniform(-0.5, 0.5, RAYS) if plan.motion else np.zeros(RAYS)
     found = hits_or_closest_points(plan, w, item, time)

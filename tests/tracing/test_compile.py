@@ -43,8 +43,8 @@ def test_spheres_come_first_and_all_is_relative_to_the_camera(seed):
         np.testing.assert_array_equal(quads_of(plan).edge_u[:, k], shape.edge_u)
     for k, shape in enumerate([*spheres, *quads]):
         way = (np.array(shape.motion.displacement) if shape.motion else np.zeros(3)) - drift
-        assert plan.moves[k] == way.any()
-        np.testing.assert_array_equal(plan.color[:, k], shape.material.color)
+        assert plan.is_moving[k] == way.any()
+        np.testing.assert_array_equal(plan.albedo[:, k], shape.material.color)
         part, own = (
             (spheres_of(plan), k) if k < len(spheres) else (quads_of(plan), k - len(spheres))
         )
@@ -94,7 +94,7 @@ def test_penumbrae(scene, settings, has, why):
     plan = make_plan(scene, settings)
     assert plan.penumbra == has and why in reasons(plan).get("penumbrae", "")
     for light in plan.lights:
-        assert plan.shadow_light(light).extended == (has and light.extended)
+        assert plan.as_shadow_caster(light).extended == (has and light.extended)
 
 
 def test_plans_pass_between_processes_without_their_event():

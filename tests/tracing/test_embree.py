@@ -30,21 +30,21 @@ def test_spheres_on_the_way_are_found_and_few_others(seed):
     end = scale * (rng.normal(size=(3, 1)) + away)
     scene = ProxyScene(center, radius)
     found = np.zeros((150, 200), dtype=bool)
-    segment, item = scene.along(start, end - start)
+    segment, item = scene.intersected_by(start, end - start)
     assert not found[segment, item].any()
     found[segment, item] = True
     assert found.sum() == segment.size
-    around = np.linalg.norm(center[:, None] - start[:, :, None], axis=0) <= scene.outer
+    around = np.linalg.norm(center[:, None] - start[:, :, None], axis=0) <= scene.circumradius
     missed = entered(center, radius, start, end) & ~found & ~around
     assert not missed.any(), f"seed {seed}"
     # rays go on behind the segment's end, and so may find what is there
     beyond = start + 1e3 * (end - start)
-    wide = scene.outer * (1 + 1e-4)
+    wide = scene.circumradius * (1 + 1e-4)
     assert not (found & ~entered(center, wide, start, beyond)).any(), f"seed {seed}"
-    assert (scene.outer > radius).all()
+    assert (scene.circumradius > radius).all()
 
 
 def test_segments_of_no_length_meet_nothing():
     scene = ProxyScene(np.zeros((3, 1)), np.ones(1))
-    segment, item = scene.along(np.array([[5.0], [0.0], [0.0]]), np.zeros((3, 1)))
+    segment, item = scene.intersected_by(np.array([[5.0], [0.0], [0.0]]), np.zeros((3, 1)))
     assert segment.size == item.size == 0

@@ -71,7 +71,7 @@ def test_screen_bounds_leave_nothing_out_over_the_shutter(seed):
     plan, shapes, camera = planned(seed)
     left, bottom, right, top = screen_bounds(plan)
     rng = np.random.default_rng(seed)
-    x, y = rng.uniform((0.0, 0.0), plan.picture, (20_000, 2)).T
+    x, y = rng.uniform((0.0, 0.0), plan.resolution, (20_000, 2)).T
     t = rng.uniform(-0.5, 0.5, x.size)
     met = np.isfinite(plain_depths(shapes, camera, x, y, t))
     for k in range(len(shapes)):
@@ -84,7 +84,7 @@ def test_tiles_are_every_so_many_rows():
     left, bottom, right, top = plan.region
     pixels = [Tile.make(plan, first, 3) for first in range(3)]
     found = np.sort(np.concatenate([tile.index for tile in pixels]))
-    want = [y * plan.picture[0] + x for y in range(bottom, top) for x in range(left, right)]
+    want = [y * plan.resolution[0] + x for y in range(bottom, top) for x in range(left, right)]
     np.testing.assert_array_equal(found, want)
     assert (np.floor(pixels[1].y) % 3 == (bottom + 1) % 3).all()
 
@@ -107,7 +107,7 @@ def test_candidates_are_the_pixels_within_bounds(first, step):
 
 def test_pairs_of_some_pixels():
     pairs = Pairs(np.array([0, 0, 2, 2, 2, 3]), np.array([5, 6, 5, 7, 8, 9]))
-    found = pairs.of(np.array([3, 1, 2, 3]), 4)
+    found = pairs.for_pixels(np.array([3, 1, 2, 3]), 4)
     assert found.pixel.tolist() == [0, 2, 2, 2, 3]
     assert found.item.tolist() == [9, 5, 7, 8, 9]
     assert pairs.take(pairs.item > 6).item.tolist() == [7, 8, 9]
@@ -131,7 +131,7 @@ def test_of_equal_depths_the_lowest_number_wins():
 def test_surfaces_have_the_normals_of_their_shapes(seed):
     plan, shapes, _ = planned(seed)
     rng = np.random.default_rng(seed)
-    x, y = rng.uniform((0.0, 0.0), plan.picture, (400, 2)).T
+    x, y = rng.uniform((0.0, 0.0), plan.resolution, (400, 2)).T
     w = plan.lens.directions(x, y)
     many = len(shapes)
     pairs = Pairs(np.repeat(np.arange(400), many), np.tile(np.arange(many), 400))

@@ -66,7 +66,7 @@ def test_nothing_that_blocks_a_ray_is_left_out(kind, spheres, quads, accelerator
     plan = make_plan(scene, Settings(accelerator=accelerator))
     light = plan.lights[0]
     points = floor_points(rng, plan, 500)
-    pairs = Occluders(plan).find(light, points)
+    pairs = Occluders(plan).find_candidates(light, points)
     assert (np.diff(pairs.pixel) >= 0).all()
     found = np.zeros((500, len(shapes)), dtype=bool)
     found[pairs.pixel, pairs.item] = True
@@ -97,7 +97,9 @@ def test_lights_that_cast_no_shadow_have_no_occluders():
     plan = make_plan(
         Scene(look_at((0, -9, 7), (0, 0, 0)), tuple(crowd(rng, 5, 0)), (light,)), Settings()
     )
-    assert Occluders(plan).find(plan.lights[0], floor_points(rng, plan, 10)).item.size == 0
+    assert (
+        Occluders(plan).find_candidates(plan.lights[0], floor_points(rng, plan, 10)).item.size == 0
+    )
 
 
 def test_they_are_made_again_from_the_plan_in_another_process():
@@ -106,5 +108,5 @@ def test_they_are_made_again_from_the_plan_in_another_process():
     plan = make_plan(scene, Settings())
     first, points = Occluders(plan), floor_points(rng, plan, 50)
     again = pickle.loads(pickle.dumps(first))
-    one, two = (each.find(plan.lights[0], points) for each in (first, again))
+    one, two = (each.find_candidates(plan.lights[0], points) for each in (first, again))
     np.testing.assert_array_equal(one.item, two.item)

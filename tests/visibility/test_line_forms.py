@@ -108,7 +108,7 @@ def planned(*shapes):
     sets = (*plan.shapes.sets, last)
     ordered = [*spheres, *quads, *triangles, *ellipsoids]
     moves = np.array([displacement(each).any() for each in ordered], dtype=bool)
-    return replace(plan, shapes=ShapeTable(sets), moves=moves), ordered
+    return replace(plan, shapes=ShapeTable(sets), is_moving=moves), ordered
 
 
 def displacement(shape):

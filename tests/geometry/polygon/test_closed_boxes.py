@@ -135,11 +135,11 @@ def test_the_light_is_the_same_without_the_faces_behind(seed, monkeypatch):
         moved = quads_of(plan).corners_at(hits.item, time) - quads_of(plan).corner[:, hits.item]
         hits = replace(hits, point=hits.point + moved)
     reach = 10.0 ** rng.uniform(-3.0, -0.5, hits.item.size)
-    shape = plan.shadow_light(plan.lights[0])
-    few = Occluders(plan).find(shape, hits, reach)
+    shape = plan.as_shadow_caster(plan.lights[0])
+    few = Occluders(plan).find_candidates(shape, hits, reach)
     with monkeypatch.context() as patch:
         patch.setattr(occluder._FacePlanes, "needed", lambda self, sight, pairs: pairs)
-        every = Occluders(plan).find(shape, hits, reach)
+        every = Occluders(plan).find_candidates(shape, hits, reach)
     one, other = (shade_with_candidates(plan, hits, time, [pairs])[0] for pairs in (few, every))
     print(f"seed {seed}: {few.item.size} of {every.item.size} pairs")
     np.testing.assert_allclose(one, other, rtol=1e-9, atol=1e-9 * (other.max() or 1.0))
@@ -148,8 +148,8 @@ def test_the_light_is_the_same_without_the_faces_behind(seed, monkeypatch):
 def test_half_the_faces_and_more_are_left_out(monkeypatch):
     plan = plan_of([FLOOR, *turned((-0.5, -0.5, 0.0), (1.0, 1.0, 1.0), 0.3, name="Cube")])
     hits = hits_of(plan)
-    few = Occluders(plan).find(plan.lights[0], hits)
+    few = Occluders(plan).find_candidates(plan.lights[0], hits)
     monkeypatch.setattr(occluder._FacePlanes, "needed", lambda self, sight, pairs: pairs)
-    every = Occluders(plan).find(plan.lights[0], hits)
+    every = Occluders(plan).find_candidates(plan.lights[0], hits)
     print(f"{few.item.size} of {every.item.size} pairs")
     assert few.item.size < 0.5 * every.item.size

@@ -67,7 +67,7 @@ def standing(rng, foot=0.0, above=False):
     edges, still = quad_edges(corner, u, v), 0.0 * corner
     receivers = pair_receivers(hits, patch, pairs, 0.0)
     found = shadowing_edges(receivers, edges, normal, height, still, through)
-    touched = distance_to_quad(corner, u, v) <= patch.reach
+    touched = distance_to_quad(corner, u, v) <= patch.radius
     return quad, camera, (x[rows], y[rows]), touched, found
 
 
