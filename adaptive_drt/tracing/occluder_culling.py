@@ -66,12 +66,12 @@ class Occluders:
         d = plan.shapes.displacement
         self.radius = radius if d is None else radius + 0.5 * np.sqrt(dot(d, d))
         self._planes = _FacePlanes.make(plan.shapes)
-        self._proxies: dict[str, ProxyScene] = {}
+        self._proxies: dict[float, ProxyScene] = {}  # by the inflation of the spheres
         proxied = plan.shapes.proxied
         for light in plan.lights:
             if plan.uses_embree(light):
                 reach = plan.as_shadow_caster(light).occluder_inflation
-                self._proxies[_light_key(light)] = ProxyScene(
+                self._proxies[reach] = ProxyScene(
                     self.center[:, :proxied], self.radius[:proxied] + reach
                 )
 
@@ -103,7 +103,7 @@ class Occluders:
         """The candidate pairs, including faces of solids that `needed` removes."""
         surface, reach = sight.surface, sight.reach
         count = reach.size
-        proxies = None if (reach > 0.0).any() else self._proxies.get(_light_key(light))
+        proxies = None if (reach > 0.0).any() else self._proxies.get(light.occluder_inflation)
         if proxies is None and count * self.radius.size <= MAX_PAIRS_WITHOUT_BLOCKS:
             return self._filter_by_point(sight, _all_pairs(count, self.radius.size))
         first = 0
@@ -383,7 +383,3 @@ def _all_pairs(points: int, objects: int) -> Pairs:
     """All pairs of points and objects, sorted by point and then by object."""
     pair = np.arange(points * objects)
     return Pairs(*np.divmod(pair, objects))
-
-
-def _light_key(light: Emitter) -> str:
-    return light.name + repr(light.center.tolist())

@@ -195,7 +195,7 @@ class PolygonSet(ShapeSet):
         return moves
 
     def implicit_surface(self, index: Ints) -> ImplicitPlane:
-        """See `ShapeSet.implicit_surface`."""
+        """See `ShapeSet.implicit_surface`: edge_u x edge_v and the corner."""
         normal = cross(columns(self.edge_u, index), columns(self.edge_v, index))
         return ImplicitPlane(normal, columns(self.corner, index))
 
@@ -362,11 +362,6 @@ class PolygonSet(ShapeSet):
             columns(self.edge_v, index),
         )
         return plane_hits(w, cross(u, v), q, self.vertices(q, u, v))
-
-    def plane(self, index: Ints) -> tuple[Array, Array]:
-        """See `ShapeSet.plane`: edge_u x edge_v and the corner."""
-        normal = cross(columns(self.edge_u, index), columns(self.edge_v, index))
-        return normal, columns(self.corner, index)
 
     def extent(self, index: Ints, direction: Array, time: Array | float) -> tuple[Array, Array]:
         """See `ShapeSet.extent`; from the vertices."""
