@@ -24,6 +24,7 @@ from ...numerics.vector import cross, dot, squared_norm
 
 __all__ = [
     "cone_overlap",
+    "cone_touches",
     "discriminant",
     "discriminant_rounding",
     "intersect_sphere",
@@ -157,12 +158,40 @@ def cone_overlap(
     cone's half angle, so no trigonometric function is needed.
     """
     vv = dot(v, v)
-    tangent = np.sqrt(np.maximum(vv - radius * radius, 0.0))
-    along = dot(axis, v)
-    # the square root loses half the digits where the origin is next to the surface
-    floor = np.sqrt(UNIT_ROUNDOFF * vv)
-    slack = (CONE_OPERATIONS * UNIT_ROUNDOFF) * vv / np.maximum(np.maximum(tangent, floor), TINY)
-    spread = radius * sine
-    touch = along > tangent * cosine - spread - slack
-    cover = (along >= tangent * cosine + spread + slack) & (radius * radius >= vv * sine * sine)
+    square = radius * radius
+    tangent, slack = _tangent_and_slack(vv, square)
+    along, spread, edge = dot(axis, v), radius * sine, tangent * cosine
+    touch = along > edge - spread - slack
+    edge += spread
+    edge += slack
+    cover = (along >= edge) & (square >= vv * sine * sine)
     return touch, cover, tangent
+
+
+def cone_touches(
+    axis: Array, cosine: Array | float, sine: Array | float, v: Array, radius: Array | float
+) -> Mask:
+    """Return the mask `touch` of `cone_overlap` alone."""
+    tangent, slack = _tangent_and_slack(dot(v, v), radius * radius)
+    tangent *= cosine
+    tangent -= radius * sine
+    tangent -= slack
+    touch: Mask = dot(axis, v) > tangent
+    return touch
+
+
+def _tangent_and_slack(vv: Array, square: Array | float) -> tuple[Array, Array]:
+    """Lengths (...) of tangents to spheres, and rounding bounds of comparisons with cones.
+
+    vv, square : (...) squared distances of the spheres' centres and squared radii.
+    """
+    tangent = np.maximum(vv - square, 0.0)
+    np.sqrt(tangent, out=tangent)
+    # the square root loses half the digits where the origin is next to the surface
+    floor = UNIT_ROUNDOFF * vv
+    np.sqrt(floor, out=floor)
+    np.maximum(tangent, floor, out=floor)
+    np.maximum(floor, TINY, out=floor)
+    slack = (CONE_OPERATIONS * UNIT_ROUNDOFF) * vv
+    slack /= floor
+    return tangent, slack

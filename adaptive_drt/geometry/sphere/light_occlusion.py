@@ -27,6 +27,7 @@ from ..light_protocol import LightBall, LightShape, LinearSpan
 from ..receivers import Receivers
 from .kernels import (
     cone_overlap,
+    cone_touches,
     discriminant,
     discriminant_rounding,
     origin_inside,
@@ -215,7 +216,7 @@ def sphere_casts_sharp_edge(
     cone, line = light.view_cone(to), light.as_point().view_cone(to)
     sharp = np.ones(r.size, dtype=np.bool_)
     for test in (line, cone) if light.fills_cone else (line,):
-        touch, _, _ = cone_overlap(test.axis, test.cosine, test.sine, v, small)
+        touch = cone_touches(test.axis, test.cosine, test.sine, v, small)
         _, cover, _ = cone_overlap(test.axis, test.cosine, test.sine, v, large)
         # within reach of the surface itself anything may be hidden
         sharp &= (~touch | (small == 0.0)) & (cover | (vv <= large * large))
