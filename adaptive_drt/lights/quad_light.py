@@ -46,7 +46,8 @@ class QuadEmitter(Emitter):
 
     def corners(self, to: Array) -> list[Array]:
         """Corners (3, n) metres from the points, in the order of `QUAD_CORNERS`."""
-        return [to + su * self.span.half_u + sv * self.span.half_v for su, sv in QUAD_CORNERS]
+        sides = {1.0: to + self.span.half_u, -1.0: to - self.span.half_u}
+        return [sides[su] + sv * self.span.half_v for su, sv in QUAD_CORNERS]
 
     def half_angle(self, distance: Array) -> Array:
         """Half the angle (n,) of the ball that encloses the light, in radians."""

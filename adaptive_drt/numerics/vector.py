@@ -143,14 +143,10 @@ def _rows(entry: Array, ndim: int) -> tuple[Array, Array, Array]:
     )
 
 
-def _are_plain_vectors(a: Array, b: Array, ndim: int) -> bool:
-    """Whether both have three components and need no broadcasting; `ndim` is 0 without partials."""
-    alike = a.ndim > 1 if ndim == 0 else a.ndim == b.ndim == ndim
-    return alike and len(a) == len(b) == 3
-
-
 def _dot(a: Array, b: Array, ndim: int) -> Array:
-    if _are_plain_vectors(a, b, ndim):
+    # three components each, and no broadcasting; `ndim` is 0 without partials
+    alike = a.ndim > 1 if ndim == 0 else a.ndim == b.ndim == ndim
+    if alike and len(a) == len(b) == 3:
         # saves 3 us a call; a render makes tens of thousands of calls
         if a.ndim == b.ndim and a.size < SMALL_SIZE and b.size < SMALL_SIZE:
             each = a * b
@@ -172,7 +168,9 @@ def _dot(a: Array, b: Array, ndim: int) -> Array:
 
 
 def _cross(a: Array, b: Array, ndim: int) -> Array:
-    if _are_plain_vectors(a, b, ndim):
+    # three components each, and no broadcasting; `ndim` is 0 without partials
+    alike = a.ndim > 1 if ndim == 0 else a.ndim == b.ndim == ndim
+    if alike and len(a) == len(b) == 3:
         if a.ndim == b.ndim and a.size < SMALL_CROSS_SIZE and b.size < SMALL_CROSS_SIZE:
             few: Array = a.take(NEXT_COMPONENT, 0) * b.take(PREVIOUS_COMPONENT, 0)
             few -= a.take(PREVIOUS_COMPONENT, 0) * b.take(NEXT_COMPONENT, 0)
