@@ -120,9 +120,12 @@ class QuadEmitter(Emitter):
         It is 0 for points within the surface tolerance of the plane: a surface in the plane of a
         light, on or beside it, receives nothing from it.
         """
+        return self._height_beyond(to, surface_tolerance(point, self.radius))
+
+    def _height_beyond(self, to: Array, graze: Array) -> Array:
+        """`height_above`, which is 0 for points within `graze` (...) metres of the plane."""
         normal = self.span.normal.reshape((3,) + (1,) * (to.ndim - 1))
         height = -dot(normal, to)
-        graze = surface_tolerance(point, self.radius)
         return np.where(np.abs(height) > graze, height, 0.0)
 
     def front_sine(self, to: Array, distance: Array) -> Array:
@@ -146,10 +149,8 @@ class QuadEmitter(Emitter):
         """Where the light is below the horizon or faces away, and where the horizon cuts it."""
         graze = surface_tolerance(point, self.radius)
         heights = [dot(normal, corner) for corner in self.corners(to)]
-        low, high = heights[0], heights[0]
-        for height in heights[1:]:
-            low, high = np.minimum(low, height), np.maximum(high, height)
-        behind = self.height_above(to, point) <= -reach
+        low, high = np.minimum.reduce(heights), np.maximum.reduce(heights)
+        behind = self._height_beyond(to, graze) <= -reach
         dark = behind | (high <= graze - self.height_variation(to, reach, bend))
         return dark, ~dark & (low <= graze)
 

@@ -180,8 +180,8 @@ class Occluders:
             self._plan.raise_if_cancelled()
             cone = bounds.view_cone(bounds.to_center(middle))
             v, wide = columns(center, item) - middle, radius[item] + span
-            touch = cone_touches(cone.axis, cone.cosine, cone.sine, v, wide)
             vv = dot(v, v)
+            touch = cone_touches(cone.axis, cone.cosine, cone.sine, v, wide, vv)
             before: Mask = (vv <= wide * wide) | (touch & (np.sqrt(vv) - wide < cone.far))
             flat = (before & planar[item]).nonzero()[0]
             if flat.size:
@@ -212,7 +212,8 @@ class Occluders:
         center, radius = columns(self.center, item), self.radius[item] + sight.reach[at]
         v = center - columns(surface.point, at)
         vv = dot(v, v)
-        keep = cone_touches(columns(cone.axis, at), cone.cosine[at], cone.sine[at], v, radius)
+        axis, cosine, sine = columns(cone.axis, at), cone.cosine[at], cone.sine[at]
+        keep = cone_touches(axis, cosine, sine, v, radius, vv)
         # drop objects beyond the light, but not those that contain the point
         limit = cone.far[at] + radius
         keep &= vv < limit * limit

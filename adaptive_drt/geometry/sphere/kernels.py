@@ -26,6 +26,7 @@ __all__ = [
     "cone_overlap",
     "cone_touches",
     "discriminant",
+    "discriminant_and_terms",
     "discriminant_rounding",
     "intersect_sphere",
     "origin_inside",
@@ -54,6 +55,12 @@ def discriminant(w: Array, v: Array, radius: Array | float) -> Array: ...
 def discriminant(w: Array | Jet, v: Array | Jet, radius: Array | float) -> Array | Jet:
     """D(w, v) (...), for arrays or jets, in the unit of w squared times metres squared."""
     return (radius * radius) * squared_norm(w) - squared_norm(cross(w, v))
+
+
+def discriminant_and_terms(w: Jet, v: Array, radius: Array) -> tuple[Jet, Array, Array]:
+    """Return D(w, v) as a jet, and of its terms the values of w.w and |w x v|^2: (...) each."""
+    square, side = squared_norm(w), squared_norm(cross(w, v))
+    return (radius * radius) * square - side, square.value, side.value
 
 
 def surface_tolerance(point: Array, size: Array | float) -> Array:
@@ -136,7 +143,12 @@ def sphere_blocks_segment(
 
 
 def cone_overlap(
-    axis: Array, cosine: Array | float, sine: Array | float, v: Array, radius: Array | float
+    axis: Array,
+    cosine: Array | float,
+    sine: Array | float,
+    v: Array,
+    radius: Array | float,
+    vv: Array | None = None,
 ) -> tuple[Mask, Mask, Array]:
     """Whether a sphere, seen from the origin, touches or covers a circular cone of directions.
 
@@ -145,7 +157,7 @@ def cone_overlap(
     axis : (3, ...) unit axis of the cone.
     cosine, sine : of the cone's half angle; (-1, 1) stands for all directions, a cone that every
         sphere touches and none covers.
-    v, radius : the sphere; the origin must lie outside it.
+    v, radius : the sphere; the origin must lie outside it.  vv : v.v, where it is known already.
 
     Returns
     -------
@@ -157,7 +169,7 @@ def cone_overlap(
     With alpha the sphere's half angle, |v| cos(alpha -+ lambda) = tangent cos -+ r sin, lambda the
     cone's half angle, so no trigonometric function is needed.
     """
-    vv = dot(v, v)
+    vv = dot(v, v) if vv is None else vv
     square = radius * radius
     tangent, slack = _tangent_and_slack(vv, square)
     along, spread, edge = dot(axis, v), radius * sine, tangent * cosine
@@ -169,10 +181,15 @@ def cone_overlap(
 
 
 def cone_touches(
-    axis: Array, cosine: Array | float, sine: Array | float, v: Array, radius: Array | float
+    axis: Array,
+    cosine: Array | float,
+    sine: Array | float,
+    v: Array,
+    radius: Array | float,
+    vv: Array | None = None,
 ) -> Mask:
     """Return the mask `touch` of `cone_overlap` alone."""
-    tangent, slack = _tangent_and_slack(dot(v, v), radius * radius)
+    tangent, slack = _tangent_and_slack(dot(v, v) if vv is None else vv, radius * radius)
     tangent *= cosine
     tangent -= radius * sine
     tangent -= slack
