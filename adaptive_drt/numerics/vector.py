@@ -38,6 +38,18 @@ def dot(a: Array, b: Array) -> Array: ...
 def dot(a: Jet | Array, b: Jet | Array) -> Jet | Array: ...
 def dot(a: Jet | Array, b: Jet | Array) -> Jet | Array:
     """Dot product of vectors, (3, ..., n) to (..., n). `dot(a, a)` of a jet costs half as much."""
+    # a shorter way to what `_dot` does in most calls: a render of 30 x 30 pixels makes thousands
+    if (
+        type(a) is type(b) is np.ndarray
+        and (shape := a.shape) == b.shape
+        and len(shape) > 1
+        and shape[0] == 3
+        and a.size < SMALL_SIZE
+    ):
+        each = a * b
+        few: Array = each[0] + each[1]
+        few += each[2]
+        return few
     if isinstance(a, Jet) or isinstance(b, Jet):
         if a is b:
             return squared_norm(a)
