@@ -316,8 +316,9 @@ def _detect_light(
             mask[2, rows] |= detect_steep_irradiance(light, hits, reach, plan) & ~dark
             clock("detect shadow edges")
         if plan.motion:
-            changes = light_changes(plan, hits, shape, candidates, reach)
-            mask[1, rows] |= changes
+            open_ = ~mask[1, rows]
+            live = candidates.take(open_[candidates.pixel])
+            mask[1, rows] |= light_changes(plan, hits, shape, live, reach)
             clock("detect moving shadows")
     return tuple(shadows), tuple(found)
 

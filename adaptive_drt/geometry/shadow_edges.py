@@ -11,9 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..numerics.arrays import Array, Mask
+from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.axes import TIME
 from ..numerics.floats import TINY
+from ..numerics.gather import columns
 from ..numerics.vector import dot
 from .light_protocol import AreaLight
 from .shaded_patches import ShadedPatches
@@ -83,6 +84,18 @@ class ShadowEdges:
     coefficient: Array
     bound_distance: Array
     hides_all: Mask
+
+    def take(self, rows: Ints) -> ShadowEdges:
+        """The edges selected by an index."""
+        return ShadowEdges(
+            self.depth[rows],
+            columns(self.shifts, rows),
+            self.width[rows],
+            self.has_kink[rows],
+            self.coefficient[rows],
+            self.bound_distance[rows],
+            self.hides_all[rows],
+        )
 
 
 def largest_shift(angle: Array) -> Array:

@@ -92,7 +92,7 @@ def quad_silhouette(corners: Array, normal: Array, cut: bool) -> LightSilhouette
     corners : (4, 3, n) metres from the points, in order.  normal : (3, n) unit vectors.
     cut : True if the horizon cuts the light for all n points, False if for none.
     """
-    corners, _ = _anticlockwise(np.ascontiguousarray(corners.swapaxes(0, 1)))
+    corners = _anticlockwise(np.ascontiguousarray(corners.swapaxes(0, 1)))[0]
     length = np.sqrt(dot(corners, corners))
     units = corners / length
     center = normalize(units[:, 0] + units[:, 1] + units[:, 2] + units[:, 3])
@@ -124,7 +124,10 @@ def make_polygon_silhouettes(quads: Array, center: Array) -> PolygonSilhouettes:
     """
     m, j, _, n = quads.shape
     corners = np.ascontiguousarray(quads.transpose(2, 1, 0, 3))
-    corners, elevation = _anticlockwise(corners)
+    corners, area, facing = _anticlockwise(corners)
+    scale = np.sqrt(dot(area, area)) * np.sqrt(dot(corners[:, 0], corners[:, 0]))
+    # sine of the point's elevation over the polygon's plane, seen from its first corner
+    elevation = np.abs(facing) / np.maximum(scale, TINY)
     length = np.sqrt(dot(corners, corners))
     units = corners / np.maximum(length, TINY)
     planes = _edge_planes(corners, length)
@@ -142,11 +145,11 @@ def _next_corners(corners: Array) -> Array:
     return np.concatenate([corners[:, 1:], corners[:, :1]], axis=1)
 
 
-def _anticlockwise(corners: Array) -> tuple[Array, Array]:
-    """Return corners (3, j, ..., n) in anticlockwise order as seen from the point, and elevations.
+def _anticlockwise(corners: Array) -> tuple[Array, Array, Array]:
+    """Return corners (3, j, ..., n) in anticlockwise order as seen from the point.
 
-    The second result is the sine (..., n) of the point's elevation over the polygon's plane, seen
-    from its first corner: 0 if the polygon is edge-on.
+    With them come twice the vector areas (3, ..., n) of the corners as given, and their dot
+    products (..., n) with the first corners, which are 0 if the polygon is edge-on.
     """
     area = _twice_vector_area(corners)
     facing = dot(area, corners[:, 0])
@@ -154,8 +157,7 @@ def _anticlockwise(corners: Array) -> tuple[Array, Array]:
     if away.any():
         turned = np.concatenate([corners[:, :1], corners[:, :0:-1]], axis=1)
         corners = np.where(away, turned, corners)
-    scale = np.sqrt(dot(area, area)) * np.sqrt(dot(corners[:, 0], corners[:, 0]))
-    return corners, np.abs(facing) / np.maximum(scale, TINY)
+    return corners, area, facing
 
 
 def _twice_vector_area(corners: Array) -> Array:

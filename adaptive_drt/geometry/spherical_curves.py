@@ -65,6 +65,9 @@ TINY_CONE_VERSINE = 2.0**-8
 """Versine below which a cone counts as tiny: about 5 degrees."""
 SORTING_NETWORK_ROWS = 16
 """Largest number of rows for which a sorting network is used; measured: np.sort is equal at 16."""
+MANY_SPANS, FEW_SPANS = 1_024, 0.6
+"""Least number of spans, and largest fraction of them that are not empty, for which these are
+gathered before they are integrated."""
 ABOVE_ANY_COSINE = 4.0
 """Exceeds every cosine, so that a plane without a normal (an edge of no length) clips nothing."""
 
@@ -195,9 +198,25 @@ def boundary_integral(potential: BoundaryAntiderivative, spans: Intervals) -> Ar
     spans : (j, k, n) the arcs, as intervals of curves (k, n).
     """
     low, high = spans
-    rows = _evaluate(potential, high) - _evaluate(potential, low)
+    rows = _spans_integral(potential, low, high)
     # curve by curve: another empty span, which shifts the others, adds a zero and changes no bit
     return total(total(rows))
+
+
+def _spans_integral(potential: BoundaryAntiderivative, low: Array, high: Array) -> Array:
+    """Integrals (j, k, n) along spans of curves (k, n); those of empty spans are 0."""
+    if low.size >= MANY_SPANS:
+        index = (low != high).ravel().nonzero()[0]
+        if index.size < FEW_SPANS * low.size:
+            curve = index % potential.a.size
+            shift = None if potential.shift is None else potential.shift.take(curve)
+            own = BoundaryAntiderivative(
+                potential.a.take(curve), potential.b.take(curve), potential.c.take(curve), shift
+            )
+            rows = np.zeros(low.size)
+            rows[index] = _evaluate(own, high.take(index)) - _evaluate(own, low.take(index))
+            return rows.reshape(low.shape)
+    return _evaluate(potential, high) - _evaluate(potential, low)
 
 
 def _evaluate(potential: BoundaryAntiderivative, phi: Array) -> Array:

@@ -210,6 +210,5 @@ def _shade_centers(
     w = columns(center.w, rows)
     with np.errstate(over="ignore", invalid="ignore"):  # overflow affects error estimates only
         patch = make_patch(plan, w, center.depth[rows], center.hits, half)
-    time = np.zeros(rows.size) if plan.motion else 0.0
     known = tuple(zip(flags.visibilities, flags.candidates, strict=True))
-    return shade(plan, occluders, center.hits, time, patch, known)
+    return shade(plan, occluders, center.hits, 0.0, patch, known)

@@ -46,7 +46,8 @@ class QuadEmitter(Emitter):
 
     def corners(self, to: Array) -> list[Array]:
         """Corners (3, n) metres from the points, in the order of `QUAD_CORNERS`."""
-        return [to + su * self.span.half_u + sv * self.span.half_v for su, sv in QUAD_CORNERS]
+        sides = {1.0: to + self.span.half_u, -1.0: to - self.span.half_u}
+        return [sides[su] + sv * self.span.half_v for su, sv in QUAD_CORNERS]
 
     def half_angle(self, distance: Array) -> Array:
         """Half the angle (n,) of the ball that encloses the light, in radians."""
@@ -119,9 +120,12 @@ class QuadEmitter(Emitter):
         It is 0 for points within the surface tolerance of the plane: a surface in the plane of a
         light, on or beside it, receives nothing from it.
         """
+        return self._height_beyond(to, surface_tolerance(point, self.radius))
+
+    def _height_beyond(self, to: Array, graze: Array) -> Array:
+        """`height_above`, which is 0 for points within `graze` (...) metres of the plane."""
         normal = self.span.normal.reshape((3,) + (1,) * (to.ndim - 1))
         height = -dot(normal, to)
-        graze = surface_tolerance(point, self.radius)
         return np.where(np.abs(height) > graze, height, 0.0)
 
     def front_sine(self, to: Array, distance: Array) -> Array:
@@ -145,10 +149,8 @@ class QuadEmitter(Emitter):
         """Where the light is below the horizon or faces away, and where the horizon cuts it."""
         graze = surface_tolerance(point, self.radius)
         heights = [dot(normal, corner) for corner in self.corners(to)]
-        low, high = heights[0], heights[0]
-        for height in heights[1:]:
-            low, high = np.minimum(low, height), np.maximum(high, height)
-        behind = self.height_above(to, point) <= -reach
+        low, high = np.minimum.reduce(heights), np.maximum.reduce(heights)
+        behind = self._height_beyond(to, graze) <= -reach
         dark = behind | (high <= graze - self.height_variation(to, reach, bend))
         return dark, ~dark & (low <= graze)
 

@@ -9,6 +9,9 @@ inside an occluder or inside a spherical light, and for occluders that intersect
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from itertools import pairwise
+
 import numpy as np
 
 from ..geometry.occluder_outline import CIRCLE, HIDDEN_PART_KINDS, NOTHING, RAYS
@@ -101,26 +104,43 @@ def _occluded_factors(
     # arcs intersect each other: the work grows with the square of their number
     work = np.bincount(chosen.pixel, minlength=count).astype(np.float64) ** 2 + 1.0
     done, most = 0.0, float(work.sum())
-    for group in np.unique(key):
+    for rows, mine, place in _groups_by_key(key, chosen.pixel):
         plan.raise_if_cancelled()
         report_progress(NESTED_WORK + (1.0 - NESTED_WORK) * done / most)
-        rows = (key == group).nonzero()[0]
         done += float(work[rows].sum())
-        if group < 0:
+        if rays[rows[0]]:
             own, when = pairs.for_pixels(rows, count), _times_at(time, rows)
             factor[rows], error[rows] = sampled_factors(
                 plan, surface.take(rows), light, own, when, allowed[rows]
             )
             continue
-        number = np.full(count, -1)
-        number[rows] = np.arange(rows.size)
-        mine = (number[chosen.pixel] >= 0).nonzero()[0]
-        own = Pairs(number[chosen.pixel[mine]], chosen.item[mine])
+        own = Pairs(place, chosen.item[mine])
         part = surface.take(rows)
         factor[rows], error[rows] = _closed_form_factors(
             plan, part, light, own, kind[mine], _times_at(time, rows)
         )
     return factor, error
+
+
+def _groups_by_key(key: Ints, pixel: Ints) -> Iterator[tuple[Ints, Ints, Ints]]:
+    """Group points by their keys (n,) and pairs by those of their points, `pixel` (m,).
+
+    Yields
+    ------
+    The points of each key, its pairs, and the positions of their points among those, all ascending.
+    """
+    order = np.argsort(key, kind="stable")
+    starts = [0, *(np.diff(key[order]).nonzero()[0] + 1).tolist(), key.size]
+    place, group = np.empty((2, key.size), dtype=np.int64)
+    for number, (first, end) in enumerate(pairwise(starts)):
+        rows = order[first:end]
+        place[rows], group[rows] = np.arange(rows.size), number
+    own = group[pixel]
+    pairs, position = np.argsort(own, kind="stable"), place[pixel]
+    ends = [0, *np.cumsum(np.bincount(own, minlength=len(starts) - 1)).tolist()]
+    for points, part in zip(pairwise(starts), pairwise(ends), strict=True):
+        mine = pairs[slice(*part)]
+        yield order[slice(*points)], mine, position[mine]
 
 
 def _closed_form_factors(
