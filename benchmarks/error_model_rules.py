@@ -94,8 +94,8 @@ def boxes(axes: int, count: int, rng: np.random.Generator, box: bool = True) -> 
 
 def rule_means(nodes: Nodes, values: Array, center: Array) -> Array:
     """Means by the rule, of values at nodes (k,) and at centroids (n,)."""
-    mean = np.bincount(nodes.region, values) / nodes.count
-    result: Array = (1.0 - nodes.middle) * mean + nodes.middle * center
+    mean = np.bincount(nodes.subdomain, values) / nodes.count
+    result: Array = (1.0 - nodes.centroid_weight) * mean + nodes.centroid_weight * center
     return result
 
 
@@ -143,8 +143,8 @@ def edges(axes: int, power: float, rng: np.random.Generator) -> Edges:
         return np.where(height > 0.0, np.maximum(height, 0.0) ** power, 0.0)
 
     center = value(-start)
-    away = (slope[:, nodes.region] * nodes.offset[list(AXES[axes])]).sum(axis=0)
-    mean = rule_means(nodes, value(away - start[nodes.region]), center)
+    away = (slope[:, nodes.subdomain] * nodes.offset[list(AXES[axes])]).sum(axis=0)
+    mean = rule_means(nodes, value(away - start[nodes.subdomain]), center)
     return Edges(center - truth, mean - truth, center - mean, log_bins(size, [1.2, 1.4, 1.6]))
 
 
@@ -222,7 +222,7 @@ def smooth(
         truth += weight * along(x[:, None], every)
     nodes = boxes(axes, COUNT, rng)
     center = along(np.zeros((axes, 1)), every)
-    mean = rule_means(nodes, along(nodes.offset[list(AXES[axes])], nodes.region), center)
+    mean = rule_means(nodes, along(nodes.offset[list(AXES[axes])], nodes.subdomain), center)
     scale = extent * extent
     low, high = float(extent.min()), float(extent.max())
     bins = log_bins(extent, list(np.geomspace(low, high, 4)[1:3]))
@@ -252,7 +252,7 @@ def falloff_patches(rng: np.random.Generator, reach: tuple[float, float]) -> dic
         truth += weight * irradiance(light, steps, x[:, None])
     nodes = boxes(2, COUNT, rng)
     center = irradiance(light, steps, np.zeros((2, 1)))
-    far = irradiance(light[:, nodes.region], steps[..., nodes.region], nodes.offset[:2])
+    far = irradiance(light[:, nodes.subdomain], steps[..., nodes.subdomain], nodes.offset[:2])
     mean = rule_means(nodes, far, center)
     return {
         "center": center - truth, "rule": mean - truth, "unit": center * extent * extent,

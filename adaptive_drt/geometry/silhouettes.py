@@ -76,11 +76,11 @@ class PolygonSilhouettes:
     """
 
     segments: GreatCircleArcs
-    flat: Mask
+    edge_on: Mask
 
-    def rows_of(self, i: int) -> slice:
+    def edge_rows(self, i: int) -> slice:
         """Rows in `segments` of the edges of polygon i."""
-        j = self.segments.half.shape[0] // self.flat.shape[0]
+        j = self.segments.half_angle.shape[0] // self.edge_on.shape[0]
         return slice(i * j, (i + 1) * j)
 
 
@@ -135,7 +135,7 @@ def make_polygon_silhouettes(quads: Array, center: Array) -> PolygonSilhouettes:
     normal, start, end = (
         x.swapaxes(1, 2).reshape(3, m * j, n) for x in (planes.normal, units, _next_corners(units))
     )
-    fuzz = planes.fuzz.swapaxes(0, 1).reshape(m * j, n)
+    fuzz = planes.angle_error.swapaxes(0, 1).reshape(m * j, n)
     segments = make_great_circle_arcs(start, end, HalfSpaces(normal, fuzz), center)
     return PolygonSilhouettes(segments, elevation <= PLANE_ROUNDING * UNIT_ROUNDOFF)
 
@@ -207,7 +207,7 @@ def _with_horizon(planes: HalfSpaces, normal: Array) -> HalfSpaces:
     fuzz = np.full((1, normal.shape[1]), PLANE_ROUNDING * UNIT_ROUNDOFF)
     return HalfSpaces(
         np.concatenate([planes.normal, normal[:, None]], axis=1),
-        np.concatenate([planes.fuzz, fuzz]),
+        np.concatenate([planes.angle_error, fuzz]),
     )
 
 

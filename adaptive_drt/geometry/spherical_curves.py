@@ -79,11 +79,11 @@ class HalfSpaces:
     Attributes
     ----------
     normal : (3, j, n) inward unit vectors, or 0 for an edge of no length, which bounds nothing.
-    fuzz : (j, n) rad, bound on the rounding error of each normal's direction.
+    angle_error : (j, n) rad, bound on the rounding error of each normal's direction.
     """
 
     normal: Array
-    fuzz: Array
+    angle_error: Array
 
 
 @dataclass(frozen=True)
@@ -94,18 +94,18 @@ class GreatCircleArcs:
     ----------
     planes : the planes they lie in, j of them; along = normal x middle.
     middle, along : (3, j, n) unit vectors.
-    half : (j, n) rad; phi runs from -half to half, anticlockwise about the plane's normal.
+    half_angle : (j, n) rad; phi runs from -half to half, anticlockwise about the plane's normal.
     u, w : (3, j, n) another such pair, u towards the centre of the region that is integrated.
-    shift : (j, n) rad, the angle of `middle` from u; None where they are the same.
+    middle_angle : (j, n) rad, the angle of `middle` from u; None where they are the same.
     """
 
     planes: HalfSpaces
     middle: Array
     along: Array
-    half: Array
+    half_angle: Array
     u: Array
     w: Array
-    shift: Array | None
+    middle_angle: Array | None
 
 
 @dataclass(frozen=True)
@@ -128,12 +128,12 @@ class Circles:
 
 @dataclass(frozen=True)
 class BoundaryAntiderivative:
-    """Coefficients A, B, C of F for curves (k, n); `shift`, if given, is added to their phi."""
+    """Coefficients A, B, C of F for curves (k, n); `phase`, if given, is added to their phi."""
 
     a: Array
     b: Array
     c: Array
-    shift: Array | None
+    phase: Array | None
 
 
 def make_circles(axis: Array, sine: Array, cosine: Array, center: Array) -> Circles:
@@ -182,7 +182,7 @@ def make_antiderivative(
     if isinstance(curve, GreatCircleArcs):
         lever = cross(n, u - c)
         return BoundaryAntiderivative(
-            dot(lever, u), dot(lever, w), dot(n, curve.planes.normal), curve.shift
+            dot(lever, u), dot(lever, w), dot(n, curve.planes.normal), curve.middle_angle
         )
     s = curve.sine
     # cos(alpha) a - c, without cancellation for small cones near c
@@ -209,7 +209,7 @@ def _spans_integral(potential: BoundaryAntiderivative, low: Array, high: Array) 
         index = (low != high).ravel().nonzero()[0]
         if index.size < FEW_SPANS * low.size:
             curve = index % potential.a.size
-            shift = None if potential.shift is None else potential.shift.take(curve)
+            shift = None if potential.phase is None else potential.phase.take(curve)
             own = BoundaryAntiderivative(
                 potential.a.take(curve), potential.b.take(curve), potential.c.take(curve), shift
             )
@@ -220,8 +220,8 @@ def _spans_integral(potential: BoundaryAntiderivative, low: Array, high: Array) 
 
 
 def _evaluate(potential: BoundaryAntiderivative, phi: Array) -> Array:
-    if potential.shift is not None:
-        phi = phi + potential.shift
+    if potential.phase is not None:
+        phi = phi + potential.phase
     t = np.tan(0.5 * phi)
     sine = t * (2.0 / (1.0 + t * t))
     value: Array = sine * (potential.b - potential.c - potential.a * t) + potential.c * phi
@@ -386,14 +386,14 @@ def arcs_inside_outline(
     reach : (n,) approximate sine of the angular radius of the region around its centre. Planes
         that agree to rounding within that radius are the same; both arcs decide so equally.
     """
-    low = np.full_like(segments.half, -PI)
-    high = np.full_like(segments.half, PI)
-    for i in range(edges.half.shape[0]):
+    low = np.full_like(segments.half_angle, -PI)
+    high = np.full_like(segments.half_angle, PI)
+    for i in range(edges.half_angle.shape[0]):
         normal = edges.planes.normal[:, i, None]
         crossing = cross(segments.planes.normal, normal)
         x = dot(crossing, segments.along)
         y = dot(crossing, segments.middle) - TINY  # inside from the crossing on where y < 0
-        fuzz = segments.planes.fuzz + edges.planes.fuzz[i]
+        fuzz = segments.planes.angle_error + edges.planes.angle_error[i]
         same = np.sqrt(dot(crossing, crossing)) <= fuzz
         if same.any():
             limit = COPLANARITY_TOLERANCE + 2.0 * fuzz * reach

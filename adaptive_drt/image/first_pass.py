@@ -117,16 +117,16 @@ def trace_first_pass(
         cut = np.ones(blocks.x.size, dtype=np.bool_)
         if plan.edges:
             rough = coarse_plan(plan, side)
-            center = trace_center_rays(rough, *blocks.middles, blocks.pairs)
+            center = trace_center_rays(rough, *blocks.centers, blocks.pairs)
             with progress_range(BLOCK_WORK_SHARE / (2 * side), BLOCK_WORK_SHARE / side):
                 found = detect_smooth_blocks(rough, occluders, center, clock)
             blocks = PixelBlocks(side, blocks.x, blocks.y, found.pairs)
-            clear = found.clear.nonzero()[0]
+            clear = found.smooth.nonzero()[0]
             interpolated, smooth, count = interpolate_blocks(plan, blocks, clear, found)
             smooth_blocks.append(interpolated)
             points += count
             cut[clear[smooth]] = False
-        blocks = blocks.cut(cut.nonzero()[0], smaller, plan.region)
+        blocks = blocks.subdivide(cut.nonzero()[0], smaller, plan.region)
         clock("smooth blocks")
         report_progress(BLOCK_WORK_SHARE / side)
     pixels = _trace_batches(plan, occluders, blocks.within(bounds), clock)
@@ -144,7 +144,7 @@ def _trace_batches(
             plan.raise_if_cancelled()
             part = blocks.part(first, first + batch)
             with progress_range(first / count, min((first + batch) / count, 1.0)):
-                traced = _trace_pixels(plan, occluders, *part.middles, part.pairs, clock)
+                traced = _trace_pixels(plan, occluders, *part.centers, part.pairs, clock)
             pixels.append((part.x, part.y, traced))
     return pixels
 

@@ -168,7 +168,7 @@ def _integrate(outlines: _Silhouettes) -> Array:
     """Sum the boundary integrals of all visible arcs of the light and of its occluders: (n,)."""
     edges, cone = outlines.light.edges, outlines.light.cone
     double = np.zeros(outlines.normal.shape[1])
-    if edges.half.shape[0]:
+    if edges.half_angle.shape[0]:
         double += _integral_along(outlines, edges, _unoccluded_intervals(outlines, edges, None))
     if cone is not None:
         double += _integral_along(outlines, cone, _visible_light_silhouette(outlines, cone))
@@ -200,14 +200,14 @@ def _unoccluded_intervals(
     base : intervals within which arcs of the occluding polygons themselves are to lie; None for
         the whole arcs of the light.
     """
-    low, high = (-segments.half, segments.half) if base is None else base
+    low, high = (-segments.half_angle, segments.half_angle) if base is None else base
     starts, ends = [], []
     if outlines.circles.sine.shape[0]:
         start, end = arcs_inside_cones(segments, outlines.circles)
         starts.append(start)
         ends.append(end)
     if outlines.polygons is not None:
-        for i in range(outlines.polygons.flat.shape[0]):
+        for i in range(outlines.polygons.edge_on.shape[0]):
             start, end = _arcs_behind_polygon(
                 outlines, outlines.polygons, i, segments, base is not None
             )
@@ -229,8 +229,8 @@ def _arcs_behind_polygon(
 
     own : whether the arcs are the edges of `polygons` themselves, so that i's own are left out.
     """
-    start, end = np.zeros_like(segments.half), np.zeros_like(segments.half)
-    rows, count = polygons.rows_of(i), segments.half.shape[0]
+    start, end = np.zeros_like(segments.half_angle), np.zeros_like(segments.half_angle)
+    rows, count = polygons.edge_rows(i), segments.half_angle.shape[0]
     parts = (slice(0, rows.start), slice(rows.stop, count)) if own else (slice(0, count),)
     for part in parts:
         if part.start == part.stop:
@@ -242,7 +242,7 @@ def _arcs_behind_polygon(
             _take_arcs(segments, part), outline, alike, outlines.light.reach
         )
         start[part] = low
-        end[part] = np.where(polygons.flat[i], low, np.maximum(high, low))
+        end[part] = np.where(polygons.edge_on[i], low, np.maximum(high, low))
     return start, end
 
 
@@ -289,21 +289,22 @@ def _circles_behind_polygons(outlines: _Silhouettes, circles: Circles) -> Interv
     if outlines.polygons is None:
         return None
     starts, ends = [], []
-    for i in range(outlines.polygons.flat.shape[0]):
+    for i in range(outlines.polygons.edge_on.shape[0]):
         low, high = complement_on_circle(
             *circles_outside_half_spaces(
-                circles, _take_arcs(outlines.polygons.segments, outlines.polygons.rows_of(i)).planes
+                circles,
+                _take_arcs(outlines.polygons.segments, outlines.polygons.edge_rows(i)).planes,
             )
         )
         starts.append(low)
-        ends.append(np.where(outlines.polygons.flat[i], low, high))
+        ends.append(np.where(outlines.polygons.edge_on[i], low, high))
     return np.concatenate(starts), np.concatenate(ends)
 
 
 def _visible_polygon_edges(outlines: _Silhouettes, polygons: PolygonSilhouettes) -> Intervals:
     """Intervals of the outlines of polygons that lie on the light and behind no other occluder."""
     segments = polygons.segments
-    half = segments.half
+    half = segments.half_angle
     along = np.zeros((half.shape[0], 1), dtype=np.bool_)
     low, high = arcs_inside_outline(segments, outlines.light.edges, along, outlines.light.reach)
     if outlines.light.cone is not None:
@@ -311,7 +312,7 @@ def _visible_polygon_edges(outlines: _Silhouettes, polygons: PolygonSilhouettes)
         low, high = np.maximum(low, start[0]), np.minimum(high, end[0])
     low, high = np.clip(low, -half, half), np.clip(high, -half, half)
     high = np.maximum(low, high)
-    flat = np.repeat(polygons.flat, half.shape[0] // polygons.flat.shape[0], axis=0)
+    flat = np.repeat(polygons.edge_on, half.shape[0] // polygons.edge_on.shape[0], axis=0)
     return _unoccluded_intervals(outlines, segments, (low, np.where(flat, low, high)))
 
 
@@ -324,9 +325,9 @@ def _take_circles(circles: Circles, index: Ints) -> Circles:
 
 def _take_arcs(segments: GreatCircleArcs, rows: slice) -> GreatCircleArcs:
     """Return the arcs selected by `rows`."""
-    planes = HalfSpaces(segments.planes.normal[:, rows], segments.planes.fuzz[rows])
+    planes = HalfSpaces(segments.planes.normal[:, rows], segments.planes.angle_error[rows])
     middle, along, u, w = (
         x[:, rows] for x in (segments.middle, segments.along, segments.u, segments.w)
     )
-    shift = None if segments.shift is None else segments.shift[rows]
-    return GreatCircleArcs(planes, middle, along, segments.half[rows], u, w, shift)
+    shift = None if segments.middle_angle is None else segments.middle_angle[rows]
+    return GreatCircleArcs(planes, middle, along, segments.half_angle[rows], u, w, shift)

@@ -47,12 +47,12 @@ ICOSPHERE_STRETCH = 1.4
 class MeshSphere:
     """Sphere in the mesh's own space: centre and radius in its units.
 
-    slot : the material slot of most of its faces.
+    material_slot : the material slot of most of its faces.
     """
 
     center: Vector
     radius: float
-    slot: int = 0
+    material_slot: int = 0
 
 
 def recognise_primitive(
@@ -91,7 +91,7 @@ def recognise_primitive(
     mesh = Mesh(points, corners, starts, sizes, slots, slack, RELATIVE_TOLERANCE)
     ball = _as_uv_sphere(mesh) or _as_icosphere(mesh)
     if ball:
-        return replace(ball, slot=int(np.bincount(slots).argmax()))
+        return replace(ball, material_slot=int(np.bincount(slots).argmax()))
     return planar_facets(mesh, number[cut], owner)
 
 

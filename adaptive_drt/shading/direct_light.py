@@ -222,7 +222,7 @@ def _shadowed_factors(
     error = np.zeros_like(whole)
     if not light.casts_shadow:
         return whole, error
-    factor = np.where(shadow.blocked, 0.0, whole)
+    factor = np.where(shadow.hidden, 0.0, whole)
     if plan.as_shadow_caster(light).extended:
         live = shadow.pairs.take(factor[shadow.pairs.pixel] > 0.0)
         apply_occluders(plan, surface, light, live, time, factor, error, allowed)

@@ -104,7 +104,7 @@ class Occluders:
             return Pairs(none, none)
         reach = np.broadcast_to(np.asarray(reach, dtype=np.float64), (count,))
         sight = _LightView.make(light, surface, reach, curvature(self._plan, surface))
-        pairs = self._planes.needed(sight, self._all_candidates(light, sight))
+        pairs = self._planes.without_redundant_faces(sight, self._all_candidates(light, sight))
         return _without_coplanar_faces(light, pairs)
 
     def _all_candidates(self, light: Emitter, sight: _LightView) -> Pairs:
@@ -156,7 +156,7 @@ class Occluders:
         """Those of the points `rows`, ascending, from which an object may occlude a light."""
         chosen = np.array([item])
         if self._planes.planar[item]:
-            apart: Ints = self._planes.part(sight, rows, chosen).nonzero()[0] + rows.start
+            apart: Ints = self._planes.may_separate(sight, rows, chosen).nonzero()[0] + rows.start
             if apart.size <= FEW_POINTS * (rows.stop - rows.start):
                 return apart[self._balls_may_occlude(sight, apart, chosen)]
             kept = self._balls_may_occlude(sight, rows, chosen)
@@ -198,7 +198,7 @@ class Occluders:
         if not flat.size:
             return self._balls_may_occlude(sight, at, item)
         keep = np.ones(item.size, dtype=np.bool_)
-        keep[flat] = self._planes.part(sight, at[flat], item[flat])
+        keep[flat] = self._planes.may_separate(sight, at[flat], item[flat])
         rows = keep.nonzero()[0]
         if rows.size > MANY_PAIRS * item.size:
             return keep & self._balls_may_occlude(sight, at, item)
@@ -221,10 +221,10 @@ class Occluders:
         # an object below the point's horizon occludes only light that does not reach the surface
         # (within `reach`, the normal of a sphere of radius r turns by reach / r)
         lowest = -radius
-        if sight.spread:
-            lowest = lowest - sight.bend[at] * sight.reach[at] * np.sqrt(vv)
+        if sight.any_reach:
+            lowest = lowest - sight.curvature[at] * sight.reach[at] * np.sqrt(vv)
         keep &= dot(columns(surface.normal, at), v) > lowest
-        keep &= sight.front(center, radius)
+        keep &= sight.before_light_plane(center, radius)
         # a convex object does not occlude light from itself, except on its inner side
         keep &= (item != surface.item[at]) | surface.inside[at]
         return keep
@@ -238,14 +238,15 @@ class _FacePlanes:
     ----------
     planar : (objects,) whether the object lies in a plane.
     normal : (3, objects) unit, 0 for other objects.  offset : (objects,) metres from the origin.
-    slack : (objects,) metres that the plane moves along its normal either way during the shutter.
+    shift_bound : (objects,) metres that the plane moves along its normal either way during the
+        shutter.
     solid : (objects,) the closed solid that each is a face of: normals point out of it.
     """
 
     planar: Mask
     normal: Array
     offset: Array
-    slack: Array
+    shift_bound: Array
     solid: Ints
 
     @classmethod
@@ -262,13 +263,13 @@ class _FacePlanes:
                 slack[own] = 0.5 * np.abs(dot(faces.normal, faces.displacement))
         return cls(table.planar, normal, offset, slack, table.solid)
 
-    def part(self, sight: _LightView, at: Ints | slice, item: Ints) -> Mask:
+    def may_separate(self, sight: _LightView, at: Ints | slice, item: Ints) -> Mask:
         """Whether the planes of planar objects may separate points from some of the light."""
-        place, reach = self._places(sight, at, item)
+        place, reach = self._signed_distances(sight, at, item)
         return self._separates(sight.bounds, place, reach, item)
 
     def part_balls(self, bounds: LightBounds, middle: Array, span: Array, item: Ints) -> Mask:
-        """Return whether `part` may be true of a point in balls around blocks of points.
+        """Return whether `may_separate` may be true of a point in balls around blocks of points.
 
         middle : (3, k) metres.  span : (k,) metres, the radii, which include the points' reach.
         """
@@ -276,7 +277,7 @@ class _FacePlanes:
         place = dot(columns(self.normal, item), middle) - offset
         # twice the tolerance, as distances in the ball are rounded as well
         graze = 2.0 * surface_tolerance(middle, np.abs(offset) + span)
-        return self._separates(bounds, place, self.slack[item] + span + graze, item)
+        return self._separates(bounds, place, self.shift_bound[item] + span + graze, item)
 
     def _separates(self, bounds: LightBounds, place: Array, reach: Array, item: Ints) -> Mask:
         """Whether places at signed distances, known to within `reach`, may be apart from a light.
@@ -284,25 +285,29 @@ class _FacePlanes:
         place, reach : (k,) metres from the planes of objects `item`.
         """
         light = bounds.height_over_planes(columns(self.normal, item), self.offset[item])
-        margin = bounds.radius + self.slack[item]
+        margin = bounds.radius + self.shift_bound[item]
         parts: Mask = (light <= margin) | (place < reach)
         parts &= (light >= -margin) | (place > -reach)
         return parts
 
-    def _places(self, sight: _LightView, at: Ints | slice, item: Ints) -> tuple[Array, Array]:
+    def _signed_distances(
+        self, sight: _LightView, at: Ints | slice, item: Ints
+    ) -> tuple[Array, Array]:
         """Signed distances (metres) of points from planes, and bounds on their changes."""
         point, offset = columns(sight.surface.point, at), self.offset[item]
         place = dot(columns(self.normal, item), point) - offset
         # a point within rounding of the plane may lie on either side of it
-        return place, self.slack[item] + sight.reach[at] + surface_tolerance(point, np.abs(offset))
+        return place, self.shift_bound[item] + sight.reach[at] + surface_tolerance(
+            point, np.abs(offset)
+        )
 
-    def needed(self, sight: _LightView, pairs: Pairs) -> Pairs:
+    def without_redundant_faces(self, sight: _LightView, pairs: Pairs) -> Pairs:
         """The pairs without faces of closed solids that occlude only what other faces do."""
         rows = (self.solid[pairs.item] != NO_SOLID).nonzero()[0]
         if not rows.size:
             return pairs
         at, item = pairs.pixel[rows], pairs.item[rows]
-        place, reach = self._places(sight, at, item)
+        place, reach = self._signed_distances(sight, at, item)
         solid = np.unique(at * self.solid.size + self.solid[item], return_inverse=True)[1]
         outside = np.zeros(solid.max() + 1, dtype=np.bool_)
         outside[solid[place > reach]] = True
@@ -321,8 +326,8 @@ class _LightView:
     """A light and n points, with bounds that hold during the whole shutter.
 
     `bounds` enclose the light and its path, `cone` is the cone of directions to them from each
-    point. `reach` (n,) metres and `bend` (n,) 1 / m are the extent and the curvature of
-    the surfaces around the points; `spread` is whether any reach is larger than 0.
+    point. `reach` (n,) metres and `curvature` (n,) 1 / m are the extent and the curvature of
+    the surfaces around the points; `any_reach` is whether any reach is larger than 0.
     """
 
     light: Emitter
@@ -330,8 +335,8 @@ class _LightView:
     cone: ViewCone
     surface: Surface
     reach: Array
-    bend: Array
-    spread: bool
+    curvature: Array
+    any_reach: bool
 
     @classmethod
     def make(cls, light: Emitter, surface: Surface, reach: Array, bend: Array) -> _LightView:
@@ -339,7 +344,7 @@ class _LightView:
         cone = bounds.view_cone(bounds.to_center(surface.point))
         return cls(light, bounds, cone, surface, reach, bend, bool((reach > 0.0).any()))
 
-    def front(self, center: Array, radius: Array) -> Mask | np.bool_:
+    def before_light_plane(self, center: Array, radius: Array) -> Mask | np.bool_:
         """Whether spheres reach before a light that emits to one side."""
         behind = self.light.is_behind(self.light.to_center(center), radius, path=True)
         return np.logical_not(behind)

@@ -131,7 +131,7 @@ def test_the_rule_in_an_interval_leaves_what_is_said(kind, power):
 
     truth = np.mean([value(t) for t in np.linspace(-1.0, 1.0, 4_001)[:-1] + 0.00025], axis=0)
     mean = np.mean([value(t) for t in nodes.offset[2]], axis=0)
-    mean += nodes.middle[0] * (value(0.0) - mean)
+    mean += nodes.centroid_weight[0] * (value(0.0) - mean)
     left = rules.rms(mean - truth) / rules.rms(value(0.0) - truth)
     measured = VALUES["MULTI_NODE_ERROR"].copy()
     measured[0, kind] = left

@@ -90,7 +90,7 @@ def test_arcs_inside_cones(seed):
     start, end = unit(rng, 2).T
     arc, circle = arc_between(start, end), cone(unit(rng), rng.uniform(0.1, 1.5), start)
     low, high = (part[0, 0, 0] for part in arcs_inside_cones(arc, circle))
-    half = arc.half[0, 0]
+    half = arc.half_angle[0, 0]
     phi = np.linspace(-half, half, POINTS)
     np.testing.assert_allclose(on_arc(arc, phi)[[0, -1]], [start, end], atol=1e-14)
     cosine = on_arc(arc, phi) @ circle.axis[:, 0, 0] - circle.cosine[0, 0]
@@ -146,11 +146,11 @@ def test_arcs_inside_triangles(seed):
     planes = HalfSpaces(
         np.concatenate([edge.planes.normal for edge in edges], axis=1), np.full((3, 1), 1e-15)
     )
-    parts = (joined(name) for name in ("middle", "along", "half", "u", "w"))
+    parts = (joined(name) for name in ("middle", "along", "half_angle", "u", "w"))
     outline = GreatCircleArcs(planes, *parts, None)
     arc = arc_between(*unit(rng, 2).T)
     low, high = arcs_inside_outline(arc, outline, np.zeros((1, 1), dtype=bool), np.ones(1))
-    phi = np.linspace(-arc.half[0, 0], arc.half[0, 0], POINTS)
+    phi = np.linspace(-arc.half_angle[0, 0], arc.half_angle[0, 0], POINTS)
     height = on_arc(arc, phi) @ planes.normal[:, :, 0]
     clear = (np.abs(height) > MARGIN).all(axis=1)
     within = (low[0, 0] < phi) & (phi < high[0, 0])
@@ -232,8 +232,8 @@ def test_arcs_in_the_plane_of_an_edge(seed):
     along, against = arc_between(start, end), arc_between(end, start)
     for arc, alike, inside in ((against, False, True), (along, True, True), (along, False, False)):
         low, high = arcs_inside_outline(arc, edge, np.full((1, 1), alike), np.ones(1))
-        whole = low[0, 0] <= -arc.half[0, 0] and high[0, 0] >= arc.half[0, 0]
-        empty = max(low[0, 0], -arc.half[0, 0]) >= min(high[0, 0], arc.half[0, 0])
+        whole = low[0, 0] <= -arc.half_angle[0, 0] and high[0, 0] >= arc.half_angle[0, 0]
+        empty = max(low[0, 0], -arc.half_angle[0, 0]) >= min(high[0, 0], arc.half_angle[0, 0])
         assert (whole, empty) == (inside, not inside)
 
 
@@ -248,7 +248,7 @@ def test_arcs_that_cross_an_edge_at_a_small_angle_are_cut(turn):
     ]
     arc = arc_between(*lifted)
     low, high = arcs_inside_outline(arc, edge, np.ones((1, 1), dtype=bool), np.ones(1))
-    assert low[0, 0] == pytest.approx(0.0, abs=1e-6) and high[0, 0] >= arc.half[0, 0]
+    assert low[0, 0] == pytest.approx(0.0, abs=1e-6) and high[0, 0] >= arc.half_angle[0, 0]
 
 
 @pytest.mark.parametrize("half", [1e-6, 1e-3, 0.3, 1.2])
@@ -269,7 +269,7 @@ def test_integrals_along_arcs_are_those_of_quadrature(seed):
     start, end, normal, center = unit(rng, 4).T
     arc = arc_between(start, end)
     potential = make_antiderivative(normal[:, None], center[:, None], arc)
-    low, high = np.sort(rng.uniform(-arc.half[0, 0], arc.half[0, 0], 2))
+    low, high = np.sort(rng.uniform(-arc.half_angle[0, 0], arc.half_angle[0, 0], 2))
     found = boundary_integral(potential, (np.full((1, 1, 1), low), np.full((1, 1, 1), high)))[0]
     plane = arc.planes.normal[:, 0, 0]
     # n.(w x dw) is n.plane dphi on a great circle; about a centre c it is n.((w - c) x dw)
