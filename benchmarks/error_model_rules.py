@@ -242,8 +242,8 @@ def bends(axes: int, rng: np.random.Generator) -> Samples:
 def falloff_patches(rng: np.random.Generator, reach: tuple[float, float]) -> dict[str, Array]:
     """Errors of the centre and of the multi-node rule for plane patches under a point light.
 
-    `unit` is the estimate for a `FALLOFF_COEFFICIENT` of 1, `near` the half extent over the
-    distance.
+    `unit` is the estimate for a `FALLOFF_COEFFICIENT` of 1, `steep` the same where the peak of the
+    light may lie in the patch, `near` the half extent over the distance.
     """
     light, sine, steps, extent = plane_patches(2, rng, reach)
     points, weights = tensor(2, 24)
@@ -254,9 +254,11 @@ def falloff_patches(rng: np.random.Generator, reach: tuple[float, float]) -> dic
     center = irradiance(light, steps, np.zeros((2, 1)))
     far = irradiance(light[:, nodes.subdomain], steps[..., nodes.subdomain], nodes.offset[:2])
     mean = rule_means(nodes, far, center)
+    along, square = (steps * light).sum(axis=1), (steps * steps).sum(axis=1)
+    curve = np.abs(5.0 * along * along - square)
     return {
-        "center": center - truth, "rule": mean - truth, "unit": center * extent * extent,
-        "near": extent, "sine": sine,
+        "center": center - truth, "rule": mean - truth, "unit": center * curve.sum(axis=0),
+        "steep": center * np.maximum(curve, square).sum(axis=0), "near": extent, "sine": sine,
     }  # fmt: skip
 
 
@@ -410,19 +412,11 @@ def fourth_difference_errors(rng: np.random.Generator) -> Samples:
     return Samples(found["off"], found["fourth"], log_bins(found["place"], [0.17, 0.33]))
 
 
-def falloff_errors(rng: np.random.Generator) -> Samples:
-    """Patches that are small beside the distance to a point light; bins by extent."""
-    found = falloff_patches(rng, (0.03, 0.3))
-    scale = found["near"] ** 2
-    bins = log_bins(found["near"], [0.06, 0.12, 0.2])
-    return Samples(found["center"] / scale, found["unit"] / scale, bins)
-
-
 def falloff_estimate(found: dict[str, Array], steep: bool) -> Array:
     """Estimates (n,) of `unoccluded_variation` for a `FALLOFF_COEFFICIENT` of 1."""
     if not steep:
         return found["unit"]
     near = np.maximum(found["sine"], 1.0 - found["near"])
     least = np.maximum(near, unoccluded_variation.MIN_PEAK_DISTANCE)
-    result: Array = found["unit"] / (least * least)
+    result: Array = found["steep"] / (least * least)
     return result

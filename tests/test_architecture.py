@@ -268,6 +268,7 @@ TESTED_BY = {
         "outline": "lights/test_occluded_form_factor.py",
         "pixel_coverage": "geometry/test_pixel_coverage.py",
         "plane_section": "geometry/test_light_plane.py",
+        "section_edges": "geometry/sphere/test_section_edges.py",
         "shadow_edges": "geometry/sphere/test_shadow_edges.py",
         "shape": "geometry/test_pixel_coverage.py",
     },

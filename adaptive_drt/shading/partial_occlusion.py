@@ -19,6 +19,7 @@ from ..geometry.polygon.clipping import clip_polygons, concatenate_polygons
 from ..lights.emitter import Emitter
 from ..lights.occluded_form_factor import visible_factor
 from ..numerics.arrays import Array, Ints
+from ..numerics.error_coefficients import SECTION_ERROR_FRACTION
 from ..numerics.gather import columns
 from ..parallel.call_progress import progress_range, report_progress
 from ..tracing.compile import Plan
@@ -32,12 +33,6 @@ __all__ = ["apply_occluders"]
 NESTED_WORK = 0.3
 """Fraction of the work on partly hidden lights, for the progress bar, that finding nested outlines
 takes."""
-POLYGON_REFINEMENT_GAIN = 2.0
-"""Ratio of the difference between the results of polygons with half as many corners and with all,
-and the error that is stated. A polygon of N corners is off by some N^-2 where another outline
-crosses it, which gives 3 on average, and by N^-4 where none does, which gives 15; both differences
-vary with where the crossings lie, so less is counted on."""
-
 SECTION_CORNERS = 48
 """Number of corners of the polygon that replaces an occluder that is cut by a light's plane."""
 
@@ -181,7 +176,7 @@ def _closed_form_factors(
     factor = visible(sections[0])
     if not sections[0]:
         return factor, np.zeros(n)
-    return factor, np.abs(visible(sections[1]) - factor) / POLYGON_REFINEMENT_GAIN
+    return factor, SECTION_ERROR_FRACTION * np.abs(visible(sections[1]) - factor)
 
 
 def _group_keys(plan: Plan, pairs: Pairs, kind: Ints, count: int) -> Ints:

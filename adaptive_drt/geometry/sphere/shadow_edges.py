@@ -27,6 +27,7 @@ from ..shadow_edges import (
     outline_rates,
     outline_shifts,
 )
+from .section_edges import add_section_edges
 
 __all__ = ["enclosed_shadow_edges", "sphere_shadow_edges"]
 
@@ -79,13 +80,51 @@ def sphere_shadow_edges(
     hides_all = (opening - farthest >= whole) & ~enclosed & (tangent < far - light.radius)
     width = 2.0 * np.minimum(half, opening)
     edges = ShadowEdges(depth, shifts, width, *nearest, hides_all)
+    _add_touching_edges(edges, enclosed, half, (v, to, r), receivers, light, displacement)
+    return edges
+
+
+def _add_touching_edges(
+    edges: ShadowEdges,
+    enclosed: Mask,
+    half: Array,
+    ends: tuple[Array, Array, Array],
+    receivers: ShadedPatches,
+    light: AreaLight,
+    displacement: Array | None,
+) -> None:
+    """Set, in place, the edges of spheres that enclose the point or that the light reaches into.
+
+    Parameters
+    ----------
+    enclosed : (m,) whether the point is within the sphere or on it.  half : (m,) radians, half
+    angles of the light.  ends : v, to and r of `_encloses_patch`.
+    """
+    v, to, r = ends
     some = enclosed.nonzero()[0]
     if some.size:
         part = columns(v, some), columns(to, some), r[some], receivers.take(some), light
         drift = None if displacement is None else columns(displacement, some)
         edges.hides_all[some] = _encloses_patch(*part, drift)
         _add_enclosed_edges(edges, some, half[some], *part, drift)
-    return edges
+    moved = _relative_drift(receivers, light, displacement)
+    apart = np.sqrt(dot(v - to, v - to))
+    reached = (np.abs(apart - r) < light.radius + moved) & light.extended
+    rows = (reached & ~enclosed).nonzero()[0]
+    if rows.size:
+        outer = columns(v, rows), columns(to, rows), r[rows]
+        add_section_edges(edges, rows, half[rows], outer, moved[rows], receivers.take(rows), light)
+
+
+def _relative_drift(
+    receivers: ShadedPatches, light: AreaLight, displacement: Array | None
+) -> Array:
+    """Metres (m,) by which spheres move relative to the light over half the patches' times."""
+    moved = 0.0 if displacement is None else displacement
+    carried = 0.0 if light.displacement is None else light.displacement
+    drift = np.zeros((3, receivers.row.size)) + (moved - carried) * receivers.half_time
+    size: Array = np.sqrt(dot(drift, drift))
+    return size
 
 
 def _view_axis(
@@ -123,8 +162,7 @@ def _add_enclosed_edges(
     """
     gap, size = v - to, np.sqrt(dot(v, v))
     moved = np.zeros((3, r.size)) if displacement is None else displacement * receivers.half_time
-    carried = 0.0 if light.displacement is None else light.displacement * receivers.half_time
-    drift = np.sqrt(dot(moved - carried, moved - carried))
+    drift = _relative_drift(receivers, light, displacement)
     reached = np.abs(np.sqrt(dot(gap, gap)) - r) < light.radius + drift
     far = np.maximum(np.sqrt(dot(to, to)), light.radius)
     out, over, through = -v / np.maximum(size, TINY), np.zeros((3, r.size)), np.zeros((3, r.size))
