@@ -119,6 +119,8 @@ def test_kinks_and_steps_at_random_places_leave_what_is_said(power, wide, most):
         / points.shape[1]
     )
     center = ramp(np.zeros((2, 1)))[:, 0]
-    mean = (1.0 - arms.centroid_weight) * ramp(arms.offset[:2]).mean(axis=1) + arms.centroid_weight * center
+    mean = (1.0 - arms.centroid_weight) * ramp(arms.offset[:2]).mean(
+        axis=1
+    ) + arms.centroid_weight * center
     left, before = (np.sqrt(((value - truth) ** 2).mean()) for value in (mean, center))
     assert left < most * before
