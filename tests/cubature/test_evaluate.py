@@ -55,8 +55,8 @@ def test_centroids_that_are_known_are_not_shaded_again():
             starred, shaded=known, color=kept[0], deviation=kept[1], sampling=np.zeros(known.sum())
         )
     )
-    assert (fresh.points[known] > 1).mean() > 0.2
-    np.testing.assert_array_equal(again.points, fresh.points - known)
+    assert (fresh.shaded_count[known] > 1).mean() > 0.2
+    np.testing.assert_array_equal(again.shaded_count, fresh.shaded_count - known)
     np.testing.assert_array_equal(again.split_anyway, fresh.split_anyway)
     size = {"rtol": 1e-12, "atol": 1e-12 * light.color.mean()}
     np.testing.assert_allclose(again.light.color, fresh.light.color, **size)
