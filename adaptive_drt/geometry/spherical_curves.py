@@ -104,6 +104,13 @@ class GreatCircleArcs:
     w: Array
     shift: Array | None
 
+    def take(self, rows: slice) -> GreatCircleArcs:
+        """Return the arcs selected by `rows`."""
+        planes = HalfSpaces(self.planes.normal[:, rows], self.planes.fuzz[rows])
+        middle, along, u, w = (x[:, rows] for x in (self.middle, self.along, self.u, self.w))
+        shift = None if self.shift is None else self.shift[rows]
+        return GreatCircleArcs(planes, middle, along, self.half[rows], u, w, shift)
+
 
 @dataclass(frozen=True)
 class Circles:

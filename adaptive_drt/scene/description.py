@@ -31,6 +31,7 @@ __all__ = [
     "SceneError",
     "Shape",
     "ShapeRecord",
+    "SkyLight",
     "Sphere",
     "SphereLight",
     "SunLight",
@@ -349,6 +350,27 @@ class SunLight:
     def brightened(self, factor: float) -> SunLight:
         """Return the light so many times as bright."""
         return replace(self, irradiance=_times(self.irradiance, factor))
+
+
+@dataclass(frozen=True)
+class SkyLight:
+    """A light of uniform `radiance` (W / m^2 / sr, RGB) from all directions, beyond all shapes.
+
+    It lights what is open to it, and is not seen: `Scene.background` is. It does not move.
+    """
+
+    radiance: Vector
+    motion: None = None
+    casts_shadow: bool = True
+    name: str = "World"
+
+    def defect(self) -> str | None:
+        """Return the reason why it cannot be rendered, or None."""
+        return _vector_defect(self, "radiance")
+
+    def brightened(self, factor: float) -> SkyLight:
+        """Return the light so many times as bright."""
+        return replace(self, radiance=_times(self.radiance, factor))
 
 
 Shape: TypeAlias = Sphere | Quad

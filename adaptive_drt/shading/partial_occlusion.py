@@ -135,7 +135,7 @@ def _closed_form_factors(
             sections.append(shapes.outline_in_plane(cut, point, when, plane, SECTION_CORNERS))
     circles = np.concatenate(centers), np.concatenate(radii)
     hidden = concatenate_polygons([*polygons, *sections], n)
-    return visible_factor(light.silhouette(to), surface.normal, circles, hidden)
+    return visible_factor(light.silhouette(to, surface.normal), surface.normal, circles, hidden)
 
 
 def _group_keys(plan: Plan, pairs: Pairs, kind: Ints, count: int) -> Ints:
