@@ -28,7 +28,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from ..numerics.arrays import Array, Mask
+from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.floats import TINY
 from ..numerics.vector import cross, dot, total
 
@@ -41,6 +41,7 @@ __all__ = [
     "arcs_inside_cones",
     "arcs_inside_outline",
     "boundary_integral",
+    "boundary_values",
     "circles_inside_cones",
     "circles_outside_half_spaces",
     "complement_intervals",
@@ -104,6 +105,13 @@ class GreatCircleArcs:
     w: Array
     shift: Array | None
 
+    def take(self, rows: slice) -> GreatCircleArcs:
+        """Return the arcs selected by `rows`."""
+        planes = HalfSpaces(self.planes.normal[:, rows], self.planes.fuzz[rows])
+        middle, along, u, w = (x[:, rows] for x in (self.middle, self.along, self.u, self.w))
+        shift = None if self.shift is None else self.shift[rows]
+        return GreatCircleArcs(planes, middle, along, self.half[rows], u, w, shift)
+
 
 @dataclass(frozen=True)
 class Circles:
@@ -121,6 +129,12 @@ class Circles:
     sine: Array
     cosine: Array
     versine: Array
+
+    def take_pairs(self, index: Ints, point: Ints) -> Circles:
+        """Return circles (m,), given by their indices and those of their points."""
+        axis, u, w = (x[:, index, point] for x in (self.axis, self.u, self.w))
+        sine, cosine, versine = (x[index, point] for x in (self.sine, self.cosine, self.versine))
+        return Circles(axis, u, w, sine, cosine, versine)
 
 
 @dataclass(frozen=True)
@@ -195,12 +209,13 @@ def boundary_integral(potential: BoundaryAntiderivative, spans: Intervals) -> Ar
     spans : (j, k, n) the arcs, as intervals of curves (k, n).
     """
     low, high = spans
-    rows = _evaluate(potential, high) - _evaluate(potential, low)
+    rows = boundary_values(potential, high) - boundary_values(potential, low)
     # curve by curve: another empty span, which shifts the others, adds a zero and changes no bit
     return total(total(rows))
 
 
-def _evaluate(potential: BoundaryAntiderivative, phi: Array) -> Array:
+def boundary_values(potential: BoundaryAntiderivative, phi: Array) -> Array:
+    """Values F (...) at angles phi (...) on the curves, radians."""
     if potential.shift is not None:
         phi = phi + potential.shift
     t = np.tan(0.5 * phi)

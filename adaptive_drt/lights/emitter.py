@@ -11,7 +11,7 @@ import numpy as np
 
 from ..geometry.light_plane import LightPlane
 from ..geometry.planar_faces import PlanarFaces
-from ..geometry.silhouettes import CircularSilhouette
+from ..geometry.silhouettes import OpenSilhouette
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.vector import dot
 from ..scene.description import Light, Motion
@@ -120,6 +120,11 @@ class Emitter(LightBounds, ABC):
     @property
     def solid(self) -> bool:
         """Whether the light is a ball, which points and occluders may lie within."""
+        return False
+
+    @property
+    def surrounds(self) -> bool:
+        """Whether the light surrounds all points, each of which sees what is above its horizon."""
         return False
 
     @abstractmethod
@@ -265,10 +270,13 @@ class Emitter(LightBounds, ABC):
             u = 2^-53.
         """
 
-    def silhouette(self, to: Array) -> Array | CircularSilhouette:
-        """Return the light's outline: the corners (4, 3, n) metres from the points, or a circle.
+    def silhouette(self, to: Array, normal: Array) -> OpenSilhouette:
+        """Return the light's outline as seen from n points.
 
         It is asked only where `has_silhouette`.
+
+        to, normal : (3, n), vectors to the light's centre, and unit normals on the points' lit
+            sides.
         """
         raise NotImplementedError
 

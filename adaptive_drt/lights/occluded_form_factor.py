@@ -14,18 +14,21 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..geometry.crossing_circles import open_circles_integral
 from ..geometry.silhouettes import (
     CircularSilhouette,
+    Hemisphere,
     LightSilhouette,
+    OpenSilhouette,
     PolygonSilhouettes,
     circular_silhouette,
+    hemisphere_silhouette,
     make_polygon_silhouettes,
     quad_silhouette,
 )
 from ..geometry.spherical_curves import (
     Circles,
     GreatCircleArcs,
-    HalfSpaces,
     Intervals,
     arcs_inside_cones,
     arcs_inside_outline,
@@ -44,6 +47,14 @@ from ..numerics.vector import dot
 __all__ = ["visible_factor"]
 
 
+CROSSING_CIRCLES = 12
+"""Number of circles from which only the pairs of them that cross are integrated. Measured: below
+it the pairs are found in no less time than they take."""
+HEMISPHERE_ROUNDING = 2.0**-40
+"""Largest factor of a hemisphere that counts as wholly occluded, in sr: 3e-13 of an open one. It is
+thousands of times the rounding error of what polygons around a point leave open."""
+BLOCK_PAIRS = 1 << 20
+"""Number of pairs of outlines, all points together, evaluated at a time, which bounds memory."""
 BLOCK_POINTS = 32_768
 """Number of points evaluated at a time, which bounds memory. Measured: blocks that fit the cache
 make threads wait for each other."""
@@ -60,7 +71,7 @@ class _Silhouettes:
 
 
 def visible_factor(
-    light: Array | CircularSilhouette,
+    light: OpenSilhouette,
     normal: Array,
     spheres: tuple[Array, Array],
     polygons: Array,
@@ -69,7 +80,7 @@ def visible_factor(
 
     Parameters
     ----------
-    light : (4, 3, n) metres, a quad's corners in order, from the points; or a circular outline.
+    light : the light's silhouette, such as a quad's corners in order, from the points, in metres.
     normal : (3, n) unit vectors.
     spheres : (k, 3, n) and (k, n) metres, centres from the points, and radii; the points lie
         outside, the spheres between points and light.
@@ -92,8 +103,10 @@ def visible_factor(
     """
     count = normal.shape[1]
     total = np.zeros(count)
-    for first in range(0, count, BLOCK_POINTS):
-        rows = slice(first, min(first + BLOCK_POINTS, count))
+    k, m, j = spheres[0].shape[0], *polygons.shape[:2]
+    step = max(1, min(BLOCK_POINTS, BLOCK_PAIRS // max(1, (k + m) * (k + m * j))))
+    for first in range(0, count, step):
+        rows = slice(first, min(first + step, count))
         part = _take_silhouette(light, rows)
         v, radius = columns(spheres[0], rows, -1), columns(spheres[1], rows, -1)
         total[rows] = _block_factor(
@@ -102,21 +115,23 @@ def visible_factor(
     return total
 
 
-def _take_silhouette(
-    light: Array | CircularSilhouette, rows: slice | Ints
-) -> Array | CircularSilhouette:
+def _take_silhouette(light: OpenSilhouette, rows: slice | Ints) -> OpenSilhouette:
     """Return the light of some of the points."""
+    if isinstance(light, Hemisphere):
+        return light
     if isinstance(light, CircularSilhouette):
         return CircularSilhouette(columns(light.axis, rows), light.cosine[rows], light.sine[rows])
     return columns(light, rows, -1)
 
 
 def _block_factor(
-    light: Array | CircularSilhouette, normal: Array, v: Array, radius: Array, polygons: Array
+    light: OpenSilhouette, normal: Array, v: Array, radius: Array, polygons: Array
 ) -> Array:
     """The factor, separately for points with the light cut by the horizon and wholly above it."""
     total = np.zeros(normal.shape[1])
-    if isinstance(light, CircularSilhouette):
+    if isinstance(light, Hemisphere):
+        low, high = np.zeros((2, normal.shape[1]))
+    elif isinstance(light, CircularSilhouette):
         height = dot(normal, light.axis)
         low, high = height - light.sine, height + light.sine
     else:
@@ -136,11 +151,13 @@ def _block_factor(
                 cut,
             )
             total[rows] = _integrate(outlines)
+    if isinstance(light, Hemisphere):
+        total[total < HEMISPHERE_ROUNDING] = 0.0
     return total
 
 
 def _make_silhouettes(
-    light: Array | CircularSilhouette,
+    light: OpenSilhouette,
     normal: Array,
     v: Array,
     radius: Array,
@@ -151,7 +168,9 @@ def _make_silhouettes(
 
     cut : whether the horizon cuts the light for all points, or for none.
     """
-    if isinstance(light, CircularSilhouette):
+    if isinstance(light, Hemisphere):
+        outline = hemisphere_silhouette(normal)
+    elif isinstance(light, CircularSilhouette):
         outline = circular_silhouette(light, normal, cut)
     else:
         outline = quad_silhouette(light, normal, cut)
@@ -173,7 +192,7 @@ def _integrate(outlines: _Silhouettes) -> Array:
     if cone is not None:
         double += _integral_along(outlines, cone, _visible_light_silhouette(outlines, cone))
     if outlines.circles.sine.shape[0]:
-        double -= _integral_along(outlines, outlines.circles, _visible_sphere_silhouettes(outlines))
+        double -= _integral_along_spheres(outlines)
     if outlines.polygons is not None:
         double -= _integral_along(
             outlines,
@@ -237,25 +256,29 @@ def _arcs_behind_polygon(
             continue
         # of coincident edges with equal directions, the first polygon's is the outer one
         alike = np.full((part.stop - part.start, 1), not own or part.start > 0)
-        outline = _take_arcs(polygons.segments, rows)
-        low, high = arcs_inside_outline(
-            _take_arcs(segments, part), outline, alike, outlines.light.reach
-        )
+        outline = polygons.segments.take(rows)
+        low, high = arcs_inside_outline(segments.take(part), outline, alike, outlines.light.reach)
         start[part] = low
         end[part] = np.where(polygons.flat[i], low, np.maximum(high, low))
     return start, end
+
+
+def _integral_along_spheres(outlines: _Silhouettes) -> Array:
+    """Integral of n.(w x dw) along the outlines of spheres that are visible on the light: (n,)."""
+    circles = outlines.circles
+    if circles.sine.shape[0] < CROSSING_CIRCLES:
+        return _integral_along(outlines, circles, _visible_sphere_silhouettes(outlines))
+    spans = _circles_behind_polygons(outlines, circles)
+    potential = make_antiderivative(outlines.normal, outlines.light.center, circles)
+    return open_circles_integral(circles, *_off_the_light(outlines), spans, potential)
 
 
 def _visible_sphere_silhouettes(outlines: _Silhouettes) -> Intervals:
     """Intervals of the outlines of spheres that lie on the light and behind no other occluder."""
     circles = outlines.circles
     k = circles.sine.shape[0]
-    center, half = circles_outside_half_spaces(circles, outlines.light.edges.planes)
+    center, half = _off_the_light(outlines)
     centers, halves = [center], [half]
-    if outlines.light.cone is not None:
-        center, _, half = circles_inside_cones(circles, outlines.light.cone, -np.ones((k, 1)))
-        centers.append((center + np.pi)[None])
-        halves.append(half[None])
     if k > 1:
         mine = np.tile(np.arange(k), (k - 1, 1))
         other = (mine + np.arange(1, k)[:, None]) % k
@@ -267,6 +290,17 @@ def _visible_sphere_silhouettes(outlines: _Silhouettes) -> Intervals:
         halves.append(half)
     spans = _circles_behind_polygons(outlines, circles)
     return complement_on_circle(np.concatenate(centers), np.concatenate(halves), spans)
+
+
+def _off_the_light(outlines: _Silhouettes) -> Intervals:
+    """Where the outlines of spheres leave the light: centres and half widths (j, k, n), radians."""
+    circles = outlines.circles
+    center, half = circles_outside_half_spaces(circles, outlines.light.bounds.planes)
+    if outlines.light.cone is None:
+        return center, half
+    wins = -np.ones((circles.sine.shape[0], 1))
+    aside, _, width = circles_inside_cones(circles, outlines.light.cone, wins)
+    return np.concatenate([center, (aside + np.pi)[None]]), np.concatenate([half, width[None]])
 
 
 def _visible_light_silhouette(outlines: _Silhouettes, cone: Circles) -> Intervals:
@@ -292,7 +326,7 @@ def _circles_behind_polygons(outlines: _Silhouettes, circles: Circles) -> Interv
     for i in range(outlines.polygons.flat.shape[0]):
         low, high = complement_on_circle(
             *circles_outside_half_spaces(
-                circles, _take_arcs(outlines.polygons.segments, outlines.polygons.rows_of(i)).planes
+                circles, outlines.polygons.segments.take(outlines.polygons.rows_of(i)).planes
             )
         )
         starts.append(low)
@@ -305,7 +339,7 @@ def _visible_polygon_edges(outlines: _Silhouettes, polygons: PolygonSilhouettes)
     segments = polygons.segments
     half = segments.half
     along = np.zeros((half.shape[0], 1), dtype=np.bool_)
-    low, high = arcs_inside_outline(segments, outlines.light.edges, along, outlines.light.reach)
+    low, high = arcs_inside_outline(segments, outlines.light.bounds, along, outlines.light.reach)
     if outlines.light.cone is not None:
         start, end = arcs_inside_cones(segments, outlines.light.cone)
         low, high = np.maximum(low, start[0]), np.minimum(high, end[0])
@@ -320,13 +354,3 @@ def _take_circles(circles: Circles, index: Ints) -> Circles:
     rows = (circles.axis, circles.u, circles.w)
     axis, u, w = (row[:, index] for row in rows)
     return Circles(axis, u, w, circles.sine[index], circles.cosine[index], circles.versine[index])
-
-
-def _take_arcs(segments: GreatCircleArcs, rows: slice) -> GreatCircleArcs:
-    """Return the arcs selected by `rows`."""
-    planes = HalfSpaces(segments.planes.normal[:, rows], segments.planes.fuzz[rows])
-    middle, along, u, w = (
-        x[:, rows] for x in (segments.middle, segments.along, segments.u, segments.w)
-    )
-    shift = None if segments.shift is None else segments.shift[rows]
-    return GreatCircleArcs(planes, middle, along, segments.half[rows], u, w, shift)

@@ -197,7 +197,7 @@ class QuadEmitter(Emitter):
         area = 4.0 * np.sqrt(dot(edge, edge))
         return to, np.maximum(dot(normal, to), 0.0) * away * area / (square * square)
 
-    def silhouette(self, to: Array) -> Array:
+    def silhouette(self, to: Array, normal: Array) -> Array:
         """Return the light's corners: (4, 3, n) metres from the points."""
         return np.array(self.corners(to))
 

@@ -6,11 +6,20 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, TypeAlias
 
-from ..scene.description import DiskLight, Light, PointLight, QuadLight, SphereLight, SunLight
+from ..scene.description import (
+    DiskLight,
+    Light,
+    PointLight,
+    QuadLight,
+    SkyLight,
+    SphereLight,
+    SunLight,
+)
 from .disk_light import make_disk_emitter
 from .emitter import Emitter, LightMotion
 from .point_light import make_point_emitter
 from .quad_light import make_quad_emitter
+from .sky_light import make_sky_emitter
 from .sphere_light import make_sphere_emitter
 from .sun_light import make_sun_emitter
 
@@ -24,6 +33,7 @@ LIGHTS: tuple[tuple[type[Light], _Maker], ...] = (
     (DiskLight, make_disk_emitter),
     (PointLight, make_point_emitter),
     (SunLight, make_sun_emitter),
+    (SkyLight, make_sky_emitter),
 )
 """Records of lights, and the functions that make emitters of them: the one list of all kinds."""
 

@@ -152,7 +152,10 @@ def _closed_form_factors(
         if cut.size:
             for part, number in zip(sections, (SECTION_CORNERS, SECTION_CORNERS // 2), strict=True):
                 part.append(shapes.outline_in_plane(cut, point, when, plane, number))
-    circles, outline = (np.concatenate(centers), np.concatenate(radii)), light.silhouette(to)
+    circles, outline = (
+        (np.concatenate(centers), np.concatenate(radii)),
+        light.silhouette(to, surface.normal),
+    )
 
     def visible(part: list[Array]) -> Array:
         hidden = concatenate_polygons([*polygons, *part], n)

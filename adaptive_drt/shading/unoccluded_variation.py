@@ -74,6 +74,8 @@ def unoccluded_deviations(
     ----------
     to : (3, n) metres, vectors to the light's centre.  factor : (n,) unoccluded irradiance factors.
     """
+    if light.surrounds:
+        return zero_variation(factor.size)
     square = np.maximum(dot(to, to), TINY)
     distance = np.sqrt(square)
     half = light.half_angle(distance)

@@ -88,7 +88,26 @@ def _torus():
     torus.data.materials.append(_matt("Torus", 0.3, 0.6, 0.8))
 
 
+def _wall():
+    things.plane("Wall", size=6.0).data.materials.append(_matt("Wall", 0.7, 0.7, 0.7))
+    wall = bpy.data.objects["Wall"]
+    wall.location, wall.rotation_euler = (0.0, 3.0, 3.0), (math.pi / 2.0, 0.0, 0.2)
+
+
+def _world(moves=False):
+    """Balls, a cube and a wall under a grey world alone."""
+    _moving() if moves else _cube()
+    bpy.data.objects.remove(next(x for x in bpy.data.objects if x.type == "LIGHT"))
+    _wall()
+    world = bpy.context.scene.world = bpy.data.worlds.new("Grey")
+    world.use_nodes = True
+    node = next(n for n in world.node_tree.nodes if n.type == "BACKGROUND")
+    node.inputs["Color"].default_value = (0.4, 0.5, 0.6, 1.0)
+
+
 SCENES = {
+    "world": _world,
+    "moving under a world": lambda: _world(True),
     "area": _area,
     "cube": _cube,
     "torus": _torus,

@@ -217,6 +217,7 @@ def test_what_is_not_understood_is_named(export, world):
     assert scene.background == pytest.approx(OWN[:3])
     reason = things.reasons(scene)['World "World"'][0]
     assert 'Noise Texture node "Clouds" linked to its Color is left out' in reason
+    assert "and the light that it throws" in reason and scene.lights == ()
 
 
 @pytest.mark.parametrize("kind", ["Emission", "Background"])

@@ -17,6 +17,7 @@ from adaptive_drt.scene.description import (
     Motion,
     PointLight,
     QuadLight,
+    SkyLight,
     SphereLight,
     SunLight,
 )
@@ -231,8 +232,8 @@ def test_clear_distance_and_falloff():
 
 
 def test_every_kind_is_tested_here():
-    """Suns have a test file of their own, since they have no place."""
-    assert {record for record, _ in LIGHTS} == {*RECORDS, SunLight}
+    """Suns and skies have test files of their own, since they have no place."""
+    assert {record for record, _ in LIGHTS} == {*RECORDS, SunLight, SkyLight}
 
 
 def test_an_unknown_record_is_refused():
@@ -247,7 +248,7 @@ def test_an_unknown_record_is_refused():
 )
 def test_no_other_file_knows_kinds_of_lights(path):
     text = path.read_text(encoding="utf-8")
-    for module in ("quad_light", "sphere_light", "disk_light", "point_light", "sun_light"):
-        assert module not in text
-    for record in (*RECORDS, SunLight):
+    for module in ("quad", "sphere", "disk", "point", "sun", "sky", "distant"):
+        assert f"{module}_light" not in text
+    for record in (*RECORDS, SunLight, SkyLight):
         assert record.__name__ not in text

@@ -3,14 +3,20 @@
 
 import numpy as np
 
-from adaptive_drt.scene.description import PointLight, QuadLight, SphereLight, SunLight
+from adaptive_drt.scene.description import (
+    PointLight,
+    QuadLight,
+    SkyLight,
+    SphereLight,
+    SunLight,
+)
 
 from .trace import dot, moved, norm
 
 __all__ = ["aim", "emitted", "facing", "is_area", "is_dark", "place", "power_of", "source"]
 
 FAR = 1e6
-"""Metres from a point at which it sees a sun: beyond all shapes of a test."""
+"""Metres from a point at which it sees a sun or a sky: beyond all shapes of a test."""
 
 TINY = 1e-30
 """Replaces a length of zero in a quotient whose result is then not used, or clamped."""
@@ -33,6 +39,8 @@ def source(light, q):
     """Where the centre of a light is at mid-shutter, for things near a place q (3,)."""
     if isinstance(light, SunLight):
         return np.asarray(q) - FAR * np.array(light.direction) / np.linalg.norm(light.direction)
+    if isinstance(light, SkyLight):
+        return np.asarray(q) + FAR * np.array([0.0, 0.0, 1.0])
     return np.array(light.center, dtype=float)
 
 
@@ -76,8 +84,13 @@ def place(light, p, t, uv):
     """Points (n, 3) of a light at time t: uv (n, 2) in the square -1..1, or in the unit disk.
 
     For a disk and a sphere the points are those that face p; a sphere's uv is the sine of the
-    angle from the axis to its centre, as a share of its outline's.
+    angle from the axis to its centre, as a share of its outline's. A sky's is the whole sphere of
+    directions, by Lambert's projection, below the horizon, too.
     """
+    if isinstance(light, SkyLight):
+        square = np.minimum((uv**2).sum(axis=1, keepdims=True), 1.0)
+        side = 2.0 * np.sqrt(1.0 - square) * uv
+        return p + FAR * np.concatenate([side, 1.0 - 2.0 * square], axis=1)
     if isinstance(light, QuadLight):
         return moved(light, light.center, t) + uv @ np.array([light.half_u, light.half_v])
     if isinstance(light, PointLight):
@@ -103,6 +116,11 @@ def aim(light, p, t, q):
     toward = q - p
     if not is_area(light):
         return np.zeros((len(p), 2))
+    if isinstance(light, SkyLight):
+        way = toward / np.maximum(norm(toward), TINY)[:, None]
+        rho = np.sqrt(np.maximum(1.0 - way[:, 2], 0.0) / 2.0)
+        side = np.hypot(way[:, 0], way[:, 1])
+        return way[:, :2] * (rho / np.maximum(side, TINY))[:, None]
     if isinstance(light, QuadLight):
         u, v = np.array(light.half_u), np.array(light.half_v)
         columns = np.stack([np.broadcast_to(u, p.shape), np.broadcast_to(v, p.shape), -toward], 2)
@@ -134,6 +152,8 @@ def emitted(light, p, normals, t, square):
     """
     if isinstance(light, SphereLight):
         return _emitted_sphere(light, p, normals, t, square)
+    if isinstance(light, SkyLight):
+        return p + FAR * _above(normals, square), np.full(len(p), np.pi)
     if isinstance(light, SunLight):
         if is_area(light):
             point, share = _emitted_sphere(light, p, normals, t, square)
@@ -159,6 +179,14 @@ def emitted(light, p, normals, t, square):
     else:
         height = norm(moved(light, light.center, t) - p)
     return point, area * cosine * np.maximum(height / distance, 0.0) / distance2
+
+
+def _above(normals, square):
+    """Directions (n, 3) above horizons, in proportion to the cosine with the normals."""
+    first, second = _basis(normals)
+    rho, phi = np.sqrt(square[:, :1]), 2.0 * np.pi * square[:, 1:]
+    aside = np.cos(phi) * first + np.sin(phi) * second
+    return rho * aside + np.sqrt(np.maximum(1.0 - square[:, :1], 0.0)) * normals
 
 
 def _emitted_sphere(light, p, normals, t, square):

@@ -69,7 +69,7 @@ def sphere_occlusion(
     none, full = ball_occlusion(light, to, gap, v, r, enclosed, order)
     away = norm(gap)
     none = np.where(enclosed, away + light.radius <= r, none)
-    full = np.where(enclosed, away - light.radius >= r, full)
+    full = np.where(enclosed, light.surrounds | (away - light.radius >= r), full)
     return none & ~full, full
 
 
