@@ -8,12 +8,15 @@ from adaptive_drt.scene.description import (
     PointLight,
     Quad,
     QuadLight,
+    SkyLight,
     Sphere,
     SphereLight,
     SunLight,
+    Triangle,
 )
 
 from .case import BALL, BULB, CAMERA, DOT, FLOOR, LAMP, LIGHTS, SPOT, box, case, look_at, wall
+from .shapes import crowd
 
 __all__ = ["LIGHT_CASES"]
 
@@ -22,6 +25,8 @@ WALL = wall(-2.5, 1.5, 3.0, 2.0)
 SMALL = look_at((0.3, -8.0, 4.0), (0.1, 0.0, 0.5), resolution=(16, 12))
 SUN = (1e3, 1e3, 1e3)
 DOWN = (-0.4, 0.3, -1.0)
+SKY = SkyLight((0.6, 0.8, 1.0))
+TRIANGLE = Triangle(((-2.5, -1.0, 0.5), (-1.0, -1.5, 0.6), (-1.8, -0.5, 2.0)))
 
 
 def _unshadowed(light):
@@ -158,6 +163,12 @@ LIGHT_CASES = {
         last_bits=1e-11,
     ),
     "a wide sun": case((FLOOR, BALL, WALL), (SunLight(DOWN, (2.0, 1.5, 1.0), 0.5), DOT)),
+    "a sky": case((FLOOR, BALL), (SKY,), tolerance=1e-3),
+    "a sky, quads and triangles": case((FLOOR, WALL, *BLOCK, TRIANGLE), (SKY,)),
+    "a sky, a crowd of spheres": case((FLOOR, *crowd(3, 30, 0.2, 0.5)), (SKY,)),
+    "a sky and other lights": case(
+        (FLOOR, BALL, WALL, TRIANGLE), (SKY, LAMP, SunLight(DOWN, (2.0,) * 3, 0.3))
+    ),
     "a sun without size": case((FLOOR, BALL, WALL, *BLOCK), (SunLight(DOWN, (2.0,) * 3, 0.0),)),
 }
 """Name: case."""

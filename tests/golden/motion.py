@@ -3,7 +3,7 @@
 
 from dataclasses import replace
 
-from adaptive_drt.scene.description import Motion, Quad, Sphere, SunLight
+from adaptive_drt.scene.description import Motion, Quad, SkyLight, Sphere, SunLight
 
 from .case import BALL, BULB, CAMERA, DOT, FLOOR, LAMP, LIGHTS, SPOT, box, case, look_at, wall
 from .shapes import crowd
@@ -36,6 +36,11 @@ MOTION_CASES = {
             SMALL,
         ),
         last_bits=1e-11,
+    ),
+    "a moving sphere under a sky": case(
+        (FLOOR, moving(BALL, 0.6, 0.0, 0.0), wall(-1.5, 1.5, 2.0, 1.5)),
+        (SkyLight((0.6, 0.8, 1.0)),),
+        SMALL,
     ),
     "a moving quad": case((FLOOR, moving(wall(-1.5, 0.0, 2.0, 1.5), 0.5, 0.1, 0.2)), (SPOT,)),
     "a moving box": case(
