@@ -105,7 +105,24 @@ def _world(moves=False):
     node.inputs["Color"].default_value = (0.4, 0.5, 0.6, 1.0)
 
 
+def _seen_apart():
+    """A world that the camera sees in another colour than that of its light."""
+    _world()
+    tree = bpy.context.scene.world.node_tree
+    node = next(n for n in tree.nodes if n.type == "BACKGROUND")
+    output = next(n for n in tree.nodes if n.type == "OUTPUT_WORLD")
+    mix, path, other = (
+        tree.nodes.new(f"ShaderNode{kind}") for kind in ("MixShader", "LightPath", "Background")
+    )
+    other.inputs["Color"].default_value, other.inputs["Strength"].default_value = (1, 0, 0, 1), 0.3
+    tree.links.new(path.outputs["Is Camera Ray"], mix.inputs[0])
+    tree.links.new(node.outputs[0], mix.inputs[1])
+    tree.links.new(other.outputs[0], mix.inputs[2])
+    tree.links.new(mix.outputs[0], output.inputs["Surface"])
+
+
 SCENES = {
+    "world that is seen in another colour": _seen_apart,
     "world": _world,
     "moving under a world": lambda: _world(True),
     "area": _area,
