@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from ..geometry.axial_profile import AxialProfile
 from ..geometry.light_plane import LightPlane
 from ..geometry.planar_faces import PlanarFaces
 from ..geometry.silhouettes import OpenSilhouette
@@ -55,7 +56,8 @@ class Emitter(LightBounds, ABC):
     Attributes
     ----------
     name : the light's name in the scene.
-    power : (3,) radiance (W / m^2 / sr) of an extended light; intensity (W / sr) of a point.
+    power : (3,) radiance (W / m^2 / sr) of an extended light; intensity (W / sr) of a point; both
+        in the middle of its profile.
     casts_shadow : whether occluders hide it.
     coplanar : (objects,) which objects are planar and lie in the light's plane, so that they
         cannot occlude it; None if there are none.
@@ -231,6 +233,24 @@ class Emitter(LightBounds, ABC):
 
         On the surface itself half of all directions are lit: those beyond the light's tangent
         plane, whose irradiance is pi (1 + cosine) / 2 by the cosine of the normals of both.
+        """
+        return None
+
+    # --- angular profile ------------------------------------------------------------------
+
+    @property
+    def profile(self) -> AxialProfile | None:
+        """Return how the radiance depends on the direction; None where it does not."""
+        return None
+
+    def profile_edge(self, to: Array) -> tuple[Array, Array] | None:
+        """Return where points are relative to the edge of the light's profile, None without one.
+
+        Returns
+        -------
+        gap : (n,) radians by which the point, seen from the light, would have to turn to reach
+            directions in which the radiance changes with the direction; at most 0 within them.
+        width : (n,) radians over which it changes.
         """
         return None
 

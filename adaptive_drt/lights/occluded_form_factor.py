@@ -10,10 +10,11 @@ of two equal occluders only the first contributes an outline.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..geometry.axial_profile import AxialProfile, ProfileAtPoints
 from ..geometry.crossing_circles import open_circles_integral
 from ..geometry.silhouettes import (
     CircularSilhouette,
@@ -62,12 +63,16 @@ make threads wait for each other."""
 
 @dataclass(frozen=True)
 class _Silhouettes:
-    """A light's outline, circles and polygons that occlude it, and normals, at n points."""
+    """A light's outline, circles and polygons that occlude it, and normals, at n points.
+
+    profile : the light's radiance over its outline; None where it is uniform.
+    """
 
     normal: Array
     light: LightSilhouette
     circles: Circles
     polygons: PolygonSilhouettes | None
+    profile: ProfileAtPoints | None = None
 
 
 def visible_factor(
@@ -75,6 +80,7 @@ def visible_factor(
     normal: Array,
     spheres: tuple[Array, Array],
     polygons: Array,
+    profile: AxialProfile | None = None,
 ) -> Array:
     """Integral of max(0, n.w) over the directions in which a light is visible.
 
@@ -86,6 +92,8 @@ def visible_factor(
         outside, the spheres between points and light.
     polygons : (m, j, 3, n) metres, corners in order of convex polygons between points and light;
         a corner may be repeated.
+    profile : of a round light, the relative radiance by which directions count; None for 1. Its
+        error is that of a quadrature: see `ProfileAtPoints`.
 
     Returns
     -------
@@ -101,6 +109,44 @@ def visible_factor(
 
     Occluders that intersect the light's surface must be passed as polygons clipped by the caller.
     """
+    if profile is not None:
+        return _profiled_factor(light, normal, spheres, polygons, profile)
+    return _factor_in_blocks(light, normal, spheres, polygons, None)
+
+
+def _profiled_factor(
+    light: OpenSilhouette,
+    normal: Array,
+    spheres: tuple[Array, Array],
+    polygons: Array,
+    profile: AxialProfile,
+) -> Array:
+    """`visible_factor` of a round light with a profile: by quadrature only where that varies."""
+    assert isinstance(light, CircularSilhouette), "only round lights have profiles"
+    half = np.arctan2(light.sine, light.cosine)
+    level, varies = profile.at(light.axis, half)
+    total = np.zeros(level.size)
+    for chosen, some in ((varies, profile), (~varies & (level > 0.0), None)):
+        rows = chosen.nonzero()[0]
+        if not rows.size:
+            continue
+        own, n = _take_silhouette(light, rows), columns(normal, rows)
+        assert isinstance(own, CircularSilhouette)
+        seen = None if some is None else ProfileAtPoints.make(some, own.axis, half[rows], n)
+        round_ = columns(spheres[0], rows, -1), columns(spheres[1], rows, -1)
+        part = _factor_in_blocks(own, n, round_, columns(polygons, rows, -1), seen)
+        total[rows] = part if seen is not None else level[rows] * part
+    return total
+
+
+def _factor_in_blocks(
+    light: OpenSilhouette,
+    normal: Array,
+    spheres: tuple[Array, Array],
+    polygons: Array,
+    profile: ProfileAtPoints | None,
+) -> Array:
+    """`visible_factor` by blocks of points."""
     count = normal.shape[1]
     total = np.zeros(count)
     k, m, j = spheres[0].shape[0], *polygons.shape[:2]
@@ -109,8 +155,9 @@ def visible_factor(
         rows = slice(first, min(first + step, count))
         part = _take_silhouette(light, rows)
         v, radius = columns(spheres[0], rows, -1), columns(spheres[1], rows, -1)
+        seen = None if profile is None else profile.take(rows)
         total[rows] = _block_factor(
-            part, columns(normal, rows), v, radius, columns(polygons, rows, -1)
+            part, columns(normal, rows), v, radius, columns(polygons, rows, -1), seen
         )
     return total
 
@@ -125,7 +172,12 @@ def _take_silhouette(light: OpenSilhouette, rows: slice | Ints) -> OpenSilhouett
 
 
 def _block_factor(
-    light: OpenSilhouette, normal: Array, v: Array, radius: Array, polygons: Array
+    light: OpenSilhouette,
+    normal: Array,
+    v: Array,
+    radius: Array,
+    polygons: Array,
+    profile: ProfileAtPoints | None,
 ) -> Array:
     """The factor, separately for points with the light cut by the horizon and wholly above it."""
     total = np.zeros(normal.shape[1])
@@ -150,6 +202,8 @@ def _block_factor(
                 columns(polygons, rows, -1),
                 cut,
             )
+            if profile is not None:
+                outlines = replace(outlines, profile=profile.take(rows))
             total[rows] = _integrate(outlines)
     if isinstance(light, Hemisphere):
         total[total < HEMISPHERE_ROUNDING] = 0.0
@@ -206,9 +260,14 @@ def _integral_along(
     outlines: _Silhouettes, curve: Circles | GreatCircleArcs, spans: Intervals
 ) -> Array:
     """Integral of n.(w x dw) along intervals of a curve: (n,), twice its part of the factor."""
-    return boundary_integral(
+    plain = boundary_integral(
         make_antiderivative(outlines.normal, outlines.light.center, curve), spans
     )
+    profile = outlines.profile
+    if profile is None:
+        return plain
+    more: Array = profile.level * plain + 2.0 * profile.integral_along(curve, spans)
+    return more
 
 
 def _unoccluded_intervals(
@@ -266,7 +325,7 @@ def _arcs_behind_polygon(
 def _integral_along_spheres(outlines: _Silhouettes) -> Array:
     """Integral of n.(w x dw) along the outlines of spheres that are visible on the light: (n,)."""
     circles = outlines.circles
-    if circles.sine.shape[0] < CROSSING_CIRCLES:
+    if circles.sine.shape[0] < CROSSING_CIRCLES or outlines.profile is not None:
         return _integral_along(outlines, circles, _visible_sphere_silhouettes(outlines))
     spans = _circles_behind_polygons(outlines, circles)
     potential = make_antiderivative(outlines.normal, outlines.light.center, circles)

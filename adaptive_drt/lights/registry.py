@@ -13,6 +13,7 @@ from ..scene.description import (
     QuadLight,
     SkyLight,
     SphereLight,
+    SpotLight,
     SunLight,
 )
 from .disk_light import make_disk_emitter
@@ -21,6 +22,7 @@ from .point_light import make_point_emitter
 from .quad_light import make_quad_emitter
 from .sky_light import make_sky_emitter
 from .sphere_light import make_sphere_emitter
+from .spot_light import make_spot_emitter
 from .sun_light import make_sun_emitter
 
 __all__ = ["LIGHTS", "make_emitter"]
@@ -32,6 +34,7 @@ LIGHTS: tuple[tuple[type[Light], _Maker], ...] = (
     (SphereLight, make_sphere_emitter),
     (DiskLight, make_disk_emitter),
     (PointLight, make_point_emitter),
+    (SpotLight, make_spot_emitter),
     (SunLight, make_sun_emitter),
     (SkyLight, make_sky_emitter),
 )

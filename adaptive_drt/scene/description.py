@@ -24,6 +24,7 @@ from .light_records import (
     QuadLight,
     SkyLight,
     SphereLight,
+    SpotLight,
     SunLight,
 )
 from .values import (
@@ -58,6 +59,7 @@ __all__ = [
     "SkyLight",
     "Sphere",
     "SphereLight",
+    "SpotLight",
     "SunLight",
     "Triangle",
     "Triangles",

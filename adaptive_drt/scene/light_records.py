@@ -29,6 +29,7 @@ __all__ = [
     "QuadLight",
     "SkyLight",
     "SphereLight",
+    "SpotLight",
     "SunLight",
 ]
 
@@ -147,6 +148,49 @@ class PointLight:
         return vector_defect(self, "center", "intensity") or motion_defect(self.motion)
 
     def brightened(self, factor: float) -> PointLight:
+        """Return the light so many times as bright."""
+        return replace(self, intensity=scaled_color(self.intensity, factor))
+
+
+@dataclass(frozen=True)
+class SpotLight:
+    """A point, ball or facing disk that shines along `direction`, of any length, in a cone.
+
+    A ball or disk of `radius` metres has the radiance intensity / (pi radius^2) in the middle of
+    the cone; `faces` tells whether it is a disk that always faces the shaded point, as Blender's
+    soft spots are. Directions count by their cosine c with the axis: by smoothstep, from 0 at
+    cos(angle / 2) to 1 at a `blend` of the way to 1. Light that reaches points within the ball is
+    not attenuated.
+
+    intensity : W / sr, RGB.  angle : radians, of the whole cone.  blend : 0 to 1.
+    """
+
+    center: Vector
+    direction: Vector
+    intensity: Vector
+    angle: float
+    blend: float
+    radius: float = 0.0
+    faces: bool = True
+    motion: Motion | None = None
+    casts_shadow: bool = True
+    name: str = "Spot"
+
+    def defect(self) -> str | None:
+        """Return the reason why it cannot be rendered, or None."""
+        if not 0.0 < self.angle <= math.pi:
+            return f"its angle is {self.angle:g} radians; it must be above 0, and pi at most"
+        if not 0.0 <= self.blend <= 1.0:
+            return f"its blend is {self.blend:g}; it must be within 0 to 1"
+        if is_finite(self.direction) and math.hypot(*self.direction) < SMALLEST_SIZE:
+            return "its direction has no length"
+        return (
+            vector_defect(self, "center", "direction", "intensity")
+            or motion_defect(self.motion)
+            or (radius_defect(self.radius) if self.radius else None)
+        )
+
+    def brightened(self, factor: float) -> SpotLight:
         """Return the light so many times as bright."""
         return replace(self, intensity=scaled_color(self.intensity, factor))
 

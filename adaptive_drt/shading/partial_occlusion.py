@@ -159,7 +159,7 @@ def _closed_form_factors(
 
     def visible(part: list[Array]) -> Array:
         hidden = concatenate_polygons([*polygons, *part], n)
-        return visible_factor(outline, surface.normal, circles, hidden)
+        return visible_factor(outline, surface.normal, circles, hidden, light.profile)
 
     factor = visible(sections[0])
     if not sections[0]:

@@ -27,8 +27,10 @@ from ..tracing.intersect import Surface
 from .variation import (
     KINK_KIND,
     ROOT_KIND,
+    SMOOTH_COEFFICIENT,
     SMOOTH_KIND,
     STEP_COEFFICIENT,
+    STEP_EXTENT,
     STEP_KIND,
     zero_variation,
 )
@@ -63,6 +65,10 @@ reaches the limb), from which the normal, which turns with a square root there, 
 approximated by a parabola. Of the centroid's deviation the nodes of the cubature leave 0.04 at 0.25
 and 0.18 at 0.5, and less with the gains of `limb_correction`: as of a power of 3/2. Chosen, not
 fitted."""
+
+PROFILE_MARGIN = 2.0
+"""Distance of a patch from the edge of a light's profile, in half extents, within which that counts
+with `MARGIN_WEIGHT`."""
 
 
 def unoccluded_deviations(
@@ -106,6 +112,7 @@ def unoccluded_deviations(
     _add_plane_crossing(result, sine, half, most, turns)
     if front is not None:
         _add_plane_crossing(result, front, np.zeros_like(half), np.minimum(head_on, np.pi), moves)
+    _add_profile_edge(result, light, to, np.where(risen, most, 0.0), moves)
     if light.touched is not None:
         rows = light.touched[surface.item].nonzero()[0]
         part = columns(result, rows, -1)
@@ -115,6 +122,32 @@ def unoccluded_deviations(
         )
         result[..., rows] = part
     return result
+
+
+def _add_profile_edge(result: Array, light: Emitter, to: Array, most: Array, moves: Array) -> None:
+    """Add deviations by the edge of a light's profile that crosses patches, in place.
+
+    Parameters
+    ----------
+    most : (n,) largest irradiance factors.  moves : (3, n) radians by which the points move, seen
+        from the light, over the half extents.
+    """
+    edge = light.profile_edge(to)
+    if edge is None:
+        return
+    gap, width = edge
+    across = np.sqrt(dot(moves, moves))
+    rows = ((gap < PROFILE_MARGIN * across) & (most > 0.0)).nonzero()[0]
+    if not rows.size:
+        return
+    gap, width, across = gap[rows], np.maximum(width[rows], TINY), across[rows]
+    part = columns(moves, rows)
+    step = across >= STEP_EXTENT * width
+    square = part**2 / np.maximum(across * across, TINY)
+    size = most[rows] * np.where(gap < across, 1.0, MARGIN_WEIGHT)
+    smooth = SMOOTH_COEFFICIENT * (across / width) ** 2
+    result[SMOOTH_KIND][:, rows] += np.where(step, 0.0, size * smooth) * square
+    result[STEP_KIND][:, rows] += np.where(step, size * STEP_COEFFICIENT, 0.0) * square
 
 
 def _add_contact(
