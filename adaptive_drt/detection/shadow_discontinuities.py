@@ -107,10 +107,10 @@ def _at_profile_edge(light: Emitter, surface: Surface, reach: Array, time: float
     edge = light.profile_edge(to)
     if edge is None:
         return np.zeros(reach.size, dtype=np.bool_)
-    gap, width = edge
-    path = light.swept_radius - light.radius
-    turn = (reach + 2.0 * path) / np.maximum(np.sqrt(dot(to, to)) - reach - 2.0 * path, TINY)
-    found: Mask = (gap < turn) & (turn > MAX_PATCH_TO_EDGE * width)
+    path = 2.0 * (light.swept_radius - light.radius)
+    near = np.sqrt(dot(to, to)) - reach - path
+    turn = np.where(near > 0.0, (reach + path) / np.where(near > 0.0, near, 1.0), np.inf)
+    found: Mask = (edge.gap < turn) & (turn > MAX_PATCH_TO_EDGE * edge.width)
     return found
 
 

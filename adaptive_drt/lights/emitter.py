@@ -19,7 +19,7 @@ from ..scene.description import Light, Motion
 from .bounds import LightBounds
 from .coplanarity import planes_through_ball
 
-__all__ = ["Emitter", "LightContact", "LightMotion", "column"]
+__all__ = ["Emitter", "LightContact", "LightMotion", "ProfileEdge", "column"]
 
 
 @dataclass(frozen=True)
@@ -39,6 +39,23 @@ class LightContact:
     away: Array
     clearance: Array
     step: Array
+
+
+@dataclass(frozen=True)
+class ProfileEdge:
+    """Where n points are relative to the edge of a light's profile, as seen from the light.
+
+    Attributes
+    ----------
+    gap : (n,) radians by which a point would have to turn to reach directions in which the
+        radiance changes with the direction; at most 0 within them.
+    onset : (n,) radians from the nearest direction in which that change begins or ends.
+    width : (n,) radians over which it changes.
+    """
+
+    gap: Array
+    onset: Array
+    width: Array
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -243,15 +260,8 @@ class Emitter(LightBounds, ABC):
         """Return how the radiance depends on the direction; None where it does not."""
         return None
 
-    def profile_edge(self, to: Array) -> tuple[Array, Array] | None:
-        """Return where points are relative to the edge of the light's profile, None without one.
-
-        Returns
-        -------
-        gap : (n,) radians by which the point, seen from the light, would have to turn to reach
-            directions in which the radiance changes with the direction; at most 0 within them.
-        width : (n,) radians over which it changes.
-        """
+    def profile_edge(self, to: Array) -> ProfileEdge | None:
+        """Return where points are relative to the edge of the light's profile, None without one."""
         return None
 
     # --- radiometry -----------------------------------------------------------------------

@@ -21,7 +21,7 @@ from ..numerics.gather import columns
 from ..numerics.vector import dot
 from ..scene.description import SpotLight
 from .disk_light import DiskEmitter
-from .emitter import Emitter, LightMotion, column
+from .emitter import Emitter, LightMotion, ProfileEdge, column
 from .occluded_form_factor import visible_factor
 from .point_light import PointEmitter
 from .sphere_light import SphereEmitter
@@ -46,14 +46,16 @@ class SpotEmitter(Emitter):
         """Return how the radiance depends on the direction."""
         return self.beam
 
-    def profile_edge(self, to: Array) -> tuple[Array, Array] | None:
-        """Angles (n,) from the points to the edge of the cone, and its widths, in radians."""
+    def profile_edge(self, to: Array) -> ProfileEdge | None:
+        """Return where points are relative to the edge of the cone."""
         distance = np.sqrt(dot(to, to))
         half = self.half_angle(np.maximum(distance, TINY))
         outer, inner = math.acos(self.beam.outer), math.acos(self.beam.inner)
         angle = self._angle(to, distance)
         gap = np.maximum(angle - half - outer, inner - half - angle)
-        return gap, np.maximum(outer - inner, 2.0 * half)
+        bound = np.minimum(np.abs(angle - outer), np.abs(angle - inner)) - half
+        width = np.maximum(outer - inner, 2.0 * half)
+        return ProfileEdge(gap, np.maximum(bound, 0.0), width)
 
     def _angle(self, to: Array, distance: Array) -> Array:
         """Angles (n,) between the axis of the cone and points, seen from the light's centre."""
@@ -66,11 +68,13 @@ class SpotEmitter(Emitter):
         distance = np.sqrt(dot(to, to))
         d = self.displacement
         path = 0.0 if d is None else float(np.sqrt(dot(d, d))[0])
-        near = np.maximum(distance - reach - path, TINY)
-        turn = np.where(near > TINY, (reach + path) / near, np.inf)
+        near = distance - reach - path
+        beyond = near > self.radius
+        near = np.where(beyond, near, 1.0)
+        turn = np.where(beyond, (reach + path) / near, np.inf)
         half = self.half_angle(np.maximum(near, self.radius + TINY))
         outside: Mask = self._angle(to, distance) - half - turn > math.acos(self.beam.outer)
-        return outside & (near > self.radius)
+        return outside & beyond
 
     def horizon(
         self,

@@ -107,19 +107,18 @@ def unoccluded_deviations(
     result[SMOOTH_KIND] += np.where(risen, most * CURVATURE_COEFFICIENT, 0.0) * np.minimum(
         bent * bent, 1.0
     )
-    rows = (risen & (patch.curvature > 0.0)).nonzero()[0]
-    _add_limb(result, rows, patch, to, surface, most, bent)
+    curved = (risen & (patch.curvature > 0.0)).nonzero()[0]
+    _add_limb(result, curved, patch, to, surface, most, bent)
     _add_plane_crossing(result, sine, half, most, turns)
     if front is not None:
         _add_plane_crossing(result, front, np.zeros_like(half), np.minimum(head_on, np.pi), moves)
-    _add_profile_edge(result, light, to, np.where(risen, most, 0.0), moves)
+    _add_profile_edge(result, light, to, most * risen, moves)
     if light.touched is not None:
         rows = light.touched[surface.item].nonzero()[0]
         part = columns(result, rows, -1)
         steps = {axis: columns(step, rows) for axis, step in relative.items()}
-        _add_contact(
-            part, light, columns(to, rows), columns(surface.normal, rows), steps, patch.margin
-        )
+        towards, normal = columns(to, rows), columns(surface.normal, rows)
+        _add_contact(part, light, towards, normal, steps, patch.margin)
         result[..., rows] = part
     return result
 
@@ -135,19 +134,24 @@ def _add_profile_edge(result: Array, light: Emitter, to: Array, most: Array, mov
     edge = light.profile_edge(to)
     if edge is None:
         return
-    gap, width = edge
     across = np.sqrt(dot(moves, moves))
-    rows = ((gap < PROFILE_MARGIN * across) & (most > 0.0)).nonzero()[0]
+    rows = ((edge.gap < PROFILE_MARGIN * across) & (most > 0.0)).nonzero()[0]
     if not rows.size:
         return
-    gap, width, across = gap[rows], np.maximum(width[rows], TINY), across[rows]
-    part = columns(moves, rows)
-    step = across >= STEP_EXTENT * width
-    square = part**2 / np.maximum(across * across, TINY)
+    gap, width, across = edge.gap[rows], np.maximum(edge.width[rows], TINY), across[rows]
+    square = columns(moves, rows) ** 2 / np.maximum(across * across, TINY)
     size = most[rows] * np.where(gap < across, 1.0, MARGIN_WEIGHT)
-    smooth = SMOOTH_COEFFICIENT * (across / width) ** 2
-    result[SMOOTH_KIND][:, rows] += np.where(step, 0.0, size * smooth) * square
-    result[STEP_KIND][:, rows] += np.where(step, size * STEP_COEFFICIENT, 0.0) * square
+    bend = SMOOTH_COEFFICIENT * (across / width) ** 2
+    step = across >= STEP_EXTENT * width
+    # where it begins or ends the profile is not smooth: its second derivative jumps
+    root = ~step & (edge.onset[rows] < PROFILE_MARGIN * across)
+    # no centre of a pixel around may see a change that only touches this patch: differences
+    # between them must not override it, as they do for all but steps
+    aside = root & (gap > 0.0)
+    result[SMOOTH_KIND][:, rows] += np.where(step | root, 0.0, size * bend) * square
+    result[ROOT_KIND][:, rows] += np.where(root & ~aside, size * bend, 0.0) * square
+    size *= np.where(step, STEP_COEFFICIENT, bend)
+    result[STEP_KIND][:, rows] += np.where(step | aside, size, 0.0) * square
 
 
 def _add_contact(

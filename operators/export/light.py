@@ -17,6 +17,7 @@ from ...adaptive_drt.scene.description import (
     PointLight,
     QuadLight,
     SphereLight,
+    SpotLight,
     SunLight,
     Vector,
     vector_of,
@@ -27,7 +28,7 @@ from ...adaptive_drt.scene.units import (
     point_intensity,
     sphere_radiance,
 )
-from .light_table import BY_TYPE, CYCLES_LIGHT, LIGHT
+from .light_table import BY_TYPE, CYCLES_LIGHT
 from .links import surface_of
 from .listing import left_out
 from .nodes import called, node_called, uses_nodes
@@ -36,6 +37,9 @@ from .shutter import TURNED, Matrix, Track, path_of
 
 SQUARE = 1e-5
 """Cosine between an area light's axes: less is float32's rounding."""
+
+UNEVEN = 1e-5
+"""Relative difference of the scales along a spot's axes: less is float32's rounding."""
 
 WHITE: Vector = (1.0, 1.0, 1.0)
 
@@ -67,10 +71,12 @@ class Lamp:
 
 def lamp_of(light: Any, issues: list[Issue]) -> Lamp:
     """Return what an evaluated light datablock says, and append what of it is simplified."""
+    if light.type not in BY_TYPE:  # of a Blender to come
+        return Lamp(missing=(f"lights of type {light.type.title()} are left out",))
     # a change of an add-on's settings does not reach the evaluated copy
     cycles = getattr(light.original, "cycles", None)
     found = [
-        *left_out(BY_TYPE.get(light.type, LIGHT), light),
+        *left_out(BY_TYPE[light.type], light),
         *left_out(CYCLES_LIGHT, cycles),
     ]
     missing = tuple(reason for reason, is_missing in found if is_missing)
@@ -104,6 +110,8 @@ def light_of(thing: Any, lamp: Lamp, track: Track, name: str, issues: list[Issue
         return _point(light, lamp.power, track, tell)
     if light.type == "SUN":
         return _sun(light, lamp.power, track, tell)
+    if light.type == "SPOT":
+        return _spot(light, lamp.power, track, tell)
     return _area(light, lamp.power, track, tell)
 
 
@@ -163,6 +171,39 @@ def _point(
     # before 4.0 there was no soft falloff; 4.2 and later have the attribute
     kind = DiskLight if getattr(light, "use_soft_falloff", False) else SphereLight
     return kind(path.position, radius, radiance, path.motion, shadow, name)
+
+
+def _spot(light: Any, power: Vector, track: Track, tell: _Teller) -> SpotLight | None:
+    linear = track.middle[:3, :3]
+    size = np.linalg.norm(linear, axis=0)
+    if not size.all():
+        tell("its scale is zero along an axis; such spot lights are left out", missing=True)
+        return None
+    if float(size.max() - size.min()) > UNEVEN * float(size.max()) or _sheared(linear):
+        tell(
+            "it is scaled unevenly; spot lights whose cone that squeezes are left out", missing=True
+        )
+        return None
+    path = path_of(track, shape=np.array([[0.0, 0.0, -1.0]]).T)
+    tell(path.reason)
+    normalize, radius = getattr(light, "normalize", True), float(light.shadow_soft_size)
+    intensity = point_intensity(power, normalize)
+    if radius:
+        area = math.pi * radius * radius
+        r, g, b = sphere_radiance(power, radius, normalize)
+        intensity = (r * area, g * area, b * area)
+    return SpotLight(
+        path.position,
+        vector_of(-linear[:, 2]),
+        intensity,
+        min(float(light.spot_size), math.pi),  # pi as a float32 is more
+        float(light.spot_blend),
+        radius,
+        bool(getattr(light, "use_soft_falloff", False)),
+        path.motion,
+        bool(light.use_shadow),
+        tell.name,
+    )
 
 
 def _area(light: Any, power: Vector, track: Track, tell: _Teller) -> QuadLight | None:

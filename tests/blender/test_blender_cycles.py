@@ -54,6 +54,14 @@ def _soft_point(soft=True):
     lamp.location = (2.5, -2.0, 4.0)
 
 
+def _spot(radius, soft=True, blend=0.3, **settings):
+    lamp = things.light(
+        "SPOT", energy=600.0, shadow_soft_size=radius, use_soft_falloff=soft,
+        spot_size=math.radians(55.0), spot_blend=blend, **settings
+    )  # fmt: skip
+    lamp.location, lamp.rotation_euler = (1.5, -2.5, 4.5), (0.45, 0.25, 0.3)
+
+
 def _sun(degrees):
     things.light("SUN", energy=3.0, angle=math.radians(degrees)).rotation_euler = (0.6, 0.5, 0.3)
 
@@ -132,6 +140,11 @@ SCENES = {
     "sphere point": lambda: _soft_point(False),
     "point": lambda: setattr(things.light("POINT", energy=200.0), "location", (2.5, -2.0, 4.0)),
     "moving": _moving,
+    "spot": lambda: _spot(0.4),
+    "spot that is a ball": lambda: _spot(0.4, False),
+    "spot that is a point": lambda: _spot(0.0),
+    "spot of a hard cone": lambda: _spot(0.2, blend=0.0),
+    "spot of a soft cone": lambda: _spot(0.3, blend=1.0),
     "sun of 0.526 degrees": lambda: _sun(0.526),
     "sun of 20 degrees": lambda: _sun(20.0),
     "sun that is a point": lambda: _sun(0.0),

@@ -11,6 +11,7 @@ from adaptive_drt.scene.description import (
     SkyLight,
     Sphere,
     SphereLight,
+    SpotLight,
     SunLight,
     Triangle,
 )
@@ -26,6 +27,7 @@ SMALL = look_at((0.3, -8.0, 4.0), (0.1, 0.0, 0.5), resolution=(16, 12))
 SUN = (1e3, 1e3, 1e3)
 DOWN = (-0.4, 0.3, -1.0)
 SKY = SkyLight((0.6, 0.8, 1.0))
+CONE = SpotLight((1.5, -3.0, 4.5), (-0.3, 0.6, -1.0), (60.0, 50.0, 40.0), 0.7, 0.3, 0.3)
 TRIANGLE = Triangle(((-2.5, -1.0, 0.5), (-1.0, -1.5, 0.6), (-1.8, -0.5, 2.0)))
 
 
@@ -168,6 +170,13 @@ LIGHT_CASES = {
     "a sky, a crowd of spheres": case((FLOOR, *crowd(3, 30, 0.2, 0.5)), (SKY,)),
     "a sky and other lights": case(
         (FLOOR, BALL, WALL, TRIANGLE), (SKY, LAMP, SunLight(DOWN, (2.0,) * 3, 0.3))
+    ),
+    "a spot": case((FLOOR, BALL, WALL, TRIANGLE), (CONE,), tolerance=1e-3),
+    "a spot that is a ball": case((FLOOR, BALL, WALL), (replace(CONE, faces=False),)),
+    "a spot that is a point": case((FLOOR, BALL, WALL), (replace(CONE, radius=0.0),)),
+    "spots of a hard and a soft cone": case(
+        (FLOOR, BALL),
+        (replace(CONE, blend=0.0), replace(CONE, blend=1.0, center=(-2.0, -2.0, 4.0))),
     ),
     "a sun without size": case((FLOOR, BALL, WALL, *BLOCK), (SunLight(DOWN, (2.0,) * 3, 0.0),)),
 }

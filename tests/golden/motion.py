@@ -3,7 +3,7 @@
 
 from dataclasses import replace
 
-from adaptive_drt.scene.description import Motion, Quad, SkyLight, Sphere, SunLight
+from adaptive_drt.scene.description import Motion, Quad, SkyLight, Sphere, SpotLight, SunLight
 
 from .case import BALL, BULB, CAMERA, DOT, FLOOR, LAMP, LIGHTS, SPOT, box, case, look_at, wall
 from .shapes import crowd
@@ -58,6 +58,20 @@ MOTION_CASES = {
     "a quad light moves": case((FLOOR, BALL), (moving(LAMP, 1.0, 0.5, 0.0),)),
     "a spherical light moves": case((FLOOR, BALL), (moving(BULB, 0.0, 1.0, -0.5),)),
     "a disk light moves": case((FLOOR, BALL, wall(1, 1, 1, 1)), (moving(SPOT, 0.5, 0.0, 0.5),)),
+    "a spot moves": case(
+        (FLOOR, BALL),
+        (
+            SpotLight(
+                (1.5, -3.0, 4.5),
+                (-0.3, 0.6, -1.0),
+                (60.0,) * 3,
+                0.7,
+                0.3,
+                0.3,
+                motion=Motion((0.5, 0.5, 0.0)),
+            ),
+        ),
+    ),
     "a point light moves": case((FLOOR, BALL), (moving(DOT, 0.5, 0.5, 0.0),)),
     "the camera moves": case(
         (FLOOR, BALL, wall(-2.5, 1.5, 3.0, 2.0)),

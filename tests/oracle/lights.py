@@ -4,10 +4,12 @@
 import numpy as np
 
 from adaptive_drt.scene.description import (
+    DiskLight,
     PointLight,
     QuadLight,
     SkyLight,
     SphereLight,
+    SpotLight,
     SunLight,
 )
 
@@ -22,13 +24,39 @@ TINY = 1e-30
 """Replaces a length of zero in a quotient whose result is then not used, or clamped."""
 
 
+def without_cone(light):
+    """A spot light as the point, disk or ball that shines to all sides; others as they are."""
+    if not isinstance(light, SpotLight):
+        return light
+    common = (light.motion, light.casts_shadow, light.name)
+    if not light.radius:
+        return PointLight(light.center, light.intensity, *common)
+    radiance = tuple(x / (np.pi * light.radius**2) for x in light.intensity)
+    kind = DiskLight if light.faces else SphereLight
+    return kind(light.center, light.radius, radiance, *common)
+
+
+def in_cone(light, p, t, point):
+    """How much (n,) of a spot's light goes from its points (n, 3) towards p (n, 3)."""
+    way = p - point
+    axis = np.array(light.direction) / np.linalg.norm(light.direction)
+    cosine = way @ axis / np.maximum(norm(way), TINY)
+    edge = np.cos(light.angle / 2.0)
+    width = np.maximum((1.0 - edge) * light.blend, 1e-9)
+    x = np.clip((cosine - edge) / width, 0.0, 1.0)
+    held = norm(moved(light, light.center, t) - p) <= (0.0 if light.faces else light.radius)
+    return np.where(held, 1.0, x * x * (3.0 - 2.0 * x))
+
+
 def is_area(light):
     """Whether it has an extent."""
+    light = without_cone(light)
     return not isinstance(light, PointLight) and getattr(light, "angle", 1.0) > 0.0
 
 
 def power_of(light):
     """What `emitted` is multiplied by: radiance, radiant intensity or irradiance."""
+    light = without_cone(light)
     for name in ("radiance", "intensity", "irradiance"):
         if hasattr(light, name):
             return getattr(light, name)
@@ -87,6 +115,7 @@ def place(light, p, t, uv):
     angle from the axis to its centre, as a share of its outline's. A sky's is the whole sphere of
     directions, by Lambert's projection, below the horizon, too.
     """
+    light = without_cone(light)
     if isinstance(light, SkyLight):
         square = np.minimum((uv**2).sum(axis=1, keepdims=True), 1.0)
         side = 2.0 * np.sqrt(1.0 - square) * uv
@@ -113,7 +142,7 @@ def place(light, p, t, uv):
 
 def aim(light, p, t, q):
     """The uv (n, 2) of the light's point that lies nearest the line from p through q (n, 3)."""
-    toward = q - p
+    toward, light = q - p, without_cone(light)
     if not is_area(light):
         return np.zeros((len(p), 2))
     if isinstance(light, SkyLight):
@@ -150,6 +179,9 @@ def emitted(light, p, normals, t, square):
     `square` (n, 2) in 0..1 chooses the point; the mean over the square is the irradiance of the
     unoccluded light.
     """
+    if isinstance(light, SpotLight):
+        point, share = emitted(without_cone(light), p, normals, t, square)
+        return point, share * in_cone(light, p, t, point)
     if isinstance(light, SphereLight):
         return _emitted_sphere(light, p, normals, t, square)
     if isinstance(light, SkyLight):

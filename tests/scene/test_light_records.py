@@ -15,6 +15,7 @@ from adaptive_drt.scene.light_records import (
     QuadLight,
     SkyLight,
     SphereLight,
+    SpotLight,
     SunLight,
 )
 
@@ -26,6 +27,7 @@ GOOD = (
     PointLight((0.0, 0.0, 4.0), WHITE),
     SunLight((0.0, 0.0, -4.0), WHITE),
     SkyLight(WHITE),
+    SpotLight((0.0, 0.0, 4.0), (0.0, 0.0, -1.0), WHITE, 0.7, 0.3, 0.2),
 )
 EACH = pytest.mark.parametrize("light", GOOD, ids=lambda light: type(light).__name__)
 
@@ -50,6 +52,16 @@ def test_suns_have_a_direction_and_an_angle_up_to_pi():
     for angle in (-0.1, 3.2):
         assert "angle" in (replace(sun, angle=angle).defect() or "")
     assert replace(sun, angle=math.pi).defect() is None
+
+
+def test_spots_have_a_cone():
+    spot = GOOD[6]
+    assert "direction" in (replace(spot, direction=(0.0, 0.0, 0.0)).defect() or "")
+    for angle in (0.0, -0.1, 3.2):
+        assert "angle" in (replace(spot, angle=angle).defect() or "")
+    for blend in (-0.1, 1.1):
+        assert "blend" in (replace(spot, blend=blend).defect() or "")
+    assert replace(spot, angle=math.pi, blend=0.0, radius=0.0).defect() is None
 
 
 @EACH
