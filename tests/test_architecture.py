@@ -276,6 +276,7 @@ TESTED_BY = {
     "lights": {
         "bounds": "lights/test_emitter.py",
         "disk_light": "lights/test_emitter.py",
+        "flat_light": "lights/test_ellipse_light.py",
         "distant_light": "lights/test_sun_light.py",
         "form_factor": "lights/test_form_factor.py",
         "point_light": "lights/test_emitter.py",

@@ -28,7 +28,7 @@ __all__ = [
     "circular_silhouette",
     "hemisphere_silhouette",
     "make_polygon_silhouettes",
-    "quad_silhouette",
+    "polygon_silhouette",
 ]
 
 
@@ -58,8 +58,8 @@ class Hemisphere:
 
 
 OpenSilhouette: TypeAlias = Array | CircularSilhouette | Hemisphere
-"""A light's silhouette before the horizon cuts it: a quad's corners (4, 3, n) in order, in metres
-from n points, or another one."""
+"""A light's silhouette before the horizon cuts it: the corners (j, 3, n) of a convex polygon in
+order, in metres from n points, or another one."""
 
 
 @dataclass(frozen=True)
@@ -102,18 +102,21 @@ class PolygonSilhouettes:
         return slice(i * j, (i + 1) * j)
 
 
-def quad_silhouette(corners: Array, normal: Array, cut: bool) -> LightSilhouette:
-    """Return the silhouette of a quad light above the horizon.
+def polygon_silhouette(corners: Array, normal: Array, cut: bool) -> LightSilhouette:
+    """Return the silhouette of a light that is a convex polygon of j edges, above the horizon.
 
     Parameters
     ----------
-    corners : (4, 3, n) metres from the points, in order.  normal : (3, n) unit vectors.
+    corners : (j, 3, n) metres from the points, in order.  normal : (3, n) unit vectors.
     cut : True if the horizon cuts the light for all n points, False if for none.
     """
     corners, _ = _anticlockwise(np.ascontiguousarray(corners.swapaxes(0, 1)))
     length = np.sqrt(dot(corners, corners))
     units = corners / length
-    center = normalize(units[:, 0] + units[:, 1] + units[:, 2] + units[:, 3])
+    middle = units[:, 0]
+    for k in range(1, units.shape[1]):
+        middle = middle + units[:, k]
+    center = normalize(middle)
     chords = units - center[:, None]
     reach = np.sqrt(dot(chords, chords).max(axis=0))
     planes = _edge_planes(corners, length)
@@ -220,13 +223,13 @@ def _edge_planes(corners: Array, length: Array) -> HalfSpaces:
 
 
 def _edges_above_horizon(corners: Array, normal: Array, planes: HalfSpaces) -> GreatCircleArcs:
-    """Edges of the part of a quad light above the horizon, the last along the horizon: (5, n)."""
+    """Edges of the part of a polygon above the horizon, the last along the horizon: (j + 1, n)."""
     n, end = normal[:, None], _next_corners(corners)
     h0, h1 = dot(n, corners), dot(n, end)
     down, rise = (h0 > 0.0) & (h1 <= 0.0), (h0 <= 0.0) & (h1 > 0.0)
     crossing = corners + (h0 / np.where(down | rise, h0 - h1, 1.0)) * (end - corners)
     leave, enter = crossing[:, 0], crossing[:, 0]
-    for i in range(1, 4):
+    for i in range(1, corners.shape[1]):
         leave = np.where(down[i], crossing[:, i], leave)
         enter = np.where(rise[i], crossing[:, i], enter)
     below = (h0 <= 0.0) & (h1 <= 0.0)

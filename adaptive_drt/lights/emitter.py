@@ -146,6 +146,13 @@ class Emitter(LightBounds, ABC):
         """Whether the light surrounds all points, each of which sees what is above its horizon."""
         return False
 
+    def outline_error(self, to: Array, normal: Array) -> Array | None:
+        """Errors (n,) of irradiance factors where occluders hide a part of the light, or None.
+
+        They are those of a silhouette that is not quite the light's outline.
+        """
+        return None
+
     @abstractmethod
     def extent(self, vector: Array) -> Array:
         """Largest |(L - centre).vector| over points L of the light, for vectors (3, n): (n,)."""

@@ -25,7 +25,7 @@ from ..geometry.silhouettes import (
     circular_silhouette,
     hemisphere_silhouette,
     make_polygon_silhouettes,
-    quad_silhouette,
+    polygon_silhouette,
 )
 from ..geometry.spherical_curves import (
     Circles,
@@ -56,6 +56,8 @@ HEMISPHERE_ROUNDING = 2.0**-40
 thousands of times the rounding error of what polygons around a point leave open."""
 BLOCK_PAIRS = 1 << 20
 """Number of pairs of outlines, all points together, evaluated at a time, which bounds memory."""
+FEW_EDGES = 4
+"""Number of edges of a light up to which its own do not bound the size of blocks."""
 BLOCK_POINTS = 32_768
 """Number of points evaluated at a time, which bounds memory. Measured: blocks that fit the cache
 make threads wait for each other."""
@@ -150,7 +152,10 @@ def _factor_in_blocks(
     count = normal.shape[1]
     total = np.zeros(count)
     k, m, j = spheres[0].shape[0], *polygons.shape[:2]
-    step = max(1, min(BLOCK_POINTS, BLOCK_PAIRS // max(1, (k + m) * (k + m * j))))
+    pairs = max(1, (k + m) * (k + m * j))
+    if isinstance(light, np.ndarray) and light.shape[0] > FEW_EDGES:
+        pairs = max(pairs, light.shape[0] * (1 + k + m))
+    step = max(1, min(BLOCK_POINTS, BLOCK_PAIRS // pairs))
     for first in range(0, count, step):
         rows = slice(first, min(first + step, count))
         part = _take_silhouette(light, rows)
@@ -227,7 +232,7 @@ def _make_silhouettes(
     elif isinstance(light, CircularSilhouette):
         outline = circular_silhouette(light, normal, cut)
     else:
-        outline = quad_silhouette(light, normal, cut)
+        outline = polygon_silhouette(light, normal, cut)
     place = v.swapaxes(0, 1)
     length = np.sqrt(dot(place, place))
     sine = radius / length

@@ -8,6 +8,7 @@ from typing import Any, TypeAlias
 
 from ..scene.description import (
     DiskLight,
+    EllipseLight,
     Light,
     PointLight,
     QuadLight,
@@ -17,6 +18,7 @@ from ..scene.description import (
     SunLight,
 )
 from .disk_light import make_disk_emitter
+from .ellipse_light import make_ellipse_emitter
 from .emitter import Emitter, LightMotion
 from .point_light import make_point_emitter
 from .quad_light import make_quad_emitter
@@ -31,6 +33,7 @@ _Maker: TypeAlias = Callable[[Any, LightMotion], Emitter]
 
 LIGHTS: tuple[tuple[type[Light], _Maker], ...] = (
     (QuadLight, make_quad_emitter),
+    (EllipseLight, make_ellipse_emitter),
     (SphereLight, make_sphere_emitter),
     (DiskLight, make_disk_emitter),
     (PointLight, make_point_emitter),

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from .light_records import (
     DiskLight,
+    EllipseLight,
     Light,
     PointLight,
     QuadLight,
@@ -43,6 +44,7 @@ from .values import (
 __all__ = [
     "Camera",
     "DiskLight",
+    "EllipseLight",
     "Issue",
     "Light",
     "Material",

@@ -24,6 +24,7 @@ from .values import (
 
 __all__ = [
     "DiskLight",
+    "EllipseLight",
     "Light",
     "PointLight",
     "QuadLight",
@@ -81,6 +82,34 @@ class QuadLight:
         )
 
     def brightened(self, factor: float) -> QuadLight:
+        """Return the light so many times as bright."""
+        return replace(self, radiance=scaled_color(self.radiance, factor))
+
+
+@dataclass(frozen=True)
+class EllipseLight:
+    """Elliptic light: `center` + u * `half_u` + v * `half_v`, u^2 + v^2 up to 1.
+
+    It emits `radiance` (W / m^2 / sr, RGB) on the side of cross(half_u, half_v) only.
+    """
+
+    center: Vector
+    half_u: Vector
+    half_v: Vector
+    radiance: Vector
+    motion: Motion | None = None
+    casts_shadow: bool = True
+    name: str = "Area"
+
+    def defect(self) -> str | None:
+        """Return the reason why it cannot be rendered, or None."""
+        return (
+            vector_defect(self, "center", "half_u", "half_v", "radiance")
+            or motion_defect(self.motion)
+            or area_defect(self.half_u, self.half_v)
+        )
+
+    def brightened(self, factor: float) -> EllipseLight:
         """Return the light so many times as bright."""
         return replace(self, radiance=scaled_color(self.radiance, factor))
 

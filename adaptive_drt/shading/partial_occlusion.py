@@ -129,7 +129,7 @@ def _closed_form_factors(
     """Factors (n,) in closed form, of points with equally many occluders of each treatment.
 
     Returns with them their errors (n,): those of the polygons that stand for spheres cut by the
-    light's plane, 0 where there is none.
+    light's plane, and for elliptic lights; 0 where there is none.
     """
     n = surface.item.size
     when = time if isinstance(time, np.ndarray) else np.full(n, time)
@@ -161,10 +161,13 @@ def _closed_form_factors(
         hidden = concatenate_polygons([*polygons, *part], n)
         return visible_factor(outline, surface.normal, circles, hidden, light.profile)
 
-    factor = visible(sections[0])
-    if not sections[0]:
-        return factor, np.zeros(n)
-    return factor, np.abs(visible(sections[1]) - factor) / POLYGON_REFINEMENT_GAIN
+    factor, error = visible(sections[0]), np.zeros(n)
+    off = light.outline_error(to, surface.normal)
+    if off is not None:
+        error += off
+    if sections[0]:
+        error += np.abs(visible(sections[1]) - factor) / POLYGON_REFINEMENT_GAIN
+    return factor, error
 
 
 def _group_keys(plan: Plan, pairs: Pairs, kind: Ints, count: int) -> Ints:

@@ -12,6 +12,7 @@ import numpy as np
 
 from ...adaptive_drt.scene.description import (
     DiskLight,
+    EllipseLight,
     Issue,
     Light,
     PointLight,
@@ -40,6 +41,12 @@ SQUARE = 1e-5
 
 UNEVEN = 1e-5
 """Relative difference of the scales along a spot's axes: less is float32's rounding."""
+
+ROUND = ("DISK", "ELLIPSE")
+"""Shapes of area lights whose sizes are diameters."""
+
+AREAS = {QuadLight: 4.0, EllipseLight: math.pi}
+"""Areas in units of the product of their half edges or half axes."""
 
 WHITE: Vector = (1.0, 1.0, 1.0)
 
@@ -206,13 +213,16 @@ def _spot(light: Any, power: Vector, track: Track, tell: _Teller) -> SpotLight |
     )
 
 
-def _area(light: Any, power: Vector, track: Track, tell: _Teller) -> QuadLight | None:
+def _area(
+    light: Any, power: Vector, track: Track, tell: _Teller
+) -> QuadLight | EllipseLight | None:
     size_x = float(light.size)
-    size_y = size_x if light.shape == "SQUARE" else float(light.size_y)
+    size_y = size_x if light.shape in ("SQUARE", "DISK") else float(light.size_y)
+    kind = EllipseLight if light.shape in ROUND else QuadLight
     # the light shines along its own -Z, and cross(X, -Y) = -Z
     half = np.array([[size_x, 0.0, 0.0], [0.0, -size_y, 0.0]]).T / 2.0
     half_u, half_v = (track.middle[:3, :3] @ half).T
-    area = 4.0 * float(np.linalg.norm(np.cross(half_u, half_v)))
+    area = AREAS[kind] * float(np.linalg.norm(np.cross(half_u, half_v)))
     flat = not float(np.linalg.norm(track.middle[:3, 2]))
     if area == 0.0 or flat:  # measured: Cycles renders no light of either
         what = "scale along its Z axis" if flat else "size"
@@ -227,7 +237,7 @@ def _area(light: Any, power: Vector, track: Track, tell: _Teller) -> QuadLight |
     path = path_of(track, shape=half)
     tell(path.reason)
     radiance = area_radiance(power, area, getattr(light, "normalize", True))
-    return QuadLight(
+    return kind(
         path.position,
         vector_of(half_u),
         vector_of(half_v),

@@ -47,12 +47,7 @@ POINT: Table = {
 AREA: Table = {
     **LIGHT,
     **SHADOWS,
-    **dict.fromkeys(("energy", "size", "size_y"), Use.RENDERED),
-    "shape": Listed(
-        ("SQUARE", "RECTANGLE"),
-        "Area lights of shape {value} are left out; use a rectangle",
-        missing=True,
-    ),
+    **dict.fromkeys(("energy", "shape", "size", "size_y"), Use.RENDERED),
     "spread": Listed(
         (math.pi,),
         "its spread is {degrees}: area lights of a spread below 180° are left out",

@@ -54,6 +54,11 @@ def _soft_point(soft=True):
     lamp.location = (2.5, -2.0, 4.0)
 
 
+def _round_area(shape, **settings):
+    lamp = things.light("AREA", energy=300.0, shape=shape, size=1.6, size_y=0.7, **settings)
+    lamp.location, lamp.rotation_euler = (-1.5, -1.0, 4.0), (0.2, -0.3, 0.1)
+
+
 def _spot(radius, soft=True, blend=0.3, **settings):
     lamp = things.light(
         "SPOT", energy=600.0, shadow_soft_size=radius, use_soft_falloff=soft,
@@ -140,6 +145,8 @@ SCENES = {
     "sphere point": lambda: _soft_point(False),
     "point": lambda: setattr(things.light("POINT", energy=200.0), "location", (2.5, -2.0, 4.0)),
     "moving": _moving,
+    "disk": lambda: _round_area("DISK"),
+    "ellipse": lambda: _round_area("ELLIPSE"),
     "spot": lambda: _spot(0.4),
     "spot that is a ball": lambda: _spot(0.4, False),
     "spot that is a point": lambda: _spot(0.0),

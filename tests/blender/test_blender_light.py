@@ -127,6 +127,20 @@ def test_a_sun_that_turns_during_the_shutter_is_told(export):
     assert all(light.motion is None for light in scene.lights)
 
 
+def test_round_area_lights(export, core):
+    disk = things.light("AREA", "Disk", energy=2.0, shape="DISK", size=1.0, size_y=9.0)
+    disk.scale = (2.0, 3.0, 1.0)
+    things.light("AREA", "Ellipse", energy=2.0, shape="ELLIPSE", size=1.0, size_y=3.0)
+    scene = export()
+    one, two = sorted(scene.lights, key=lambda light: light.name)
+    assert type(one) is type(two) is core.EllipseLight and scene.issues == ()
+    for light, x, y in ((one, 2.0, 3.0), (two, 1.0, 3.0)):
+        assert light.half_u == pytest.approx((x / 2.0, 0.0, 0.0))
+        assert light.half_v == pytest.approx((0.0, -y / 2.0, 0.0))
+        # P / (pi A), of A = pi x y / 4
+        assert light.radiance[0] == pytest.approx(2.0 / (PI * PI * x * y / 4.0))
+
+
 SPOT = {"energy": 4.0 * PI, "spot_size": 0.8, "spot_blend": 0.25}
 
 
@@ -186,8 +200,6 @@ def test_emission_nodes_multiply(export):
 @pytest.mark.parametrize(
     "kind, settings, said",
     [
-        ("AREA", {"shape": "DISK"}, "Disk"),
-        ("AREA", {"shape": "ELLIPSE"}, "Ellipse"),
         ("AREA", {"spread": 1.0}, "spread"),
         ("AREA", {"size": 0.0}, "size is zero"),
     ],

@@ -3,7 +3,15 @@
 
 from dataclasses import replace
 
-from adaptive_drt.scene.description import Motion, Quad, SkyLight, Sphere, SpotLight, SunLight
+from adaptive_drt.scene.description import (
+    EllipseLight,
+    Motion,
+    Quad,
+    SkyLight,
+    Sphere,
+    SpotLight,
+    SunLight,
+)
 
 from .case import BALL, BULB, CAMERA, DOT, FLOOR, LAMP, LIGHTS, SPOT, box, case, look_at, wall
 from .shapes import crowd
@@ -58,6 +66,18 @@ MOTION_CASES = {
     "a quad light moves": case((FLOOR, BALL), (moving(LAMP, 1.0, 0.5, 0.0),)),
     "a spherical light moves": case((FLOOR, BALL), (moving(BULB, 0.0, 1.0, -0.5),)),
     "a disk light moves": case((FLOOR, BALL, wall(1, 1, 1, 1)), (moving(SPOT, 0.5, 0.0, 0.5),)),
+    "an elliptic light moves": case(
+        (FLOOR, BALL),
+        (
+            EllipseLight(
+                (1.0, -1.0, 4.0),
+                (0.7, 0.0, 0.2),
+                (0.0, -0.4, 0.1),
+                (12.0,) * 3,
+                motion=Motion((0.6, 0.3, 0.0)),
+            ),
+        ),
+    ),
     "a spot moves": case(
         (FLOOR, BALL),
         (

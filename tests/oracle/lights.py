@@ -5,6 +5,7 @@ import numpy as np
 
 from adaptive_drt.scene.description import (
     DiskLight,
+    EllipseLight,
     PointLight,
     QuadLight,
     SkyLight,
@@ -100,8 +101,8 @@ def _axis(light, p, t):
 
 
 def facing(light, p, t):
-    """Height in metres of p over the front of a quad light; infinite for all others."""
-    if not isinstance(light, QuadLight):
+    """Height in metres of p over the front of a flat light; infinite for all others."""
+    if not isinstance(light, QuadLight | EllipseLight):
         return np.full(len(p), np.inf)
     normal = np.cross(light.half_u, light.half_v)
     normal = normal / np.linalg.norm(normal)
@@ -120,7 +121,7 @@ def place(light, p, t, uv):
         square = np.minimum((uv**2).sum(axis=1, keepdims=True), 1.0)
         side = 2.0 * np.sqrt(1.0 - square) * uv
         return p + FAR * np.concatenate([side, 1.0 - 2.0 * square], axis=1)
-    if isinstance(light, QuadLight):
+    if isinstance(light, QuadLight | EllipseLight):
         return moved(light, light.center, t) + uv @ np.array([light.half_u, light.half_v])
     if isinstance(light, PointLight):
         return moved(light, light.center, t)
@@ -150,7 +151,7 @@ def aim(light, p, t, q):
         rho = np.sqrt(np.maximum(1.0 - way[:, 2], 0.0) / 2.0)
         side = np.hypot(way[:, 0], way[:, 1])
         return way[:, :2] * (rho / np.maximum(side, TINY))[:, None]
-    if isinstance(light, QuadLight):
+    if isinstance(light, QuadLight | EllipseLight):
         u, v = np.array(light.half_u), np.array(light.half_v)
         columns = np.stack([np.broadcast_to(u, p.shape), np.broadcast_to(v, p.shape), -toward], 2)
         flat = np.abs(np.linalg.det(columns)) < np.finfo(float).tiny
@@ -159,6 +160,8 @@ def aim(light, p, t, q):
         # columns . (u, v, s) = p - center, as center + u U + v V = p + s toward
         uvs = np.linalg.solve(columns, start[:, :, None])[:, :, 0]
         uvs[flat | (uvs[:, 2] < 0.0)] = 0.0
+        if isinstance(light, EllipseLight):
+            return uvs[:, :2] / np.maximum(norm(uvs[:, :2]), 1.0)[:, None]
         return np.clip(uvs[:, :2], -1.0, 1.0)
     axis, distance, first, second, sine = _axis(light, p, t)
     ahead = dot(toward, axis)
@@ -199,6 +202,8 @@ def emitted(light, p, normals, t, square):
         rho, phi = np.sqrt(square[:, :1]), 2.0 * np.pi * square[:, 1:]
         uv = rho * np.concatenate([np.cos(phi), np.sin(phi)], axis=1)
         area = np.pi * getattr(light, "radius", 0.0) ** 2
+        if isinstance(light, EllipseLight):
+            area = np.pi * np.linalg.norm(np.cross(light.half_u, light.half_v))
     point = place(light, p, t, uv)
     toward = point - p
     distance2 = dot(toward, toward)
@@ -206,7 +211,7 @@ def emitted(light, p, normals, t, square):
     cosine = np.maximum(dot(toward, normals) / distance, 0.0)
     if isinstance(light, PointLight):
         return point, cosine / distance2
-    if isinstance(light, QuadLight):
+    if isinstance(light, QuadLight | EllipseLight):
         height = facing(light, p, t)
     else:
         height = norm(moved(light, light.center, t) - p)

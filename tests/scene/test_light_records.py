@@ -11,6 +11,7 @@ import pytest
 
 from adaptive_drt.scene.light_records import (
     DiskLight,
+    EllipseLight,
     PointLight,
     QuadLight,
     SkyLight,
@@ -28,6 +29,7 @@ GOOD = (
     SunLight((0.0, 0.0, -4.0), WHITE),
     SkyLight(WHITE),
     SpotLight((0.0, 0.0, 4.0), (0.0, 0.0, -1.0), WHITE, 0.7, 0.3, 0.2),
+    EllipseLight((0.0, 0.0, 4.0), (1.0, 0.0, 0.0), (0.0, -1.0, 0.0), WHITE),
 )
 EACH = pytest.mark.parametrize("light", GOOD, ids=lambda light: type(light).__name__)
 
