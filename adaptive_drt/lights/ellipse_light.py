@@ -3,10 +3,10 @@
 
 A circular disk that is wholly above the horizon has an elementary closed form, the vector of whose
 components are the configuration factors of a differential element and a disk, parallel and
-perpendicular (Hamilton and Morgan 1952, NACA TN 2836; Howell's catalogue, B-13 and B-15). All else
-is that of inscribed-circumscribed polygons of the same area and `SIDES` sides: what is seen of them
-behind occluders and above the horizon has a closed form, and differs by the two places at most
-where another outline crosses the ellipse. The whole of an ellipse is extrapolated from two of them.
+perpendicular (Hamilton and Morgan 1952, NACA TN 2836). All else is that of polygons of the same
+area and `SIDES` sides: what is seen of them behind occluders and above the horizon has a closed
+form, and differs where another outline crosses the ellipse. The whole of an ellipse is extrapolated
+from two of them.
 """
 
 from __future__ import annotations
@@ -42,6 +42,8 @@ Measured: it grows as in `EllipseEmitter.outline_error`; see the tests of ellipt
 EXTRAPOLATION = 1.0 / 15.0
 """Weight of the difference of polygons with `SIDES` and half as many sides that is added to the
 former: errors of polygons of the same area as the ellipse fall with the fourth power."""
+NEAREST_STEPS = 4
+"""Number of steps of the iteration for the nearest point of an ellipse."""
 CIRCULAR = 2.0**-40
 """Largest relative difference of the half axes, and cosine between them, of disks that count as
 circular."""
@@ -89,21 +91,38 @@ class EllipseEmitter(FlatEmitter):
     def _from_nearest(self, to: Array) -> Array:
         """Vectors (3, n) metres from the light's nearest points, exact for a circle.
 
-        For an ellipse it is the nearest of three points of it: on the way to the centre, and where
-        first one coordinate along its axes and then the other is clipped.
+        For an ellipse `NEAREST_STEPS` steps of an iteration that replaces it by its circle of
+        curvature leave a hundredth of a shorter half axis at most.
         """
         u, v = self.span.half_u, self.span.half_v
         a, b = -dot(to, u) / dot(u, u), -dot(to, v) / dot(v, v)
-        inside = 1.0 / np.maximum(np.hypot(a, b), 1.0)
-        best: Array = -to - (a * inside) * u - (b * inside) * v
-        if self.circular:
-            return best
-        for p, q, first, second in ((a, b, u, v), (b, a, v, u)):
-            own = np.clip(p, -1.0, 1.0)
-            most = np.sqrt(1.0 - own * own)
-            found = -to - own * first - np.clip(q, -most, most) * second
-            best = np.where(dot(found, found) < dot(best, best), found, best)
-        return best
+        size = np.maximum(np.hypot(a, b), TINY)
+        x, y = a / size, b / size
+        if not self.circular:
+            x, y = self._nearest_on_rim(np.abs(a), np.abs(b))
+            x, y = np.copysign(x, a), np.copysign(y, b)
+        inside = size <= 1.0
+        away: Array = -to - np.where(inside, a, x) * u - np.where(inside, b, y) * v
+        return away
+
+    def _nearest_on_rim(self, a: Array, b: Array) -> tuple[Array, Array]:
+        """Cosine and sine (n,) of the rim's point nearest to points of the light's plane.
+
+        a, b : (n,) their coordinates in units of the half axes, at least 0.
+        """
+        p, q = (float(np.sqrt(dot(half, half))[0]) for half in (self.span.half_u, self.span.half_v))
+        x, y = np.full_like(a, 0.5**0.5), np.full_like(a, 0.5**0.5)
+        for _ in range(NEAREST_STEPS):
+            # centre and radius of curvature there
+            mid_x, mid_y = (p * p - q * q) / p * x**3, (q * q - p * p) / q * y**3
+            radius = np.hypot(p * x - mid_x, q * y - mid_y)
+            way_x, way_y = p * a - mid_x, q * b - mid_y
+            share = radius / np.maximum(np.hypot(way_x, way_y), TINY)
+            x = np.clip((way_x * share + mid_x) / p, 0.0, 1.0)
+            y = np.clip((way_y * share + mid_y) / q, 0.0, 1.0)
+            size = np.maximum(np.hypot(x, y), TINY)
+            x, y = x / size, y / size
+        return x, y
 
     def horizon(
         self,

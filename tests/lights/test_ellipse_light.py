@@ -149,7 +149,7 @@ def test_bounds_of_the_light_hold(kind):
     nearest = light._from_nearest(to)
     assert np.all(
         np.sqrt((nearest * nearest).sum(axis=0))
-        <= np.sqrt((way * way).sum(axis=0)).min(axis=1) * (1.0 if light.circular else 1.2) + 1e-9
+        <= np.sqrt((way * way).sum(axis=0)).min(axis=1) * (1.0 if light.circular else 1.02) + 1e-9
     )
 
 
