@@ -29,6 +29,8 @@ __all__ = [
     "largest_shift",
     "outline_rates",
     "outline_shifts",
+    "shadow_edges_around",
+    "shifts_around",
 ]
 
 
@@ -56,6 +58,12 @@ fitted: it bounds the extrapolated angle to four times the step."""
 MAX_SHARPNESS = 1e3
 """Largest ratio of a patch's half extent and a shadow edge's width; a sharper edge makes no
 difference. Chosen, not fitted."""
+
+
+SURROUNDING_WIDTH = 0.7
+"""Angle, in radians, over which the shadow of an outline in a light that surrounds the point begins
+and ends. The hidden fraction of irradiance falls with powers 2 to 3 of the distance d, and a patch
+of half extent h is off by some (h / d)^2 of it."""
 
 
 @dataclass(frozen=True)
@@ -158,3 +166,34 @@ def outline_rates(
     turn = (moved * half - own) / np.maximum(near, TINY) - (carried * half - own) / far
     steps[TIME] = turn / np.maximum(rate, TINY)
     return rate, steps
+
+
+def shifts_around(
+    receivers: ShadedPatches, light: AreaLight, displacement: Array | None, near: Array
+) -> Array:
+    """Angles (3, m) by which outlines move relative to the horizon of a point, by axis.
+
+    The horizon turns with the surface's normal.
+
+    displacement : (3, m) metres over the shutter, of the occluders; None if none of them moves.
+    near : (m,) metres, distances of the outlines.
+    """
+    to = light.to_center(receivers.places, receivers.time)
+    rate, steps = outline_rates(receivers, light, displacement, near, np.sqrt(dot(to, to)))
+    patch, row = receivers.patch, receivers.row
+    shifts = np.zeros((3, near.size))
+    for axis, step in steps.items():
+        turn = patch.surface_steps[axis] * patch.curvature
+        shifts[axis] = np.sqrt(dot(step, step)) * rate + turn[row]
+    return shifts
+
+
+def shadow_edges_around(depth: Array, shifts: Array, hides_all: Mask) -> ShadowEdges:
+    """Smooth shadow edges of occluders in a light that surrounds the points.
+
+    depth, shifts, hides_all : see `ShadowEdges`.
+    """
+    width = np.full(depth.size, SURROUNDING_WIDTH)
+    never = np.zeros(depth.size, dtype=np.bool_)
+    ramp = np.full(depth.size, np.inf)
+    return ShadowEdges(depth, shifts, width, never, ramp, ramp.copy(), hides_all)

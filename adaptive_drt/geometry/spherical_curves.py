@@ -28,7 +28,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from ..numerics.arrays import Array, Mask
+from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.floats import TINY
 from ..numerics.vector import cross, dot, total
 
@@ -41,6 +41,7 @@ __all__ = [
     "arcs_inside_cones",
     "arcs_inside_outline",
     "boundary_integral",
+    "boundary_values",
     "circles_inside_cones",
     "circles_outside_half_spaces",
     "complement_intervals",
@@ -107,6 +108,13 @@ class GreatCircleArcs:
     w: Array
     middle_angle: Array | None
 
+    def take(self, rows: slice) -> GreatCircleArcs:
+        """Return the arcs selected by `rows`."""
+        planes = HalfSpaces(self.planes.normal[:, rows], self.planes.angle_error[rows])
+        middle, along, u, w = (x[:, rows] for x in (self.middle, self.along, self.u, self.w))
+        shift = None if self.middle_angle is None else self.middle_angle[rows]
+        return GreatCircleArcs(planes, middle, along, self.half_angle[rows], u, w, shift)
+
 
 @dataclass(frozen=True)
 class Circles:
@@ -124,6 +132,12 @@ class Circles:
     sine: Array
     cosine: Array
     versine: Array
+
+    def take_pairs(self, index: Ints, point: Ints) -> Circles:
+        """Return circles (m,), given by their indices and those of their points."""
+        axis, u, w = (x[:, index, point] for x in (self.axis, self.u, self.w))
+        sine, cosine, versine = (x[index, point] for x in (self.sine, self.cosine, self.versine))
+        return Circles(axis, u, w, sine, cosine, versine)
 
 
 @dataclass(frozen=True)
@@ -214,12 +228,15 @@ def _spans_integral(potential: BoundaryAntiderivative, low: Array, high: Array) 
                 potential.a.take(curve), potential.b.take(curve), potential.c.take(curve), shift
             )
             rows = np.zeros(low.size)
-            rows[index] = _evaluate(own, high.take(index)) - _evaluate(own, low.take(index))
+            rows[index] = boundary_values(own, high.take(index)) - boundary_values(
+                own, low.take(index)
+            )
             return rows.reshape(low.shape)
-    return _evaluate(potential, high) - _evaluate(potential, low)
+    return boundary_values(potential, high) - boundary_values(potential, low)
 
 
-def _evaluate(potential: BoundaryAntiderivative, phi: Array) -> Array:
+def boundary_values(potential: BoundaryAntiderivative, phi: Array) -> Array:
+    """Values F (...) at angles phi (...) on the curves, radians."""
     if potential.phase is not None:
         phi = phi + potential.phase
     t = np.tan(0.5 * phi)

@@ -144,7 +144,7 @@ def _closed_form_factors(
     """Factors (n,) in closed form, of points with equally many occluders of each treatment.
 
     Returns with them their errors (n,): those of the polygons that stand for spheres cut by the
-    light's plane, 0 where there is none.
+    light's plane, and for elliptic lights; 0 where there is none.
     """
     n = surface.item.size
     when = time if isinstance(time, np.ndarray) else np.full(n, time)
@@ -167,16 +167,22 @@ def _closed_form_factors(
         if cut.size:
             for part, number in zip(sections, (SECTION_CORNERS, SECTION_CORNERS // 2), strict=True):
                 part.append(shapes.outline_in_plane(cut, point, when, plane, number))
-    circles, outline = (np.concatenate(centers), np.concatenate(radii)), light.silhouette(to)
+    circles, outline = (
+        (np.concatenate(centers), np.concatenate(radii)),
+        light.silhouette(to, surface.normal),
+    )
 
     def visible(part: list[Array]) -> Array:
         hidden = concatenate_polygons([*polygons, *part], n)
-        return visible_factor(outline, surface.normal, circles, hidden)
+        return visible_factor(outline, surface.normal, circles, hidden, light.profile)
 
-    factor = visible(sections[0])
-    if not sections[0]:
-        return factor, np.zeros(n)
-    return factor, SECTION_ERROR_FRACTION * np.abs(visible(sections[1]) - factor)
+    factor, error = visible(sections[0]), np.zeros(n)
+    off = light.outline_error(to, surface.normal)
+    if off is not None:
+        error += off
+    if sections[0]:
+        error += SECTION_ERROR_FRACTION * np.abs(visible(sections[1]) - factor)
+    return factor, error
 
 
 def _group_keys(plan: Plan, pairs: Pairs, kind: Ints, count: int) -> Ints:

@@ -26,8 +26,10 @@ from ..tracing.intersect import Surface
 from .variation import (
     KINK_KIND,
     ROOT_KIND,
+    SMOOTH_COEFFICIENT,
     SMOOTH_KIND,
     STEP_COEFFICIENT,
+    STEP_EXTENT,
     STEP_KIND,
     zero_variation,
 )
@@ -71,6 +73,10 @@ approximated by a parabola. Of the centroid's deviation the nodes of the cubatur
 and 0.18 at 0.5, and less with the gains of `limb_correction`: as of a power of 3/2. Chosen, not
 fitted."""
 
+PROFILE_MARGIN = 2.0
+"""Distance of a patch from the edge of a light's profile, in half extents, within which that counts
+with `MARGIN_WEIGHT`."""
+
 
 def unoccluded_deviations(
     light: Emitter, to: Array, surface: Surface, patch: Patch, factor: Array
@@ -81,6 +87,8 @@ def unoccluded_deviations(
     ----------
     to : (3, n) metres, vectors to the light's centre.  factor : (n,) unoccluded irradiance factors.
     """
+    if light.surrounds:
+        return zero_variation(factor.size)
     square = np.maximum(dot(to, to), TINY)
     distance = np.sqrt(square)
     half = light.half_angle(distance)
@@ -107,19 +115,18 @@ def unoccluded_deviations(
     result[SMOOTH_KIND] += np.where(risen, most * CURVATURE_COEFFICIENT, 0.0) * np.minimum(
         bent * bent, 1.0
     )
-    rows = (risen & (patch.curvature > 0.0)).nonzero()[0]
-    _add_limb(result, rows, patch, to, surface, most, bent)
+    curved = (risen & (patch.curvature > 0.0)).nonzero()[0]
+    _add_limb(result, curved, patch, to, surface, most, bent)
     _add_plane_crossing(result, sine, half, most, turns)
     if front is not None:
         _add_plane_crossing(result, front, np.zeros_like(half), np.minimum(head_on, np.pi), moves)
+    _add_profile_edge(result, light, to, most * risen, moves)
     if light.touched is not None:
         rows = light.touched[surface.item].nonzero()[0]
         part = columns(result, rows, -1)
         steps = {axis: columns(step, rows) for axis, step in relative.items()}
-        contact = light.contact(columns(to, rows), columns(surface.normal, rows))
-        if contact is not None:
-            jump = _contact_jump(light, contact, factor[rows])
-            _add_contact(part, light, contact, jump, steps, patch.margin)
+        towards, normal = columns(to, rows), columns(surface.normal, rows)
+        _add_contact(part, light, (towards, normal, factor[rows]), steps, patch.margin)
         result[..., rows] = part
     return result
 
@@ -131,11 +138,41 @@ def _contact_jump(light: Emitter, contact: LightContact, factor: Array) -> Array
     return contact.step
 
 
+def _add_profile_edge(result: Array, light: Emitter, to: Array, most: Array, moves: Array) -> None:
+    """Add deviations by the edge of a light's profile that crosses patches, in place.
+
+    Parameters
+    ----------
+    most : (n,) largest irradiance factors.  moves : (3, n) radians by which the points move, seen
+        from the light, over the half extents.
+    """
+    edge = light.profile_edge(to)
+    if edge is None:
+        return
+    across = np.sqrt(dot(moves, moves))
+    rows = ((edge.gap < PROFILE_MARGIN * across) & (most > 0.0)).nonzero()[0]
+    if not rows.size:
+        return
+    gap, width, across = edge.gap[rows], np.maximum(edge.width[rows], TINY), across[rows]
+    square = columns(moves, rows) ** 2 / np.maximum(across * across, TINY)
+    size = most[rows] * np.where(gap < across, 1.0, MARGIN_WEIGHT)
+    bend = SMOOTH_COEFFICIENT * (across / width) ** 2
+    step = across >= STEP_EXTENT * width
+    # where it begins or ends the profile is not smooth: its second derivative jumps
+    root = ~step & (edge.onset[rows] < PROFILE_MARGIN * across)
+    # no centre of a pixel around may see a change that only touches this patch: differences
+    # between them must not override it, as they do for all but steps
+    aside = root & (gap > 0.0)
+    result[SMOOTH_KIND][:, rows] += np.where(step | root, 0.0, size * bend) * square
+    result[ROOT_KIND][:, rows] += np.where(root & ~aside, size * bend, 0.0) * square
+    size *= np.where(step, STEP_COEFFICIENT, bend)
+    result[STEP_KIND][:, rows] += np.where(step | aside, size, 0.0) * square
+
+
 def _add_contact(
     result: Array,
     light: Emitter,
-    contact: LightContact,
-    jump: Array,
+    points: tuple[Array, Array, Array],
     steps: dict[int, Array],
     margin: float,
 ) -> None:
@@ -143,10 +180,15 @@ def _add_contact(
 
     Parameters
     ----------
-    jump : (n,) by how much the irradiance factor jumps at that surface.
+    points : (3, n) vectors to the light's centre, metres; (3, n) normals; (n,) irradiance factors.
     steps : (3, n) metres, motion of the points relative to the light over half the patch, by axis.
     margin : see `Patch`.
     """
+    to, normal, factor = points
+    contact = light.contact(to, normal)
+    if contact is None:
+        return
+    jump = _contact_jump(light, contact, factor)
     shifts, reach = np.zeros((3, contact.gap.size)), np.zeros(contact.gap.size)
     for step in steps.values():
         reach += np.sqrt(dot(step, step))

@@ -28,8 +28,10 @@ from ..tracing.intersect import Pairs, Surface, cache_sized_chunks
 __all__ = [
     "KINK_KIND",
     "ROOT_KIND",
+    "SMOOTH_COEFFICIENT",
     "SMOOTH_KIND",
     "STEP_COEFFICIENT",
+    "STEP_EXTENT",
     "STEP_KIND",
     "pair_receivers",
     "shadow_variation",

@@ -10,7 +10,7 @@ from adaptive_drt.geometry.silhouettes import (
     CircularSilhouette,
     circular_silhouette,
     make_polygon_silhouettes,
-    quad_silhouette,
+    polygon_silhouette,
 )
 
 DIRECTIONS = 4_000
@@ -45,7 +45,7 @@ def test_quad_lights_above_the_horizon(seed):
     cut = corners[:, 2].min() < 0.0
     if corners[:, 2].max() < 0.0:
         return
-    found = quad_silhouette(corners[:, :, None], normal[:, None], bool(cut))
+    found = polygon_silhouette(corners[:, :, None], normal[:, None], bool(cut))
     assert found.edges.half_angle.shape[0] == (5 if cut else 4) and found.cone is None
     w = directions_near(rng, found.center[:, 0], found.reach[0])
     inside, margin = meets(corners, w)

@@ -101,7 +101,7 @@ def test_partly_occluded_suns_do_not_cancel(half, size, apart):
     point, up = np.zeros((3, 1)), np.array([[0.0], [0.0], [1.0]])
     v = np.array([math.sin(lean), 0.0, math.cos(lean)])
     radius = np.array([[math.sin(other)]])
-    outline = sun.silhouette(sun.to_center(point))
+    outline = sun.silhouette(sun.to_center(point), up)
     none = np.zeros((0, 4, 3, 1))
     got = sun.power[0] * visible_factor(outline, up, (v[None, :, None], radius), none)[0]
     with mpmath.workdps(40):

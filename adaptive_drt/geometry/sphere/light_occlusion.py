@@ -74,7 +74,7 @@ def sphere_occlusion(
     if rows.size:
         away, size = norm(columns(gap, rows)), r[rows]
         none[rows] = away + light.radius <= size
-        full[rows] = away - light.radius >= size
+        full[rows] = light.surrounds | (away - light.radius >= size)
     none &= ~full
     return none, full
 
