@@ -15,11 +15,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cubature.adaptive import InitialCells, RefinedPixels, RefinementTask
-from ..cubature.error_budget import GOAL_GROWTH, MIN_GOAL, Goal, MotionErrors, make_goal
+from ..cubature.error_budget import (
+    GOAL_GROWTH,
+    GOAL_POWER,
+    MIN_GOAL,
+    Goal,
+    MotionErrors,
+    make_goal,
+)
 from ..cubature.evaluate import multi_node_error
 from ..cubature.regions import Cells
+from ..cubature.sampled_pixels import FIRST_POINTS, SamplingTask, unseen_error
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.axes import TIME
+from ..numerics.floats import TINY
 from ..numerics.gather import columns, place
 from ..numerics.vector import rms
 from ..scene.film import FILM_BORDER, Film
@@ -31,7 +40,7 @@ from ..visibility.fragments import MAX_REFINED_CANDIDATES
 from .block_interpolation import SmoothBlocks
 from .first_pass import FirstPassPixels
 from .midpoint_correction import PixelCenters
-from .schedule import Tasks
+from .schedule import SamplingTasks, Tasks
 from .visibility_key import NO_KEY
 
 __all__ = ["Frame", "interleaved_parts", "widened_plan"]
@@ -97,7 +106,6 @@ class Frame:
         )
         self.width = right + -right % STORAGE_ALIGNMENT - self.left
         self.height = top + -top % STORAGE_ALIGNMENT - self.bottom
-        # columns and rows of the region itself
         self.region_slices = (
             slice(region[1] - self.bottom, region[3] - self.bottom),
             slice(region[0] - self.left, region[2] - self.left),
@@ -115,8 +123,9 @@ class Frame:
         # visibility keys: see `find_visibility_keys`
         self.visibility_key = np.full(n, NO_KEY)
         self.error = np.zeros(n)
-        # pixels that need no refinement, and those that are being refined already
-        self.settled, self._in_progress = np.zeros((2, n), dtype=np.bool_)
+        # pixels that need no refinement, that are being refined already, that are sampled by rays
+        # (nothing is known of them until then), and that are sampled and have outlines
+        self.settled, self._in_progress, self.sampled, self.cut = np.zeros((4, n), dtype=np.bool_)
         # for pixels with outlines: whether their regions are shaded, whether those may use the
         # multi-node rule, and their errors of shape
         self.regions_shaded, self._multi_node = np.zeros((2, n), dtype=np.bool_)
@@ -134,7 +143,7 @@ class Frame:
         index = self.pixel_indices(x, y)
         for name in (
             "color", "alpha", "deviation", "sampling", "error", "mask", "outline", "item",
-            "visibility_key",
+            "visibility_key", "sampled", "cut",
         ):  # fmt: skip
             place(getattr(self, name), index, getattr(pixels, name))
         self._spatial_error[index] = pixels.spatial_error
@@ -209,6 +218,7 @@ class Frame:
             inside[1:-1, 1:-1] = True
             some = (self._spatial_error[traced] > flat) | self.mask[0, traced]
             some &= inside.ravel()[traced] & ~self.outline[traced] & ~self.mask[1, traced]
+            some &= ~self.sampled[traced]
             index = traced[some]
             sharp = self.mask[0] | self.mask[2]
             middles = PixelCenters(self.width, self.color, self.item, sharp, self.deviation)
@@ -275,6 +285,14 @@ class Frame:
         index: Ints = unknown.nonzero()[0]
         return index
 
+    def sampled_pixels(self, rows: Mask | None = None) -> Ints:
+        """Pixels of the region that are to be sampled, in the rows given by a mask (height,)."""
+        chosen = self.sampled & self.inner()
+        if rows is not None:
+            chosen &= np.repeat(rows, self.width)
+        index: Ints = chosen.nonzero()[0]
+        return index
+
     def any_lit(self, rows: Mask) -> bool:
         """Whether any pixel of the region itself, in the rows given by a mask, is known lit."""
         return bool(self._in_rows(self.color, rows).any())
@@ -313,7 +331,7 @@ class Frame:
     def chosen(self, goal: Goal) -> Mask:
         """Mask (n,) of pixels to be refined, without those settled or being refined already."""
         chosen: Mask = (self._unknown | (self.error > goal.error)) & self.inner()
-        chosen &= ~(self.settled | self._in_progress)
+        chosen &= ~(self.settled | self._in_progress | self.sampled)
         return chosen
 
     @property
@@ -414,6 +432,48 @@ class Frame:
             cells, blank, self.item[part], self.outline[part], self._candidates_of(part), goal,
             GOAL_GROWTH if whole else 0.0,
         )  # fmt: skip
+
+    def sampling_tasks(self, rows: Ints, goal: Goal | None, size: int) -> SamplingTasks:
+        """Tasks of at most `size` pixels that sample the pixels `rows`.
+
+        goal : error goal; a pixel's own limit grows with its present error, as the goal of a pixel
+            of many cells does (`make_goal` counts on it). None: the first points only.
+        """
+        parts = interleaved_parts(rows, size) if rows.size else []
+        return [(part, self._sampling_task(part, goal)) for part in parts]
+
+    def _sampling_task(self, part: Ints, goal: Goal | None) -> SamplingTask:
+        x, y, _ = self._pixel_centers(part)
+        index = (y - 0.5).astype(np.int64) * self.plan.resolution[0] + (x - 0.5).astype(np.int64)
+        limit = np.full(part.size, np.inf)
+        if goal is not None:
+            grown = np.maximum(self.error[part] / max(goal.error, TINY), 1.0) ** GOAL_POWER
+            limit = goal.error * (1.0 if self.plan.motion else grown) + np.zeros(part.size)
+        contrast = np.where(self.cut[part], 0.0 if goal is None else goal.contrast, 0.0)
+        moves = self.mask[1, part]
+        return SamplingTask(x, y, index, moves, self._candidates_of(part), limit, contrast)
+
+    def contrast(self, inside: Mask) -> float:
+        """Size of the radiance of a sample of the picture: its rows in a mask (height,)."""
+        color = columns(self.color, self.region_pixels(inside))
+        size = float(np.sqrt((color * color).mean())) if color.size else 0.0
+        return size if self.plan.transparent else max(size, float(rms(self.plan.background)))
+
+    def count_unseen(self, rows: Ints, contrast: float) -> None:
+        """Add to the errors of sampled pixels what their first points may not have met.
+
+        rows : the sampled pixels of the region.  contrast : of the picture.
+        """
+        cut = rows[self.cut[rows]]
+        self.error[cut] = np.maximum(self.error[cut], unseen_error(contrast, FIRST_POINTS))
+
+    def enter_sampled(self, rows: Ints, done: RefinedPixels) -> None:
+        """Enter sampled pixels."""
+        place(self.color, rows, done.color)
+        self.alpha[rows], self.error[rows] = done.alpha, done.error
+        self.sampling[rows] = done.sampling
+        self._write_pixels(rows)
+        self.count_samples(rows, done)
 
     def enter_initial_cells(self, rows: Ints, shaded: InitialCells) -> None:
         """Enter the initial cells of pixels with outlines; they may still be refined."""
