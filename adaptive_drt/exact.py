@@ -119,8 +119,8 @@ class ExactRender:
         self._correct_smooth_pixels(frame)
         yield from _within(traced, resolved, self._set_goal(frame))
         self.stage = "Sampling pixels"
-        rows = frame.sampled_pixels()
-        for _ in self._sample(frame, rows[frame.error[rows] > self.goal.error], self.goal):
+        rows = (frame.sampled & frame.inner() & (frame.error > self.goal.error)).nonzero()[0]
+        for _ in self._sample(frame, rows, self.goal):
             yield resolved
         frame.settled[frame.sampled] = True
         # step 7: pixels smooth in time
@@ -206,12 +206,12 @@ class ExactRender:
         self.stage = "Sampling pixels"
         yield from _within(0.0, 0.5, self._sample(own, own.sampled_pixels(), None))
         if frame is not own:
-            for _ in self._sample(frame, frame.sampled_pixels(inside), None):
+            for _ in self._sample(frame, frame.sampled_pixels(), None):
                 yield 0.5
         contrast = frame.contrast(inside)
-        own.count_unseen(own.sampled_pixels(), contrast)
+        own.count_unseen(contrast)
         if frame is not own:
-            frame.count_unseen(frame.sampled_pixels(inside), contrast)
+            frame.count_unseen(contrast)
         self._take_goal(frame, inside)
         if not frame.any_lit(inside):
             for _ in self._search_light(frame, inside):
@@ -293,7 +293,7 @@ class ExactRender:
                 if outcome is not None:
                     pixels, refined = outcome
                     found.append((pixels, refined.color))
-                    frame.count_samples(pixels, refined)
+                    frame.count_samples(pixels, refined.samples)
                 yield
         index = np.concatenate([pixels for pixels, _ in found])
         color = np.concatenate([part for _, part in found], axis=1)

@@ -26,16 +26,22 @@ from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.floats import TINY
 from ..numerics.gather import columns
 from ..numerics.low_discrepancy import hashed_sequence_points
-from ..numerics.vector import rms
+from ..numerics.vector import cross, dot, rms
 from ..parallel.call_progress import progress_range, report_progress
 from ..shading.sample_light import LightSampler
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs, Surface, intersect_pairs, surface
 from ..tracing.occluder_culling import Occluders
 from ..tracing.shadow_rays import batches_by_rank
-from .adaptive import RefinedPixels
 
-__all__ = ["FIRST_POINTS", "SamplingTask", "sample_pixels", "unseen_error"]
+__all__ = [
+    "FIRST_POINTS",
+    "MIXED",
+    "SampledPixels",
+    "SamplingTask",
+    "sample_pixels",
+    "unseen_error",
+]
 
 
 BATCHES = 8
@@ -53,6 +59,8 @@ ESTIMATE_MARGIN = 1.2
 too low by that much on average."""
 UNSEEN_SHARE = 0.5
 """Least error of the visible fraction of a light, as a fraction of one ray's share."""
+MIXED = -1
+"""Number of pixels from which a light is visible in part."""
 UNSEEN_AREA = 0.3
 """Error of the area of a part of a pixel that no point met, as a fraction of one point's share.
 Derived: a part that is cut off by an outline at random and met by no point has areas of up to one
@@ -74,6 +82,8 @@ class SamplingTask:
     pairs : pairs of pixels and all objects that may be seen in them, sorted by pixel.
     limit : (n,) error, as a radiance, at which a pixel is done.
     contrast : (n,) difference of radiance across outlines in the pixel; 0 where there are none.
+    agreeing : (n,) number of pixels around and including the pixel from all of which all rays, or
+        none, have reached the lights.
     """
 
     x: Array
@@ -83,22 +93,60 @@ class SamplingTask:
     pairs: Pairs
     limit: Array
     contrast: Array
+    agreeing: Array
 
 
-def unseen_error(contrast: Array | float, points: int) -> Array | float:
+def unseen_error(contrast: Array, points: int) -> Array:
     """Error of a pixel that outlines cut, if none of its points lies beyond one."""
-    return UNSEEN_AREA / points * contrast
+    error: Array = UNSEEN_AREA / points * contrast
+    return error
 
 
-def sample_pixels(plan: Plan, occluders: Occluders, task: SamplingTask) -> RefinedPixels:
+@dataclass(frozen=True)
+class SampledPixels:
+    """Sampled pixels: `color` (3, n), `alpha` (n,), `samples` (n,) points.
+
+    Attributes
+    ----------
+    spread : (n,) estimated error by the spread of batches, and by what outlines may have cut off.
+    unseen : (n,) error of parts of lights that no ray may have met, where nothing is known of the
+        pixels around.
+    visibility : (n,) a number that tells which lights all rays have reached, and which none; or
+        `MIXED` where a light is visible in part.
+    """
+
+    color: Array
+    alpha: Array
+    samples: Ints
+    spread: Array
+    unseen: Array
+    visibility: Ints
+
+    @classmethod
+    def zeros(cls, count: int) -> SampledPixels:
+        """Pixels of which nothing is known."""
+        color, (alpha, spread, unseen) = np.zeros((3, count)), np.zeros((3, count))
+        samples, visibility = np.zeros((2, count), dtype=np.int64)
+        return cls(color, alpha, samples, spread, unseen, visibility)
+
+    def error(self, agreeing: Array) -> Array:
+        """Estimated errors (n,) where so many pixels agree; see `SamplingTask.agreeing`.
+
+        A part of a light that is hidden from a pixel is nearly as large for those around it: as
+        many more rays have missed it.
+        """
+        return np.maximum(self.spread, self.unseen / agreeing)
+
+    def enter(self, rows: Ints, other: SampledPixels) -> None:
+        """Enter some pixels."""
+        for name in self.__dataclass_fields__:
+            getattr(self, name)[..., rows] = getattr(other, name)
+
+
+def sample_pixels(plan: Plan, occluders: Occluders, task: SamplingTask) -> SampledPixels:
     """Sample pixels to their limits."""
     count = task.x.size
-    done = RefinedPixels(
-        np.zeros((3, count)),
-        np.zeros(count),
-        np.zeros(count, dtype=np.int64),
-        *np.zeros((2, count)),
-    )
+    done = SampledPixels.zeros(count)
     for moving in (False, True):
         rows = (task.moves == moving).nonzero()[0]
         step = max(1, POINTS_PER_CHUNK // FIRST_POINTS)
@@ -114,7 +162,7 @@ def _sample_chunk(
     task: SamplingTask,
     rows: Ints,
     moving: bool,
-    done: RefinedPixels,
+    done: SampledPixels,
 ) -> None:
     """Sample some pixels, and enter them in `done`."""
     sums, points = None, FIRST_POINTS
@@ -123,15 +171,12 @@ def _sample_chunk(
         first = 0 if sums is None else points // 2
         new = _sums(plan, occluders, task, rows, moving, (first, points))
         sums = new if sums is None else sums.joined(new)
-        color, alpha, error = sums.estimate(plan)
-        error = np.maximum(error, unseen_error(task.contrast[rows], points))
-        done.color[:, rows], done.alpha[rows] = color, alpha
-        done.error[rows] = done.sampling[rows] = error
-        done.samples[rows] = points
+        found = sums.estimate(points, task.contrast[rows])
+        done.enter(rows, found)
         points *= 2
         if points > LAST_POINTS:
             return
-        more = (error > task.limit[rows]).nonzero()[0]
+        more = (found.error(task.agreeing[rows]) > task.limit[rows]).nonzero()[0]
         rows, sums = rows[more], sums.take(more)
 
 
@@ -308,13 +353,17 @@ class _Sums:
             parts[name] = 0.5 * (a + b) if name in PRODUCTS else pairs(a, b)
         return _Sums(**parts, rays=self.rays + other.rays)
 
-    def estimate(self, plan: Plan) -> tuple[Array, Array, Array]:
-        """Mean radiance (3, n), coverage (n,) and estimated error of the radiance (n,)."""
+    def estimate(self, points: int, contrast: Array) -> SampledPixels:
+        """What is known of the pixels after so many points.
+
+        contrast : (n,) see `SamplingTask`.
+        """
         closed, plain = self._without_slopes()
         total, visible = self.total.mean(axis=-2), self.visible.mean(axis=-2)
         whole = closed.mean(axis=-2)
-        ratio = np.where(total > 0.0, visible, 1.0) / np.where(total > 0.0, total, 1.0)
-        part = np.where(total > 0.0, whole / np.where(total > 0.0, total, 1.0), 0.0)
+        safe = np.where(total > 0.0, total, 1.0)
+        ratio = np.where(total > 0.0, visible, 1.0) / safe
+        part = np.where(total > 0.0, whole / safe, 0.0)
         # estimates of single batches, linear in what differs between them
         hidden = self.visible - ratio[..., None, :] * self.total
         each = ratio[..., None, :] * closed + part[..., None, :] * hidden
@@ -322,13 +371,15 @@ class _Sums:
         mean = batch.mean(axis=-2)
         residual = batch - mean[:, None]
         free = BATCHES - 1 - self.offset.shape[0]
-        spread = np.sqrt((residual * residual).sum(axis=-2) / (BATCHES * free))
-        error = ESTIMATE_MARGIN * rms(spread)
+        spread = ESTIMATE_MARGIN * rms(np.sqrt((residual * residual).sum(axis=-2) / BATCHES / free))
+        spread = np.maximum(spread, unseen_error(contrast, points))
         share = np.where(self.rays > 0.0, UNSEEN_SHARE / np.maximum(self.rays, 1.0), 0.0)
-        unseen = np.array([rms(np.abs(each)) for each in whole]).reshape(len(whole), -1)
-        error = np.maximum(error, np.sqrt(((share * unseen) ** 2).sum(axis=0)))
+        bright = np.array([rms(np.abs(one)) for one in whole]).reshape(share.shape)
+        unseen = np.sqrt(((share * bright) ** 2).sum(axis=0))
         alpha = np.clip(plain[3].mean(axis=0), 0.0, 1.0)
-        return np.maximum(mean, 0.0), alpha, error
+        samples = np.full(alpha.size, points)
+        state = _visibility(total.sum(axis=1), visible.sum(axis=1))
+        return SampledPixels(np.maximum(mean, 0.0), alpha, samples, spread, unseen, state)
 
     def _without_slopes(self) -> tuple[Array, Array]:
         """`closed` and `plain`, less the part that is linear in the coordinates."""
@@ -337,16 +388,38 @@ class _Sums:
             return self.closed, self.plain
         middle = self.offset.mean(axis=1)
         spread = self.square - middle[:, None] * middle
-        inverse = np.linalg.inv(np.moveaxis(spread, -1, 0) + TINY * np.eye(axes))
+        inverse = _inverse(spread)
 
         def without(values: Array, products: Array) -> Array:
             mean = values.mean(axis=-2)
             trend = products - middle.reshape(axes, *(1,) * (mean.ndim - 1), -1) * mean
-            flat = np.ascontiguousarray(np.moveaxis(trend.reshape(axes, -1, mean.shape[-1]), -1, 0))
-            slope = np.moveaxis(inverse @ flat, 0, -1).reshape(trend.shape)
-            linear = np.zeros_like(values)
+            rest = values.copy()
             for axis in range(axes):
-                linear += slope[axis][..., None, :] * self.offset[axis]
-            return values - linear
+                slope = sum(inverse[axis, other] * trend[other] for other in range(axes))
+                rest -= slope[..., None, :] * self.offset[axis]
+            return rest
 
         return without(self.closed, self.product), without(self.plain, self.plain_product)
+
+
+def _visibility(total: Array, visible: Array) -> Ints:
+    """Numbers (n,) of which lights (l, n) are seen by all rays, by none, or dark; or `MIXED`."""
+    number, mixed = np.zeros(total.shape[1], dtype=np.int64), np.zeros(total.shape[1], dtype=bool)
+    for whole, seen in zip(total, visible, strict=True):
+        state = np.where(seen == whole, 1, np.where(seen > 0.0, 3, 2)) * (whole > 0.0)
+        number, mixed = 3 * number + state % 3, mixed | (state == 3)
+    return np.where(mixed, MIXED, number)
+
+
+def _inverse(matrix: Array) -> Array:
+    """Inverses of symmetric matrices (k, k, n) of up to three rows, by their cofactors."""
+    if len(matrix) == 1:
+        rows, determinant = np.ones_like(matrix), matrix[0, 0]
+    elif len(matrix) == 2:
+        (a, b), (_, c) = matrix
+        rows, determinant = np.array([[c, -b], [-b, a]]), a * c - b * b
+    else:
+        rows = np.array([cross(matrix[(k + 1) % 3], matrix[(k + 2) % 3]) for k in range(3)])
+        determinant = dot(matrix[0], rows[0])
+    inverse: Array = rows / np.maximum(determinant, TINY)
+    return inverse

@@ -9,7 +9,7 @@ from contextlib import closing
 from typing import TypeAlias, TypeVar
 
 from ..cubature.adaptive import InitialCells, RefinedPixels, RefinementTask, refine
-from ..cubature.sampled_pixels import SamplingTask
+from ..cubature.sampled_pixels import SampledPixels, SamplingTask
 from ..numerics.arrays import Ints
 from ..parallel.executor import CallProgress, DeferredCalls, RenderExecutor
 from ..parallel.pool import Call, SharedArguments, worker_pool
@@ -22,7 +22,7 @@ Tasks: TypeAlias = list[tuple[Ints, RefinementTask]]
 """Pixel indices, and what is to be done for those pixels."""
 SamplingTasks: TypeAlias = list[tuple[Ints, SamplingTask]]
 """Pixel indices, and how those pixels are sampled."""
-Done = TypeVar("Done", InitialCells, RefinedPixels)
+Done = TypeVar("Done", InitialCells, RefinedPixels, SampledPixels)
 Outcomes: TypeAlias = Generator[tuple[int, tuple[Done, float]] | None, None, None]
 
 MAX_PIXELS = 32_768

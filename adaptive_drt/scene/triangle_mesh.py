@@ -91,7 +91,7 @@ class TriangleMesh(ShapeBatch):
         """Return numbers (8, parts) that tell the content of each part: digits of its digest."""
         digests = [part._digest() for part in self.records()]
         words = [np.frombuffer(each, dtype=np.uint16) for each in digests]
-        return np.array(words, dtype=np.float64).reshape(self.count, -1).T
+        return np.array(words, dtype=np.float64).reshape(self.count, 8).T
 
     def suspects(self) -> NDArray[np.int64]:
         """Indices of all parts, where the mesh has a defect; else none."""

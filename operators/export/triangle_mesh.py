@@ -82,9 +82,6 @@ def placed_mesh(
     if not np.isfinite(track.middle).all():
         issues.append(Issue(name, NOT_FINITE, missing=True))
         return []
-    if not linear.any():
-        issues.append(Issue(name, NO_SCALE, missing=True))
-        return []
     used = form.points[:, np.unique(form.corners)]
     low, high = used.min(axis=1), used.max(axis=1)
     middle = (low + high) / 2.0
@@ -93,6 +90,10 @@ def placed_mesh(
     if path.reason:
         issues.append(Issue(name, path.reason))
     points = np.array(path.position)[:, None] + linear @ (form.points - middle[:, None])
+    a, b, c = (points[:, each] for each in form.corners)
+    if not np.cross(b - a, c - a, axis=0).any():
+        issues.append(Issue(name, NO_SCALE, missing=True))
+        return []
     corners, normals = form.corners, _turned_normals(form.normals, linear)
     if np.linalg.det(linear) < 0.0:
         # a mirrored mesh keeps its outer side
