@@ -273,9 +273,9 @@ def test_meshes_are_placed_turned_and_mirrored(export):
     head = bpy.context.object
     head.data.shade_smooth()
     (before,) = export().shapes
-    head.location, head.scale = (1.0, 2.0, 3.0), (2.0, -0.5, 1.0)
+    head.location, head.scale = (1.0, 2.0, 3.0), (2.0, -2.0, 2.0)
     (mesh,) = export().shapes
-    place = before.vertices * np.array([[2.0], [-0.5], [1.0]]) + np.array([[1.0], [2.0], [3.0]])
+    place = before.vertices * np.array([[2.0], [-2.0], [2.0]]) + np.array([[1.0], [2.0], [3.0]])
     np.testing.assert_allclose(mesh.vertices, place, atol=1e-6)
     # faces are turned over with the mirror, and normals still point out of them
     outwards = []
