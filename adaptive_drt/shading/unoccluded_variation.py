@@ -125,8 +125,8 @@ def unoccluded_deviations(
         rows = light.touched[surface.item].nonzero()[0]
         part = columns(result, rows, -1)
         steps = {axis: columns(step, rows) for axis, step in relative.items()}
-        towards, normal = columns(to, rows), columns(surface.normal, rows)
-        _add_contact(part, light, (towards, normal, factor[rows]), steps, patch.margin)
+        points = columns(to, rows), columns(surface.normal, rows), factor[rows]
+        _add_contact(part, light, points, steps, patch.margin)
         result[..., rows] = part
     return result
 
