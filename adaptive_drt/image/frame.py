@@ -136,10 +136,8 @@ class Frame:
         """
         left, bottom, right, top = plan.region
         self.plan = plan
-        self.left, self.bottom = (
-            left - left % STORAGE_ALIGNMENT,
-            bottom - bottom % STORAGE_ALIGNMENT,
-        )
+        self.left = left - left % STORAGE_ALIGNMENT
+        self.bottom = bottom - bottom % STORAGE_ALIGNMENT
         self.width = right + -right % STORAGE_ALIGNMENT - self.left
         self.height = top + -top % STORAGE_ALIGNMENT - self.bottom
         self.region_slices = (
@@ -166,11 +164,10 @@ class Frame:
         # multi-node rule, and their errors of shape
         self.regions_shaded, self._multi_node = np.zeros((2, n), dtype=np.bool_)
         self._spatial_error, self._shape_error = np.zeros((2, n))
-        # of sampled pixels, see `SampledPixels`; and how many around them agree
+        # of sampled pixels: see `SampledPixels`
         self._spread, self._unseen = np.zeros((2, n))
         self._visibility, self._agreeing = np.full(n, UNKNOWN), np.ones(n)
-        # pixels traced by a ray of their own; the predicted errors of the first pass are 0
-        # elsewhere
+        # pixels traced by a ray of their own; first predictions of errors are 0 elsewhere
         self.traced = np.zeros(n, dtype=np.bool_)
         self._corrected, self._change = np.zeros(0, dtype=np.int64), np.zeros((3, 0))
         # a picture made of smooth blocks only has no pixel with candidate objects
