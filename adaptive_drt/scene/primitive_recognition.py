@@ -67,12 +67,12 @@ UNUSABLE = (NO_FACES, NOT_FINITE, NO_AREA)
 class MeshSphere:
     """Sphere in the mesh's own space: centre and radius in its units.
 
-    material_slot : the material slot of most of its faces.
+    slot : the material slot of most of its faces.
     """
 
     center: Vector
     radius: float
-    material_slot: int = 0
+    slot: int = 0
 
 
 def recognise_primitive(
@@ -111,7 +111,7 @@ def recognise_primitive(
     mesh = Mesh(points, corners, starts, sizes, slots, slack, RELATIVE_TOLERANCE)
     ball = _as_uv_sphere(mesh) or _as_icosphere(mesh)
     if ball:
-        return replace(ball, material_slot=int(np.bincount(slots).argmax()))
+        return replace(ball, slot=int(np.bincount(slots).argmax()))
     return planar_facets(mesh, number[cut], owner)
 
 
