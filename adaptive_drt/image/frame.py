@@ -135,13 +135,12 @@ class Frame:
         film : takes the pixels of the region; None if nobody is to see them.
         """
         left, bottom, right, top = plan.region
-        self.plan = plan
-        self.left, self.bottom = (
-            left - left % STORAGE_ALIGNMENT,
-            bottom - bottom % STORAGE_ALIGNMENT,
+        self.plan, align = plan, STORAGE_ALIGNMENT
+        self.left, self.bottom = left - left % align, bottom - bottom % align
+        self.width, self.height = (
+            end + -end % align - first for first, end in ((self.left, right), (self.bottom, top))
         )
-        self.width = right + -right % STORAGE_ALIGNMENT - self.left
-        self.height = top + -top % STORAGE_ALIGNMENT - self.bottom
+        # columns and rows of the region itself
         self.region_slices = (
             slice(region[1] - self.bottom, region[3] - self.bottom),
             slice(region[0] - self.left, region[2] - self.left),
@@ -159,18 +158,17 @@ class Frame:
         # visibility keys: see `find_visibility_keys`
         self.visibility_key = np.full(n, NO_KEY)
         self.error = np.zeros(n)
-        # pixels that need no refinement, that are being refined already, that are sampled by rays
-        # (nothing is known of them until then), and that are sampled and have outlines
+        # pixels that need no refinement, are being refined already, are sampled by rays (nothing is
+        # known of them until then), and are sampled and have outlines
         self.settled, self._in_progress, self.sampled, self.cut = np.zeros((4, n), dtype=np.bool_)
         # for pixels with outlines: whether their regions are shaded, whether those may use the
         # multi-node rule, and their errors of shape
         self.regions_shaded, self._multi_node = np.zeros((2, n), dtype=np.bool_)
         self._spatial_error, self._shape_error = np.zeros((2, n))
         # of sampled pixels, see `SampledPixels`; and how many around them agree
-        self._spread, self._unseen = np.zeros((2, n))
-        self._visibility, self._agreeing = np.full(n, UNKNOWN), np.ones(n)
-        # pixels traced by a ray of their own; the predicted errors of the first pass are 0
-        # elsewhere
+        (self._spread, self._unseen), self._agreeing = np.zeros((2, n)), np.ones(n)
+        self._visibility = np.full(n, UNKNOWN)
+        # pixels traced by a ray of their own; predicted errors of the first pass are 0 elsewhere
         self.traced = np.zeros(n, dtype=np.bool_)
         self._corrected, self._change = np.zeros(0, dtype=np.int64), np.zeros((3, 0))
         # a picture made of smooth blocks only has no pixel with candidate objects
