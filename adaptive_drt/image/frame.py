@@ -153,11 +153,9 @@ class Frame:
         self.color, self.alpha = np.zeros((3, n)), np.zeros(n)
         self.deviation, self.sampling = zero_variation(n), np.zeros(n)
         self.mask = np.zeros((3, n), dtype=np.bool_)
-        self.outline = np.zeros(n, dtype=np.bool_)
-        self.item = np.full(n, -1)
+        self.outline, self.error = np.zeros(n, dtype=np.bool_), np.zeros(n)
         # visibility keys: see `find_visibility_keys`
-        self.visibility_key = np.full(n, NO_KEY)
-        self.error = np.zeros(n)
+        self.item, self.visibility_key = np.full(n, -1), np.full(n, NO_KEY)
         # pixels that need no refinement, are being refined already, are sampled by rays (nothing is
         # known of them until then), and are sampled and have outlines
         self.settled, self._in_progress, self.sampled, self.cut = np.zeros((4, n), dtype=np.bool_)

@@ -41,9 +41,8 @@ def test_normals_face_the_viewer_and_points_lie_on_their_side():
         own = faces_of(mesh)
         t = own.intersect(origin, w)
         met = np.isfinite(t)
-        point, normal, _ = own.surface(
-            origin[:, met], w[:, met], origin[:, met] + t[met] * w[:, met]
-        )
+        hits = origin[:, met] + t[met] * w[:, met]
+        point, normal, _ = own.surface(origin[:, met], w[:, met], hits)
         np.testing.assert_allclose((normal**2).sum(0), 1.0, rtol=1e-12)
         assert ((normal * w[:, met]).sum(0) < 0.2).all()
         off = ((point - hits) ** 2).sum(0) ** 0.5
