@@ -60,7 +60,7 @@ POINTS_PER_CHUNK = 1 << 14
 UNSEEN_SHARE = 0.5
 """Least error of the visible fraction of a light, as a fraction of one ray's share."""
 MIXED = -1
-"""Number of pixels from which a light is visible in part."""
+"""Number of pixels from which a light is visible in part, or that show several objects."""
 UNSEEN_AREA = 0.3
 """Error of the area of a part of a pixel that no point met, as a fraction of one point's share.
 Derived: a part that is cut off by an outline at random and met by no point has areas of up to one
@@ -113,6 +113,8 @@ class SampledPixels:
         pixels around.
     visibility : (n,) a number that tells which lights all rays have reached, and which none; or
         `MIXED` where a light is visible in part.
+    item : (n,) the object that all points have hit, counted from 1, and 0 if none has hit one; or
+        `MIXED`.
     """
 
     color: Array
@@ -121,13 +123,14 @@ class SampledPixels:
     spread: Array
     unseen: Array
     visibility: Ints
+    item: Ints
 
     @classmethod
     def zeros(cls, count: int) -> SampledPixels:
         """Pixels of which nothing is known."""
         color, (alpha, spread, unseen) = np.zeros((3, count)), np.zeros((3, count))
-        samples, visibility = np.zeros((2, count), dtype=np.int64)
-        return cls(color, alpha, samples, spread, unseen, visibility)
+        samples, visibility, item = np.zeros((3, count), dtype=np.int64)
+        return cls(color, alpha, samples, spread, unseen, visibility, item)
 
     def error(self, agreeing: Array) -> Array:
         """Estimated errors (n,) where so many pixels agree; see `SamplingTask.agreeing`.
@@ -252,7 +255,8 @@ class _Points:
             for values, part in zip((closed, total, visible), found.colors, strict=True):
                 values[number][:, row, point] = part
             rays[number] = np.bincount(row[found.sampled], minlength=shape[0]) * LIGHT_RAYS
-        return _Sums.make(self.offset, plain, closed, total, visible, rays)
+        same = np.where((item == item[:, :1]).all(axis=1), item[:, 0] + 1, MIXED)
+        return _Sums.make(self.offset, plain, (closed, total, visible), rays, same)
 
     def _light_numbers(self, row: Ints, point: Ints) -> tuple[Ints, Ints]:
         """The pixel's number of each hit, and the number of its first ray to a light."""
@@ -292,7 +296,7 @@ class _Sums:
     plain : (4, B, n) background radiance and coverage.  plain_product : (axes, 4, n).
     closed, total, visible : (lights, 3, B, n) radiance of the unhidden light in closed form, of
         all points of light and of the visible ones.  product : (axes, lights, 3, n), of `closed`.
-    rays : (lights, n) number of rays.
+    rays : (lights, n) number of rays.  item : (n,) see `SampledPixels`.
     """
 
     offset: Array
@@ -304,12 +308,14 @@ class _Sums:
     visible: Array
     product: Array
     rays: Array
+    item: Ints
 
     @classmethod
     def make(
-        cls, offset: Array, plain: Array, closed: Array, total: Array, visible: Array, rays: Array
+        cls, offset: Array, plain: Array, light: tuple[Array, Array, Array], rays: Array, item: Ints
     ) -> _Sums:
-        """From values (..., n, k) at k points."""
+        """From values (..., n, k) at k points; `light` are closed form, all and visible points."""
+        closed, total, visible = light
 
         def batches(values: Array) -> Array:
             shape = (*values.shape[:-1], BATCHES, values.shape[-1] // BATCHES)
@@ -323,13 +329,13 @@ class _Sums:
 
         return cls(
             batches(offset), products(offset), batches(plain), products(plain), batches(closed),
-            batches(total), batches(visible), products(closed), rays,
+            batches(total), batches(visible), products(closed), rays, item,
         )  # fmt: skip
 
     @classmethod
     def concatenate(cls, parts: list[_Sums]) -> _Sums:
         """The sums of all pixels of several parts."""
-        names = (*MEANS, "rays")
+        names = (*MEANS, "rays", "item")
         values = {
             name: np.concatenate([getattr(p, name) for p in parts], axis=-1) for name in names
         }
@@ -337,7 +343,8 @@ class _Sums:
 
     def take(self, rows: Ints) -> _Sums:
         """The sums of some pixels."""
-        return _Sums(**{name: columns(getattr(self, name), rows, -1) for name in (*MEANS, "rays")})
+        names = (*MEANS, "rays", "item")
+        return _Sums(**{name: columns(getattr(self, name), rows, -1) for name in names})
 
     def joined(self, other: _Sums) -> _Sums:
         """The sums with those of equally many more points: two consecutive batches become one."""
@@ -351,7 +358,8 @@ class _Sums:
         for name in MEANS:
             a, b = getattr(self, name), getattr(other, name)
             parts[name] = 0.5 * (a + b) if name in PRODUCTS else pairs(a, b)
-        return _Sums(**parts, rays=self.rays + other.rays)
+        item = np.where(self.item == other.item, self.item, MIXED)
+        return _Sums(**parts, rays=self.rays + other.rays, item=item)
 
     def estimate(self, points: int, contrast: Array) -> SampledPixels:
         """What is known of the pixels after so many points.
@@ -379,7 +387,8 @@ class _Sums:
         alpha = np.clip(plain[3].mean(axis=0), 0.0, 1.0)
         samples = np.full(alpha.size, points)
         state = _visibility(total.sum(axis=1), visible.sum(axis=1))
-        return SampledPixels(np.maximum(mean, 0.0), alpha, samples, spread, unseen, state)
+        color = np.maximum(mean, 0.0)
+        return SampledPixels(color, alpha, samples, spread, unseen, state, self.item)
 
     def _without_slopes(self) -> tuple[Array, Array]:
         """`closed` and `plain`, less the part that is linear in the coordinates."""

@@ -74,17 +74,17 @@ SAMPLED_LIMIT = STILL_ACHIEVED_ERROR / 0.75
 """Limit of the error of sampled pixels, as a fraction of the goal of pixels with as large an error
 before: their errors end at three quarters of their limits, those of cells lower."""
 UNKNOWN = -2
-"""Visibility of pixels that are not sampled, or not yet; it agrees with all others."""
+"""What is seen of pixels that are not sampled, or not yet; it agrees with all others."""
 AGREEMENT_REACH = 2
 """Number of pixels to each side whose rays count for what a pixel's own rays have missed."""
 
 
-def agreeing_neighbours(visibility: Ints, width: int) -> Array:
+def agreeing_neighbours(seen: Ints, width: int) -> Array:
     """Number of pixels (n,) around each one if all of these agree with it, else 1.
 
-    visibility : (n,) of the pixels of a frame, row by row: see `SampledPixels`.
+    seen : (n,) visibility or items of the pixels of a frame, row by row: see `SampledPixels`.
     """
-    table = visibility.reshape(-1, width)
+    table = seen.reshape(-1, width)
     height, reach = len(table), AGREEMENT_REACH
     wide = np.full((height + 2 * reach, width + 2 * reach), UNKNOWN)
     wide[reach:-reach, reach:-reach] = table
@@ -164,8 +164,8 @@ class Frame:
         self.regions_shaded, self._multi_node = np.zeros((2, n), dtype=np.bool_)
         self._spatial_error, self._shape_error = np.zeros((2, n))
         # of sampled pixels, see `SampledPixels`; and how many around them agree
-        (self._spread, self._unseen), self._agreeing = np.zeros((2, n)), np.ones(n)
-        self._visibility = np.full(n, UNKNOWN)
+        (self._spread, self._unseen), self._seen = np.zeros((2, n)), np.full((2, n), UNKNOWN)
+        self._agreeing, self._edge_share = np.ones((2, n))
         # pixels traced by a ray of their own; predicted errors of the first pass are 0 elsewhere
         self.traced = np.zeros(n, dtype=np.bool_)
         self._corrected, self._change = np.zeros(0, dtype=np.int64), np.zeros((3, 0))
@@ -481,7 +481,7 @@ class Frame:
         if goal is not None:
             grown = np.maximum(self.error[part] / max(goal.error, TINY), 1.0) ** GOAL_POWER
             limit = SAMPLED_LIMIT * goal.error * (np.ones(part.size) if self.plan.motion else grown)
-        contrast = np.where(self.cut[part], 0.0 if goal is None else goal.contrast, 0.0)
+        contrast = self._edge_share[part] * self.cut[part] * (goal.contrast if goal else 0.0)
         moves, agreeing = self.mask[1, part], self._agreeing[part]
         return SamplingTask(
             x, y, index, moves, self._candidates_of(part), limit, contrast, agreeing
@@ -498,17 +498,23 @@ class Frame:
 
         contrast : of the picture.
         """
-        self._agreeing = agreeing_neighbours(self._visibility, self.width)
+        visibility, items = self._seen
+        self._agreeing = agreeing_neighbours(visibility, self.width)
+        # where things move, outlines are bounded by balls: most pixels have none
+        share = 1.0 / agreeing_neighbours(items, self.width)
+        self._edge_share = np.where(self.mask[1], share, 1.0)
         rows = self.sampled_pixels()
         error = np.maximum(self._spread[rows], self._unseen[rows] / self._agreeing[rows])
-        unseen = unseen_error(contrast * self.cut[rows], FIRST_POINTS)
+        contrast_here = contrast * self.cut[rows] * self._edge_share[rows]
+        unseen = unseen_error(contrast_here, FIRST_POINTS)
         self.error[rows] = self.sampling[rows] = np.maximum(error, unseen)
 
     def enter_sampled(self, rows: Ints, done: SampledPixels) -> None:
         """Enter sampled pixels."""
         place(self.color, rows, done.color)
         self._spread[rows], self._unseen[rows] = done.spread, done.unseen
-        self._visibility[rows], self.alpha[rows] = done.visibility, done.alpha
+        self._seen[0, rows], self._seen[1, rows] = done.visibility, done.item
+        self.alpha[rows] = done.alpha
         self.error[rows] = self.sampling[rows] = done.error(self._agreeing[rows])
         inside = rows[self.inner()[rows]]
         self._write_pixels(inside)
