@@ -34,7 +34,7 @@ from ..cubature.sampled_pixels import (
 )
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.axes import TIME
-from ..numerics.error_coefficients import STILL_ACHIEVED_ERROR
+from ..numerics.error_coefficients import ACHIEVED_ERROR, MOTION_ERROR_SHARE, STILL_ACHIEVED_ERROR
 from ..numerics.floats import TINY
 from ..numerics.gather import columns, place
 from ..numerics.vector import rms
@@ -70,13 +70,25 @@ MULTI_NODE_GOAL = 0.03
 from the first. Chosen for cost, not fitted."""
 
 
-SAMPLED_LIMIT = STILL_ACHIEVED_ERROR / 0.75
-"""Limit of the error of sampled pixels, as a fraction of the goal of pixels with as large an error
-before: their errors end at three quarters of their limits, those of cells lower."""
+SAMPLED_END = 0.75
+"""Error at which the sampling of a pixel ends on average, as a fraction of its limit: the number of
+points is doubled, and the error then falls to about half."""
 UNKNOWN = -2
 """What is seen of pixels that are not sampled, or not yet; it agrees with all others."""
 AGREEMENT_REACH = 2
 """Number of pixels to each side whose rays count for what a pixel's own rays have missed."""
+
+
+def sampled_limits(error: Array, goal: float, motion: bool) -> Array:
+    """Limits (n,) of the errors of pixels, from the errors (n,) by their first points.
+
+    They are such that the errors end where `make_goal` expects those of cells to end, which grow
+    with the number of cells.
+    """
+    share, end = (MOTION_ERROR_SHARE, ACHIEVED_ERROR) if motion else (1.0, STILL_ACHIEVED_ERROR)
+    grown = np.maximum(share * error / max(goal, TINY), 1.0) ** GOAL_POWER
+    limits: Array = end / SAMPLED_END * goal * grown
+    return limits
 
 
 def agreeing_neighbours(seen: Ints, width: int) -> Array:
@@ -279,6 +291,8 @@ class Frame:
         if self.plan.motion:
             deviation = columns(self.deviation, index, -1)
             hard, steps = deviation[:, :TIME].sum(axis=(0, 1)), deviation[STEP_KIND, TIME]
+            # sampled pixels have errors of no kind, which more points reduce as cells do
+            hard += np.where(self.sampled[index], self.error[index], 0.0)
             crowded = self._candidate_counts[index] > MAX_REFINED_CANDIDATES
             # shadows of lights without extent stay steps, however short the shutter interval
             left = (
@@ -479,8 +493,7 @@ class Frame:
         index = (y - 0.5).astype(np.int64) * self.plan.resolution[0] + (x - 0.5).astype(np.int64)
         limit = np.full(part.size, np.inf)
         if goal is not None:
-            grown = np.maximum(self.error[part] / max(goal.error, TINY), 1.0) ** GOAL_POWER
-            limit = SAMPLED_LIMIT * goal.error * (np.ones(part.size) if self.plan.motion else grown)
+            limit = sampled_limits(self.error[part], goal.error, self.plan.motion)
         contrast = self._edge_share[part] * self.cut[part] * (goal.contrast if goal else 0.0)
         moves, agreeing = self.mask[1, part], self._agreeing[part]
         return SamplingTask(
