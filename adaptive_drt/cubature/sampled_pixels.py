@@ -30,6 +30,7 @@ from ..numerics.floats import TINY
 from ..numerics.gather import columns
 from ..numerics.low_discrepancy import hashed_sequence_points
 from ..numerics.vector import cross, dot, rms
+from ..numerics.vector import total as sum_rows
 from ..parallel.call_progress import progress_range, report_progress
 from ..shading.sample_light import LightSampler
 from ..tracing.compile import Plan
@@ -367,26 +368,26 @@ class _Sums:
         contrast : (n,) see `SamplingTask`.
         """
         closed, plain = self._without_slopes()
-        total, visible = self.total.mean(axis=-2), self.visible.mean(axis=-2)
-        whole = closed.mean(axis=-2)
+        total, visible = _batch_mean(self.total), _batch_mean(self.visible)
+        whole = _batch_mean(closed)
         safe = np.where(total > 0.0, total, 1.0)
         ratio = np.where(total > 0.0, visible, 1.0) / safe
         part = np.where(total > 0.0, whole / safe, 0.0)
         # estimates of single batches, linear in what differs between them
         hidden = self.visible - ratio[..., None, :] * self.total
         each = ratio[..., None, :] * closed + part[..., None, :] * hidden
-        batch = each.sum(axis=0) + plain[:3]
-        mean = batch.mean(axis=-2)
+        batch = sum_rows(each) + plain[:3]
+        mean = _batch_mean(batch)
         residual = batch - mean[:, None]
         free = BATCHES - 1 - self.offset.shape[0]
-        spread = rms(np.sqrt((residual * residual).sum(axis=-2) / BATCHES / free))
+        spread = rms(np.sqrt(_batch_mean(residual * residual) / free))
         spread = np.maximum(spread, unseen_error(contrast, points))
         share = np.where(self.rays > 0.0, UNSEEN_SHARE / np.maximum(self.rays, 1.0), 0.0)
         bright = np.array([rms(np.abs(one)) for one in whole]).reshape(share.shape)
-        unseen = np.sqrt(((share * bright) ** 2).sum(axis=0))
-        alpha = np.clip(plain[3].mean(axis=0), 0.0, 1.0)
+        unseen = np.sqrt(sum_rows((share * bright) ** 2))
+        alpha = np.clip(_batch_mean(plain[3]), 0.0, 1.0)
         samples = np.full(alpha.size, points)
-        state = _visibility(total.sum(axis=1), visible.sum(axis=1))
+        state = _visibility(*(sum_rows(np.moveaxis(part, 1, 0)) for part in (total, visible)))
         color = np.maximum(mean, 0.0)
         return SampledPixels(color, alpha, samples, spread, unseen, state, self.item)
 
@@ -395,12 +396,12 @@ class _Sums:
         axes = self.offset.shape[0]
         if not axes:
             return self.closed, self.plain
-        middle = self.offset.mean(axis=1)
+        middle = _batch_mean(self.offset)
         spread = self.square - middle[:, None] * middle
         inverse = _inverse(spread)
 
         def without(values: Array, products: Array) -> Array:
-            mean = values.mean(axis=-2)
+            mean = _batch_mean(values)
             trend = products - middle.reshape(axes, *(1,) * (mean.ndim - 1), -1) * mean
             rest = values.copy()
             for axis in range(axes):
@@ -409,6 +410,12 @@ class _Sums:
             return rest
 
         return without(self.closed, self.product), without(self.plain, self.plain_product)
+
+
+def _batch_mean(values: Array) -> Array:
+    """Means (..., n) over the batches of values (..., B, n), summed in the same order for any n."""
+    mean: Array = sum_rows(np.moveaxis(values, -2, 0)) / BATCHES
+    return mean
 
 
 def _visibility(total: Array, visible: Array) -> Ints:

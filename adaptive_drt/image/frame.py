@@ -50,7 +50,14 @@ from .midpoint_correction import PixelCenters
 from .schedule import SamplingTasks, Tasks
 from .visibility_key import NO_KEY
 
-__all__ = ["Frame", "interleaved_parts", "widened_plan"]
+__all__ = [
+    "UNKNOWN",
+    "Frame",
+    "agreeing_neighbours",
+    "interleaved_parts",
+    "sampled_limits",
+    "widened_plan",
+]
 
 
 BORDER = 3
