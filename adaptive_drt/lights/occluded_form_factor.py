@@ -16,6 +16,7 @@ import numpy as np
 
 from ..geometry.axial_profile import AxialProfile, ProfileAtPoints
 from ..geometry.crossing_circles import open_circles_integral
+from ..geometry.crossing_polygons import open_edges_integral
 from ..geometry.silhouettes import (
     CircularSilhouette,
     Hemisphere,
@@ -50,6 +51,9 @@ __all__ = ["visible_factor"]
 
 CROSSING_CIRCLES = 12
 """Number of circles from which only the pairs of them that cross are integrated. Measured: below
+it the pairs are found in no less time than they take."""
+CROSSING_POLYGONS = 24
+"""Number of polygons from which only those that come near each other are compared. Measured: below
 it the pairs are found in no less time than they take."""
 HEMISPHERE_ROUNDING = 2.0**-40
 """Largest factor of a hemisphere that counts as wholly occluded, in sr: 3e-13 of an open one. It is
@@ -253,11 +257,7 @@ def _integrate(outlines: _Silhouettes) -> Array:
     if outlines.circles.sine.shape[0]:
         double -= _integral_along_spheres(outlines)
     if outlines.polygons is not None:
-        double -= _integral_along(
-            outlines,
-            outlines.polygons.segments,
-            _visible_polygon_edges(outlines, outlines.polygons),
-        )
+        double -= _integral_along_polygons(outlines, outlines.polygons)
     return np.maximum(0.5 * double, 0.0)
 
 
@@ -398,8 +398,20 @@ def _circles_behind_polygons(outlines: _Silhouettes, circles: Circles) -> Interv
     return np.concatenate(starts), np.concatenate(ends)
 
 
-def _visible_polygon_edges(outlines: _Silhouettes, polygons: PolygonSilhouettes) -> Intervals:
-    """Intervals of the outlines of polygons that lie on the light and behind no other occluder."""
+def _integral_along_polygons(outlines: _Silhouettes, polygons: PolygonSilhouettes) -> Array:
+    """Integral of n.(w x dw) along the visible edges of occluding polygons: (n,)."""
+    segments, base = polygons.segments, _edges_on_the_light(outlines, polygons)
+    if polygons.edge_on.shape[0] < CROSSING_POLYGONS or outlines.profile is not None:
+        return _integral_along(outlines, segments, _unoccluded_intervals(outlines, segments, base))
+    hidden = None
+    if outlines.circles.sine.shape[0]:
+        hidden = arcs_inside_cones(segments, outlines.circles)
+    potential = make_antiderivative(outlines.normal, outlines.light.center, segments)
+    return open_edges_integral(polygons, base, hidden, outlines.light.reach, potential)
+
+
+def _edges_on_the_light(outlines: _Silhouettes, polygons: PolygonSilhouettes) -> Intervals:
+    """Intervals (j, n) of the edges of polygons that lie on the light, none of those edge-on."""
     segments = polygons.segments
     half = segments.half_angle
     along = np.zeros((half.shape[0], 1), dtype=np.bool_)
@@ -410,7 +422,7 @@ def _visible_polygon_edges(outlines: _Silhouettes, polygons: PolygonSilhouettes)
     low, high = np.clip(low, -half, half), np.clip(high, -half, half)
     high = np.maximum(low, high)
     flat = np.repeat(polygons.edge_on, half.shape[0] // polygons.edge_on.shape[0], axis=0)
-    return _unoccluded_intervals(outlines, segments, (low, np.where(flat, low, high)))
+    return low, np.where(flat, low, high)
 
 
 def _take_circles(circles: Circles, index: Ints) -> Circles:
