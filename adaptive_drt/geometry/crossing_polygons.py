@@ -24,7 +24,7 @@ from .spherical_curves import (
     boundary_values,
 )
 
-__all__ = ["open_edges_integral"]
+__all__ = ["open_arcs_integral", "open_edges_integral"]
 
 
 CONE_MARGIN = 2.0**-30
@@ -49,12 +49,44 @@ def open_edges_integral(
     hidden : (c, e, n) rad, further intervals of them that are covered, or None.
     reach : (n,) as for `arcs_inside_outline`.
     """
-    edges = polygons.segments
-    count, n = edges.half_angle.shape
     edge, other, point = _near_pairs(polygons, base)
-    low, high = _intervals_behind(polygons, edge, other, point, reach)
-    ring = edge * n + point
-    rings = np.arange(count * n)
+    j = polygons.segments.half_angle.shape[0] // polygons.edge_on.shape[0]
+    pairs = edge, other, point
+    spans = _intervals_behind(polygons.segments, polygons, pairs, edge // j > other, reach)
+    return _open_integral(base, edge, point, spans, hidden, potential)
+
+
+def open_arcs_integral(
+    arcs: GreatCircleArcs,
+    polygons: PolygonSilhouettes,
+    hidden: Intervals | None,
+    reach: Array,
+    potential: BoundaryAntiderivative,
+) -> Array:
+    """The same for whole arcs (e, n) of a light, which lie behind all polygons: (n,)."""
+    half = arcs.half_angle
+    pairs = np.broadcast_to(~polygons.edge_on, (half.shape[0], *polygons.edge_on.shape)).nonzero()
+    edge, other, point = pairs
+    alike = np.ones(edge.size, dtype=np.bool_)
+    spans = _intervals_behind(arcs, polygons, (edge, other, point), alike, reach)
+    return _open_integral((-half, half), edge, point, spans, hidden, potential)
+
+
+def _open_integral(
+    base: Intervals,
+    edge: Ints,
+    point: Ints,
+    spans: Intervals,
+    hidden: Intervals | None,
+    potential: BoundaryAntiderivative,
+) -> Array:
+    """Integral (n,) along what intervals `spans` (p,) and `hidden` (c, e, n) leave of `base`.
+
+    edge, point : (p,) indices of the edges and points of `spans`.
+    """
+    count, n = base[0].shape
+    low, high = spans
+    ring, rings = edge * n + point, np.arange(count * n)
     if hidden is not None:
         ring = np.concatenate([ring, np.tile(rings, hidden[0].shape[0])])
         low, high = (
@@ -113,14 +145,24 @@ def _near_pairs(polygons: PolygonSilhouettes, base: Intervals) -> tuple[Ints, In
 
 
 def _intervals_behind(
-    polygons: PolygonSilhouettes, edge: Ints, other: Ints, point: Ints, reach: Array
+    arcs: GreatCircleArcs,
+    polygons: PolygonSilhouettes,
+    pairs: tuple[Ints, Ints, Ints],
+    alike: Mask,
+    reach: Array,
 ) -> Intervals:
-    """Intervals (p,) of edges that lie behind polygons, empty where the first is the larger."""
+    """Intervals (p,) of arcs that lie behind polygons, empty where the first is the larger.
+
+    Parameters
+    ----------
+    pairs : (p,) indices of arcs, of polygons and of points.
+    alike, reach : (p,) and (n,), see `arcs_inside_outline`.
+    """
+    edge, other, point = pairs
     j = polygons.segments.half_angle.shape[0] // polygons.edge_on.shape[0]
-    segments = _taken(polygons.segments, edge[None], point)
+    segments = _taken(arcs, edge[None], point)
     outline = _taken(polygons.segments, other * j + np.arange(j)[:, None], point)
-    alike = (edge // j > other)[None]
-    low, high = arcs_inside_outline(segments, outline, alike, reach[point])
+    low, high = arcs_inside_outline(segments, outline, alike[None], reach[point])
     return low[0], high[0]
 
 
