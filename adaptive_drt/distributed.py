@@ -23,7 +23,6 @@ from .lights.emitter import Emitter
 from .numerics.arrays import Array, Ints, Mask
 from .numerics.gather import columns
 from .numerics.low_discrepancy import low_discrepancy_points
-from .numerics.vector import dot
 from .parallel.call_progress import progress_range, report_progress
 from .parallel.executor import CallProgress, RenderExecutor
 from .parallel.pool import Call, SharedArguments
@@ -43,11 +42,14 @@ from .tracing.intersect import (
     Tile,
     find_candidates,
     intersect_pairs,
-    positions_in_runs,
     screen_bounds,
     surface,
 )
-from .tracing.occluder_culling import Occluders, all_pairs_unculled
+from .tracing.occluder_culling import (
+    Occluders,
+    all_pairs_unculled,
+    find_group_candidates,
+)
 from .tracing.shadow_rays import batches_by_rank
 
 __all__ = ["DistributedRender", "ResolvedPixels", "Resolver"]
@@ -443,7 +445,7 @@ class Resolver:
         time = rays.time[row, sample][:, None]
         shape = plan.as_shadow_caster(light)
         pairs = (
-            self._ball_occluders(shape, flat, row)
+            find_group_candidates(self.occluders, shape, flat, row)
             if self.reuse
             else self._all_occluders(shape, flat)
         )
@@ -463,34 +465,6 @@ class Resolver:
             )
             parts[channel] = ratio_estimate(closed, every, visible)
         return parts
-
-    def _ball_occluders(self, shape: Emitter, flat: Surface, row: Ints) -> Pairs:
-        """Candidate occluders of samples, found once for a ball around each pixel's samples.
-
-        row : (m,) the pixel of each sample, ascending.
-        """
-        starts = np.diff(row, prepend=-1).nonzero()[0]
-        sizes = np.diff(starts, append=row.size)
-        low = np.minimum.reduceat(flat.point, starts, axis=1)
-        high = np.maximum.reduceat(flat.point, starts, axis=1)
-        span = high - low
-        reach = 0.5 * np.sqrt(dot(span, span))
-        # the ball has no normal and no object: the samples of a pixel may lie on several objects
-        ball = Surface(
-            0.5 * (low + high),
-            np.zeros_like(low),
-            np.full(starts.size, -1),
-            np.zeros(starts.size, dtype=np.bool_),
-        )
-        found = self.occluders.find_candidates(shape, ball, reach)
-        copies = sizes[found.pixel]
-        first = np.repeat(starts[found.pixel], copies)
-        offset = positions_in_runs(copies)
-        sample, item = first + offset, np.repeat(found.item, copies)
-        keep = (item != flat.item[sample]) | flat.inside[sample]
-        sample, item = sample[keep], item[keep]
-        order = np.argsort(sample, kind="stable")
-        return Pairs(sample[order], item[order])
 
 
 def _grouped_sums(row: Ints, values: Array, count: int) -> Array:

@@ -16,6 +16,7 @@ import numpy as np
 
 from .cubature.adaptive import refine, shade_initial_cells
 from .cubature.error_budget import Goal, make_goal
+from .cubature.sampled_pixels import sample_pixels
 from .image.biquadratic_blocks import SIDES, BiquadraticBlocks
 from .image.chebyshev_blocks import SIDES as SMOOTH_SIDES
 from .image.chebyshev_blocks import PixelBlocks, coarse_bounds, coarse_plan
@@ -117,6 +118,11 @@ class ExactRender:
         self.stage = "Setting the goal"
         self._correct_smooth_pixels(frame)
         yield from _within(traced, resolved, self._set_goal(frame))
+        self.stage = "Sampling pixels"
+        rows = (frame.sampled & frame.inner() & (frame.error > self.goal.error)).nonzero()[0]
+        for _ in self._sample(frame, rows, self.goal):
+            yield resolved
+        frame.settled[frame.sampled] = True
         # step 7: pixels smooth in time
         if self.plan.motion:
             self.stage = "Integrating motion"
@@ -201,6 +207,15 @@ class ExactRender:
                 yield 0.0
         inside = np.zeros(frame.height, dtype=np.bool_)
         inside[frame.region_slices[0]] = chosen
+        self.stage = "Sampling pixels"
+        yield from _within(0.0, 0.5, self._sample(own, own.sampled_pixels(), None))
+        if frame is not own:
+            for _ in self._sample(frame, frame.sampled_pixels(), None):
+                yield 0.5
+        contrast = frame.contrast(inside)
+        own.count_unseen(contrast)
+        if frame is not own:
+            frame.count_unseen(contrast)
         self._take_goal(frame, inside)
         if not frame.any_lit(inside):
             for _ in self._search_light(frame, inside):
@@ -255,12 +270,24 @@ class ExactRender:
                     done += pixels.size
                 yield (done + self.work.in_progress) / rows.size
 
+    def _sample(self, frame: Frame, rows: Ints, goal: Goal | None) -> Steps:
+        """Sample the pixels whose indices are `rows`; without a goal, by the first points only."""
+        tasks = frame.sampling_tasks(rows, goal, self.work.pixels_per_call(rows.size))
+        done = 0
+        with closing(self.work.run(sample_pixels, tasks, "sampled pixels")) as outcomes:
+            for outcome in outcomes:
+                if outcome is not None:
+                    pixels, sampled = outcome
+                    frame.enter_sampled(pixels, sampled)
+                    done += pixels.size
+                yield (done + self.work.in_progress) / max(rows.size, 1)
+
     def _search_light(self, frame: Frame, inside: Mask) -> Generator[None, None, None]:
         """If no pixel centre is lit, search for light first and set the goal from what is found."""
         rows = frame.region_pixels(inside)
         color, error, cut = columns(frame.color, rows), frame.error[rows], frame.outline[rows]
         goal = make_goal(UNLIT_TOLERANCE, color, error, error, cut)
-        rows = rows[cut | (error > goal.error)]
+        rows = rows[(cut | (error > goal.error)) & ~frame.sampled[rows]]
         if not rows.size:
             return
         tasks = frame.tasks(rows, goal, self.work.pixels_per_call(rows.size))
@@ -270,7 +297,7 @@ class ExactRender:
                 if outcome is not None:
                     pixels, refined = outcome
                     found.append((pixels, refined.color))
-                    frame.count_samples(pixels, refined)
+                    frame.count_samples(pixels, refined.samples)
                 yield
         index = np.concatenate([pixels for pixels, _ in found])
         color = np.concatenate([part for _, part in found], axis=1)

@@ -254,6 +254,7 @@ TESTED_BY = {
         "shadow_edges": "geometry/test_outline_rates.py",
         "shape": "geometry/test_pixel_coverage.py",
     },
+    "geometry/mesh": {"shape": "geometry/mesh/test_faces.py"},
     "geometry/polygon": {
         "clipping": "geometry/test_light_plane.py",
         "closed_boxes": "geometry/polygon/test_closed_boxes.py",

@@ -25,7 +25,7 @@ from ..numerics.error_coefficients import (
     STILL_ACHIEVED_ERROR,
 )
 
-__all__ = ["GOAL_GROWTH", "MIN_GOAL", "Goal", "MotionErrors", "make_goal"]
+__all__ = ["GOAL_GROWTH", "GOAL_POWER", "MIN_GOAL", "Goal", "MotionErrors", "make_goal"]
 
 
 GOAL_GROWTH = 0.3

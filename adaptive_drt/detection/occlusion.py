@@ -13,7 +13,7 @@ import numpy as np
 from ..geometry.footprint import Footprint
 from ..geometry.receivers import Receivers
 from ..lights.emitter import Emitter
-from ..numerics.arrays import Array, Mask
+from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.gather import columns
 from ..parallel.call_progress import report_progress
 from ..tracing.compile import Plan
@@ -44,6 +44,11 @@ class LightVisibility:
     hidden: Mask
     partial: Mask
     pairs: Pairs
+
+    def take(self, rows: Ints) -> LightVisibility:
+        """The visibility from some of the points, given by ascending indices."""
+        pairs = self.pairs.for_pixels(rows, self.dark.size)
+        return LightVisibility(self.dark[rows], self.hidden[rows], self.partial[rows], pairs)
 
 
 def classify_light_visibility(

@@ -4,6 +4,8 @@
 from __future__ import annotations
 
 from ..scene.description import Quad, ShapeBatch, Sphere, Triangle
+from ..scene.triangle_mesh import TriangleMesh
+from .mesh.shape import MeshSet
 from .polygon.shape import ParallelogramSet
 from .polygon.triangle import TriangleSet
 from .shape import ShapeSet
@@ -15,6 +17,7 @@ SHAPES: tuple[tuple[type, type[ShapeSet]], ...] = (
     (Sphere, SphereSet),
     (Quad, ParallelogramSet),
     (Triangle, TriangleSet),
+    (TriangleMesh, MeshSet),
 )
 """For each kind, the record of the scene description and the set that renders it. Kinds that fill
 their bounding spheres come first: embree's proxies are those of the first objects."""

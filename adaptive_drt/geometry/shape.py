@@ -58,11 +58,14 @@ class ShapeSet(ABC):
     planar : whether each shape lies in a plane.
     fills_bounding_sphere : whether shapes fill so much of their bounding spheres that a search by
         bounding spheres finds few others. Such kinds come first in the registry.
+    sampled : whether what shapes cover and hide is known by rays only. Method 'EXACT' then samples
+        pixels that may show them, or that they may shade in part, and asks for no `line_forms`.
     """
 
     displacement: Array | None
     planar: ClassVar[bool] = False
     fills_bounding_sphere: ClassVar[bool] = False
+    sampled: ClassVar[bool] = False
 
     @classmethod
     @abstractmethod
@@ -106,7 +109,8 @@ class ShapeSet(ABC):
         Returns
         -------
         point : (3, m) projected onto the surface.  normal : (3, m) unit, on the viewer's side.
-        inside : (m,) whether the inner side of a closed surface was hit.
+        inside : (m,) whether the shape may hide light from these points of itself: where the inner
+            side of a closed surface was hit, and on shapes that are not convex.
         """
 
     @abstractmethod
@@ -193,6 +197,15 @@ class ShapeSet(ABC):
         All that such a ball hides from outside of it is hidden by the shape; 0 for no ball.
         """
         return np.zeros(self.count)
+
+    def enclosing_balls(self, index: int) -> tuple[Array, Array] | None:
+        """Centres (3, c) and radii (c,), metres, of balls that together enclose a shape at rest.
+
+        The default is None: the bounding sphere is all that there is. A shape of many balls
+        occludes only what one of its balls may.
+        """
+        del index
+        return None
 
     def screen_span(self, camera: PinholeCamera) -> Span:
         """Bounds of the shapes on the screen over the shutter, in pixels.

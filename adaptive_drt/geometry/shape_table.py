@@ -178,3 +178,8 @@ class ShapeTable:
     def planar(self) -> Mask:
         """Whether each object (n,) lies in a plane."""
         return np.repeat([each.planar for each in self.sets], np.diff(self.firsts))
+
+    @cached_property
+    def sampled(self) -> Mask:
+        """Whether what each object (n,) covers and hides is known by rays only."""
+        return np.repeat([each.sampled for each in self.sets], np.diff(self.firsts))

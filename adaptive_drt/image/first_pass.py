@@ -40,6 +40,8 @@ Clock: TypeAlias = Callable[[str], None]
 """Callback that is called with the name of each stage that has ended."""
 
 
+SAMPLED_ITEM = -2
+"""Item of sampled pixels: no object, so that no neighbour counts as showing the same one."""
 DETECTION_WORK_SHARE = 0.4
 """Fraction of the work of a first pass that precedes shading (a third to a half, with 2 to 2,000
 objects); for a progress bar."""
@@ -65,7 +67,11 @@ class FirstPassPixels:
     item : (n,) object at the centre, -1 for none.
     visibility_key : (n,) visibility key: see `find_visibility_keys`.
     depth : (n,), normal : (3, n) of the hits.
-    candidates : objects that may be visible in pixels with outlines, sorted by pixel.
+    candidates : objects that may be visible in pixels with outlines, or in those that are sampled,
+        sorted by pixel.
+    sampled : (n,) pixels that are to be sampled: see `ShapeSet.sampled`. Nothing is known of their
+        radiance yet, and no outlines are stated.
+    cut : (n,) sampled pixels in which outlines may pass.
     """
 
     color: Array
@@ -81,6 +87,8 @@ class FirstPassPixels:
     depth: Array
     normal: Array
     candidates: Pairs
+    sampled: Mask
+    cut: Mask
 
 
 @dataclass(frozen=True)
@@ -163,35 +171,78 @@ def _trace_pixels(
         color[:] = plan.background[:, None]
     alpha = np.full(n, 0.0 if plan.transparent else 1.0)
     deviation = zero_variation(n)
-    rows = center.rows
+    sampled = _sampled_pixels(plan, center, flags)
+    kept = (~sampled[center.rows]).nonzero()[0]
+    rows = center.rows[kept]
     with progress_range(DETECTION_WORK_SHARE, 1.0):
-        light = _shade_centers(plan, occluders, center, flags)
+        light = _shade_centers(plan, occluders, center, flags, kept)
     place(color, rows, light.color)
     alpha[rows] = 1.0
     place(deviation, rows, light.deviation)
     sampling = np.zeros(n)
     sampling[rows] = light.error
     normal = np.zeros((3, n))
-    place(normal, rows, center.hits.normal)
+    place(normal, center.rows, center.hits.normal)
     clock("exact light")
+    outline = flags.silhouette & ~sampled
     candidates = flags.visible_candidates.take(
         np.argsort(flags.visible_candidates.pixel, kind="stable")
     )
-    visibility_key = _visibility_keys(plan, np.array([x, y]), center, flags, candidates)
+    refined = candidates.take(outline[candidates.pixel])
+    visibility_key = _visibility_keys(plan, np.array([x, y]), center, flags, outline, refined)
     clock("visibility keys")
+    item = center.item
+    if sampled.any():
+        candidates = _with_filled_pixels(center, flags, sampled, candidates)
+        visibility_key[sampled] = NO_KEY
+        item = np.where(sampled, SAMPLED_ITEM, item)
     return FirstPassPixels(
         color, alpha, deviation, sampling, deviation.sum(axis=(0, 1)) + sampling,
-        deviation[:STEP_KIND, :2].sum(axis=(0, 1)), flags.mask, flags.silhouette,
-        center.item, visibility_key, center.depth, normal, candidates,
+        deviation[:STEP_KIND, :2].sum(axis=(0, 1)), flags.mask, outline,
+        item, visibility_key, center.depth, normal, candidates, sampled,
+        sampled & flags.silhouette,
     )  # fmt: skip
 
 
+def _sampled_pixels(plan: Plan, center: CenterRays, flags: DetectionFlags) -> Mask:
+    """Pixels (n,) that may show an object that is sampled, or be shaded by one in part."""
+    chosen = plan.shapes.sampled
+    sampled = np.zeros(center.depth.size, dtype=np.bool_)
+    if not chosen.any():
+        return sampled
+    seen = flags.visible_candidates
+    sampled[seen.pixel[chosen[seen.item]]] = True
+    sampled[center.rows[chosen[center.hits.item]]] = True
+    for pairs in flags.candidates:
+        sampled[center.rows[pairs.pixel[chosen[pairs.item]]]] = True
+    return sampled
+
+
+def _with_filled_pixels(
+    center: CenterRays, flags: DetectionFlags, sampled: Mask, candidates: Pairs
+) -> Pairs:
+    """Candidates, with those of the sampled pixels that one object fills; sorted by pixel."""
+    filled = (sampled & ~flags.silhouette & (center.item >= 0)).nonzero()[0]
+    pixel = np.concatenate([candidates.pixel, filled])
+    item = np.concatenate([candidates.item, center.item[filled]])
+    order = np.argsort(pixel, kind="stable")
+    return Pairs(pixel[order], item[order])
+
+
 def _visibility_keys(
-    plan: Plan, place: Array, center: CenterRays, flags: DetectionFlags, candidates: Pairs
+    plan: Plan,
+    place: Array,
+    center: CenterRays,
+    flags: DetectionFlags,
+    outline: Mask,
+    candidates: Pairs,
 ) -> Ints:
-    """Visibility keys (n,) of pixels with centres (2, n); `candidates` is sorted by pixel."""
+    """Visibility keys (n,) of pixels with centres (2, n).
+
+    outline : (n,) pixels that may be refined.  candidates : of those, sorted by pixel.
+    """
     visibility_key = np.where(flags.silhouette, NO_KEY, center.item + 1)
-    rows = (flags.silhouette & flags.mask[1]).nonzero()[0]
+    rows = (outline & flags.mask[1]).nonzero()[0]
     if rows.size:
         half = 0.5 if plan.edges else 0.0
         own = candidates.for_pixels(rows, visibility_key.size)
@@ -200,15 +251,22 @@ def _visibility_keys(
 
 
 def _shade_centers(
-    plan: Plan, occluders: Occluders, center: CenterRays, flags: DetectionFlags
+    plan: Plan, occluders: Occluders, center: CenterRays, flags: DetectionFlags, kept: Ints
 ) -> DirectLight:
-    rows = center.rows
+    """Light at some of the hits of centre rays; `kept` are their indices, ascending."""
+    hits, shadows, candidates = center.hits, flags.visibilities, flags.candidates
+    count = center.rows.size
+    if kept.size < count:
+        hits = hits.take(kept)
+        shadows = tuple(each.take(kept) for each in shadows)
+        candidates = tuple(pairs.for_pixels(kept, count) for pairs in candidates)
+    rows = center.rows[kept]
     half = np.zeros((3, rows.size))
     if plan.edges:
         half[:2] = 0.5
     half[2] = np.where(flags.mask[1, rows], 0.5, 0.0)
     w = columns(center.w, rows)
     with np.errstate(over="ignore", invalid="ignore"):  # overflow affects error estimates only
-        patch = make_patch(plan, w, center.depth[rows], center.hits, half)
-    known = tuple(zip(flags.visibilities, flags.candidates, strict=True))
-    return shade(plan, occluders, center.hits, 0.0, patch, known)
+        patch = make_patch(plan, w, center.depth[rows], hits, half)
+    known = tuple(zip(shadows, candidates, strict=True))
+    return shade(plan, occluders, hits, 0.0, patch, known)

@@ -15,11 +15,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cubature.adaptive import InitialCells, RefinedPixels, RefinementTask
-from ..cubature.error_budget import GOAL_GROWTH, MIN_GOAL, Goal, MotionErrors, make_goal
+from ..cubature.error_budget import (
+    GOAL_GROWTH,
+    GOAL_POWER,
+    MIN_GOAL,
+    Goal,
+    MotionErrors,
+    make_goal,
+)
 from ..cubature.evaluate import multi_node_error
 from ..cubature.regions import Cells
+from ..cubature.sampled_pixels import (
+    FIRST_POINTS,
+    MIXED,
+    SampledPixels,
+    SamplingTask,
+    unseen_error,
+)
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.axes import TIME
+from ..numerics.error_coefficients import STILL_ACHIEVED_ERROR
+from ..numerics.floats import TINY
 from ..numerics.gather import columns, place
 from ..numerics.vector import rms
 from ..scene.film import FILM_BORDER, Film
@@ -31,7 +47,7 @@ from ..visibility.fragments import MAX_REFINED_CANDIDATES
 from .block_interpolation import SmoothBlocks
 from .first_pass import FirstPassPixels
 from .midpoint_correction import PixelCenters
-from .schedule import Tasks
+from .schedule import SamplingTasks, Tasks
 from .visibility_key import NO_KEY
 
 __all__ = ["Frame", "interleaved_parts", "widened_plan"]
@@ -52,6 +68,35 @@ tolerance times the RMS over channels of its own radiance. Chosen for cost, not 
 MULTI_NODE_GOAL = 0.03
 """Goal, as a fraction of the contrast, below which the multi-node rule is used for visible regions
 from the first. Chosen for cost, not fitted."""
+
+
+SAMPLED_LIMIT = STILL_ACHIEVED_ERROR / 0.75
+"""Limit of the error of sampled pixels, as a fraction of the goal of pixels with as large an error
+before: their errors end at three quarters of their limits, those of cells lower."""
+UNKNOWN = -2
+"""Visibility of pixels that are not sampled, or not yet; it agrees with all others."""
+AGREEMENT_REACH = 2
+"""Number of pixels to each side whose rays count for what a pixel's own rays have missed."""
+
+
+def agreeing_neighbours(visibility: Ints, width: int) -> Array:
+    """Number of pixels (n,) around each one if all of these agree with it, else 1.
+
+    visibility : (n,) of the pixels of a frame, row by row: see `SampledPixels`.
+    """
+    table = visibility.reshape(-1, width)
+    height, reach = len(table), AGREEMENT_REACH
+    wide = np.full((height + 2 * reach, width + 2 * reach), UNKNOWN)
+    wide[reach:-reach, reach:-reach] = table
+    same, count = np.full(table.shape, True), np.zeros(table.shape)
+    for y in range(2 * reach + 1):
+        for x in range(2 * reach + 1):
+            other = wide[y : y + height, x : x + width]
+            same &= (other == table) | (other == UNKNOWN)
+            count += other == table
+    alike = same & (table != MIXED) & (table != UNKNOWN)
+    found: Array = np.where(alike, np.maximum(count, 1.0), 1.0).ravel()
+    return found
 
 
 def widened_plan(plan: Plan, region: tuple[int, int, int, int]) -> Plan:
@@ -91,13 +136,10 @@ class Frame:
         """
         left, bottom, right, top = plan.region
         self.plan = plan
-        self.left, self.bottom = (
-            left - left % STORAGE_ALIGNMENT,
-            bottom - bottom % STORAGE_ALIGNMENT,
-        )
+        self.left = left - left % STORAGE_ALIGNMENT
+        self.bottom = bottom - bottom % STORAGE_ALIGNMENT
         self.width = right + -right % STORAGE_ALIGNMENT - self.left
         self.height = top + -top % STORAGE_ALIGNMENT - self.bottom
-        # columns and rows of the region itself
         self.region_slices = (
             slice(region[1] - self.bottom, region[3] - self.bottom),
             slice(region[0] - self.left, region[2] - self.left),
@@ -115,14 +157,17 @@ class Frame:
         # visibility keys: see `find_visibility_keys`
         self.visibility_key = np.full(n, NO_KEY)
         self.error = np.zeros(n)
-        # pixels that need no refinement, and those that are being refined already
-        self.settled, self._in_progress = np.zeros((2, n), dtype=np.bool_)
+        # pixels that need no refinement, that are being refined already, that are sampled by rays
+        # (nothing is known of them until then), and that are sampled and have outlines
+        self.settled, self._in_progress, self.sampled, self.cut = np.zeros((4, n), dtype=np.bool_)
         # for pixels with outlines: whether their regions are shaded, whether those may use the
         # multi-node rule, and their errors of shape
         self.regions_shaded, self._multi_node = np.zeros((2, n), dtype=np.bool_)
         self._spatial_error, self._shape_error = np.zeros((2, n))
-        # pixels traced by a ray of their own; the predicted errors of the first pass are 0
-        # elsewhere
+        # of sampled pixels: see `SampledPixels`
+        self._spread, self._unseen = np.zeros((2, n))
+        self._visibility, self._agreeing = np.full(n, UNKNOWN), np.ones(n)
+        # pixels traced by a ray of their own; first predictions of errors are 0 elsewhere
         self.traced = np.zeros(n, dtype=np.bool_)
         self._corrected, self._change = np.zeros(0, dtype=np.int64), np.zeros((3, 0))
         # a picture made of smooth blocks only has no pixel with candidate objects
@@ -134,7 +179,7 @@ class Frame:
         index = self.pixel_indices(x, y)
         for name in (
             "color", "alpha", "deviation", "sampling", "error", "mask", "outline", "item",
-            "visibility_key",
+            "visibility_key", "sampled", "cut",
         ):  # fmt: skip
             place(getattr(self, name), index, getattr(pixels, name))
         self._spatial_error[index] = pixels.spatial_error
@@ -209,6 +254,7 @@ class Frame:
             inside[1:-1, 1:-1] = True
             some = (self._spatial_error[traced] > flat) | self.mask[0, traced]
             some &= inside.ravel()[traced] & ~self.outline[traced] & ~self.mask[1, traced]
+            some &= ~self.sampled[traced]
             index = traced[some]
             sharp = self.mask[0] | self.mask[2]
             middles = PixelCenters(self.width, self.color, self.item, sharp, self.deviation)
@@ -275,6 +321,11 @@ class Frame:
         index: Ints = unknown.nonzero()[0]
         return index
 
+    def sampled_pixels(self) -> Ints:
+        """Pixels of the region and its border that are to be sampled."""
+        index: Ints = self.sampled.nonzero()[0]
+        return index
+
     def any_lit(self, rows: Mask) -> bool:
         """Whether any pixel of the region itself, in the rows given by a mask, is known lit."""
         return bool(self._in_rows(self.color, rows).any())
@@ -313,7 +364,7 @@ class Frame:
     def chosen(self, goal: Goal) -> Mask:
         """Mask (n,) of pixels to be refined, without those settled or being refined already."""
         chosen: Mask = (self._unknown | (self.error > goal.error)) & self.inner()
-        chosen &= ~(self.settled | self._in_progress)
+        chosen &= ~(self.settled | self._in_progress | self.sampled)
         return chosen
 
     @property
@@ -415,6 +466,55 @@ class Frame:
             GOAL_GROWTH if whole else 0.0,
         )  # fmt: skip
 
+    def sampling_tasks(self, rows: Ints, goal: Goal | None, size: int) -> SamplingTasks:
+        """Tasks of at most `size` pixels that sample the pixels `rows`.
+
+        goal : error goal; a pixel's own limit grows with its present error, as the goal of a pixel
+            of many cells does (`make_goal` counts on it). None: the first points only.
+        """
+        parts = interleaved_parts(rows, size) if rows.size else []
+        return [(part, self._sampling_task(part, goal)) for part in parts]
+
+    def _sampling_task(self, part: Ints, goal: Goal | None) -> SamplingTask:
+        x, y, _ = self._pixel_centers(part)
+        index = (y - 0.5).astype(np.int64) * self.plan.resolution[0] + (x - 0.5).astype(np.int64)
+        limit = np.full(part.size, np.inf)
+        if goal is not None:
+            grown = np.maximum(self.error[part] / max(goal.error, TINY), 1.0) ** GOAL_POWER
+            limit = SAMPLED_LIMIT * goal.error * (np.ones(part.size) if self.plan.motion else grown)
+        contrast = np.where(self.cut[part], 0.0 if goal is None else goal.contrast, 0.0)
+        moves, agreeing = self.mask[1, part], self._agreeing[part]
+        return SamplingTask(
+            x, y, index, moves, self._candidates_of(part), limit, contrast, agreeing
+        )
+
+    def contrast(self, inside: Mask) -> float:
+        """Size of the radiance of a sample of the picture: its rows in a mask (height,)."""
+        color = columns(self.color, self.region_pixels(inside))
+        size = float(np.sqrt((color * color).mean())) if color.size else 0.0
+        return size if self.plan.transparent else max(size, float(rms(self.plan.background)))
+
+    def count_unseen(self, contrast: float) -> None:
+        """Correct the errors of sampled pixels by what their first points may not have met.
+
+        contrast : of the picture.
+        """
+        self._agreeing = agreeing_neighbours(self._visibility, self.width)
+        rows = self.sampled_pixels()
+        error = np.maximum(self._spread[rows], self._unseen[rows] / self._agreeing[rows])
+        unseen = unseen_error(contrast * self.cut[rows], FIRST_POINTS)
+        self.error[rows] = self.sampling[rows] = np.maximum(error, unseen)
+
+    def enter_sampled(self, rows: Ints, done: SampledPixels) -> None:
+        """Enter sampled pixels."""
+        place(self.color, rows, done.color)
+        self._spread[rows], self._unseen[rows] = done.spread, done.unseen
+        self._visibility[rows], self.alpha[rows] = done.visibility, done.alpha
+        self.error[rows] = self.sampling[rows] = done.error(self._agreeing[rows])
+        inside = rows[self.inner()[rows]]
+        self._write_pixels(inside)
+        self.count_samples(inside, done.samples[self.inner()[rows]])
+
     def enter_initial_cells(self, rows: Ints, shaded: InitialCells) -> None:
         """Enter the initial cells of pixels with outlines; they may still be refined."""
         cells = shaded.cells
@@ -425,7 +525,7 @@ class Frame:
         self._multi_node[rows], self.regions_shaded[rows] = cells.multi_node, True
         self.error[rows] = shaded.error
         self._write_pixels(rows)
-        self.count_samples(rows, shaded)
+        self.count_samples(rows, shaded.samples)
 
     def enter_refined(self, rows: Ints, refined: RefinedPixels) -> None:
         """Enter refined pixels."""
@@ -433,12 +533,12 @@ class Frame:
         self.alpha[rows], self.error[rows] = refined.alpha, refined.error
         self.sampling[rows] = refined.sampling
         self._write_pixels(rows)
-        self.count_samples(rows, refined)
+        self.count_samples(rows, refined.samples)
 
-    def count_samples(self, rows: Ints, done: InitialCells | RefinedPixels) -> None:
-        """Add the number of points shaded beyond the first pass' own."""
+    def count_samples(self, rows: Ints, samples: Ints) -> None:
+        """Add the numbers (n,) of points shaded, beyond the first pass' own."""
         if self.film is not None:
-            self.film.add_samples(*self._film_coordinates(rows), done.samples - 1)
+            self.film.add_samples(*self._film_coordinates(rows), samples - 1)
 
     def _in_rows(self, color: Array, rows: Mask) -> Array:
         """Colours (3, rows, width) of the region in the rows of a mask, from colours (3, n)."""

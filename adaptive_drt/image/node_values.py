@@ -94,7 +94,7 @@ class NodeValues:
         self.error[rows], self.sampling[rows] = refined.error, refined.sampling
         self.known[rows] = True
         # the point shaded by the first pass is one of the samples
-        self.frame.count_samples(rows, refined)
+        self.frame.count_samples(rows, refined.samples)
 
     def settle(self, rows: Ints, mean: Array, error: Array, sampling: Array) -> None:
         """Enter means (4, m) of pixels that need no refinement."""

@@ -9,17 +9,20 @@ from contextlib import closing
 from typing import TypeAlias, TypeVar
 
 from ..cubature.adaptive import InitialCells, RefinedPixels, RefinementTask, refine
+from ..cubature.sampled_pixels import SampledPixels, SamplingTask
 from ..numerics.arrays import Ints
 from ..parallel.executor import CallProgress, DeferredCalls, RenderExecutor
 from ..parallel.pool import Call, SharedArguments, worker_pool
 from ..tracing.compile import Plan
 from ..tracing.occluder_culling import Occluders
 
-__all__ = ["Scheduler", "StageTimer", "Tasks"]
+__all__ = ["SamplingTasks", "Scheduler", "StageTimer", "Tasks"]
 
 Tasks: TypeAlias = list[tuple[Ints, RefinementTask]]
 """Pixel indices, and what is to be done for those pixels."""
-Done = TypeVar("Done", InitialCells, RefinedPixels)
+SamplingTasks: TypeAlias = list[tuple[Ints, SamplingTask]]
+"""Pixel indices, and how those pixels are sampled."""
+Done = TypeVar("Done", InitialCells, RefinedPixels, SampledPixels)
 Outcomes: TypeAlias = Generator[tuple[int, tuple[Done, float]] | None, None, None]
 
 MAX_PIXELS = 32_768
@@ -112,7 +115,7 @@ class Scheduler:
         return min(max(size, least), most)
 
     def run(
-        self, work: Callable[..., Done], tasks: Tasks, stage: str = "refining"
+        self, work: Callable[..., Done], tasks: Tasks | SamplingTasks, stage: str = "refining"
     ) -> Generator[tuple[Ints, Done] | None, None, None]:
         """Run tasks; yields pixel indices with results as they come, and None at heartbeats in
         between.
@@ -131,11 +134,15 @@ class Scheduler:
         outcomes = self.executor.finish_deferred(self._deferred)
         return self._counted(outcomes, self.background_tasks, "refining", self._deferred.progress)
 
-    def _calls(self, work: Callable[..., Done], tasks: Tasks) -> list[Call]:
+    def _calls(self, work: Callable[..., Done], tasks: Tasks | SamplingTasks) -> list[Call]:
         return [Call(_timed, self._shared, (work, task)) for _, task in tasks]
 
     def _counted(
-        self, outcomes: Outcomes[Done], tasks: Tasks, stage: str, parts: CallProgress
+        self,
+        outcomes: Outcomes[Done],
+        tasks: Tasks | SamplingTasks,
+        stage: str,
+        parts: CallProgress,
     ) -> Generator[tuple[Ints, Done] | None, None, None]:
         """Outcomes with the pixel indices of their tasks; also updates the statistics."""
         with closing(outcomes):
@@ -158,7 +165,7 @@ class Scheduler:
 
 
 def _timed(
-    plan: Plan, occluders: Occluders, work: Callable[..., Done], task: RefinementTask
+    plan: Plan, occluders: Occluders, work: Callable[..., Done], task: RefinementTask | SamplingTask
 ) -> tuple[Done, float]:
     """Result of a task, and the seconds it took."""
     began = time.perf_counter()

@@ -18,6 +18,8 @@ from .arrays import Array, Ints
 
 __all__ = [
     "generalized_golden_ratio",
+    "hashed_kronecker_points",
+    "hashed_sequence_points",
     "hashed_shifts",
     "low_discrepancy_points",
     "sequence_points",
@@ -82,6 +84,39 @@ def sequence_points(seed: int, first: int, end: int, dimensions: int) -> list[Ar
         moved = index * root ** -(k + 1.0) % 1.0 + hashed_shifts(seed, origin, 0, k)
         out.append(moved - np.floor(moved))
     return out
+
+
+def hashed_sequence_points(
+    seed: int, pixel: Ints, stream: int, span: tuple[int, int], dimensions: int
+) -> Array:
+    """Points span[0] to span[1] - 1 of a Kronecker sequence for each pixel, shifted by its hash.
+
+    Returns an array (dimensions, n, span[1] - span[0]) in [0, 1); see `sequence_points`.
+    """
+    index = np.arange(*span, dtype=np.float64)
+    return _shifted_sequence(seed, pixel, stream, index, dimensions)
+
+
+def hashed_kronecker_points(
+    seed: int, pixel: Ints, stream: int, first: Ints, count: int
+) -> tuple[Array, Array]:
+    """Points `first` to `first + count - 1` of a sequence in the unit square for each pixel.
+
+    pixel, first : (n,).  Returns two arrays (n, count): see `hashed_sequence_points`.
+    """
+    index = first[:, None].astype(np.float64) + np.arange(count)
+    a, b = _shifted_sequence(seed, pixel, stream, index, 2)
+    return a, b
+
+
+def _shifted_sequence(seed: int, pixel: Ints, stream: int, index: Array, dimensions: int) -> Array:
+    """Points of numbers (count,) or (n, count) of a Kronecker sequence, shifted by n hashes."""
+    root = generalized_golden_ratio(dimensions)
+    out = []
+    for k in range(dimensions):
+        moved = index * root ** -(k + 1.0) % 1.0 + hashed_shifts(seed, pixel, stream, k)[:, None]
+        out.append(moved - np.floor(moved))
+    return np.array(out)
 
 
 def generalized_golden_ratio(dimensions: int) -> float:

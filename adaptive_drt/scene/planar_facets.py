@@ -14,7 +14,15 @@ import numpy as np
 
 from ..numerics.arrays import Array, Ints, Mask
 
-__all__ = ["Facets", "Mesh", "MeshTriangles", "Parallelograms", "mesh_edges", "planar_facets"]
+__all__ = [
+    "NO_AREA",
+    "Facets",
+    "Mesh",
+    "MeshTriangles",
+    "Parallelograms",
+    "mesh_edges",
+    "planar_facets",
+]
 
 
 ANGLE_TOLERANCE = 1e-4

@@ -20,9 +20,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .description import Vector, vector_of
-from .planar_facets import Facets, Mesh, MeshTriangles, Parallelograms, mesh_edges, planar_facets
+from .planar_facets import (
+    NO_AREA,
+    Facets,
+    Mesh,
+    MeshTriangles,
+    Parallelograms,
+    mesh_edges,
+    planar_facets,
+)
 
-__all__ = ["Facets", "MeshSphere", "MeshTriangles", "Parallelograms", "recognise_primitive"]
+__all__ = [
+    "UNUSABLE",
+    "Facets",
+    "MeshSphere",
+    "MeshTriangles",
+    "Parallelograms",
+    "recognise_primitive",
+]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -43,16 +58,21 @@ ICOSPHERE_STRETCH = 1.4
 1.26."""
 
 
+NO_FACES, NOT_FINITE = "it has no faces", "its vertices are not finite numbers"
+UNUSABLE = (NO_FACES, NOT_FINITE, NO_AREA)
+"""Reasons for which a mesh cannot be rendered in any form; for others its triangles can."""
+
+
 @dataclass(frozen=True)
 class MeshSphere:
     """Sphere in the mesh's own space: centre and radius in its units.
 
-    material_slot : the material slot of most of its faces.
+    slot : the material slot of most of its faces.
     """
 
     center: Vector
     radius: float
-    material_slot: int = 0
+    slot: int = 0
 
 
 def recognise_primitive(
@@ -78,7 +98,7 @@ def recognise_primitive(
     A sphere, facets, or a reason for the user, which begins with "its" or "it".
     """
     if len(starts) == 0:
-        return "it has no faces"
+        return NO_FACES
     sizes = np.diff(starts, append=len(corners))
     cut, owner = _fans(corners, starts, sizes) if triangles is None else triangles
     # loose vertices are never rendered, so they are removed and the others renumbered
@@ -86,12 +106,12 @@ def recognise_primitive(
     number = np.cumsum(used) - 1
     corners, points = number[corners], points[:, used]
     if not np.isfinite(points).all():
-        return "its vertices are not finite numbers"
+        return NOT_FINITE
     slack = FLOAT32_ROUNDING * float(np.abs(points).max())
     mesh = Mesh(points, corners, starts, sizes, slots, slack, RELATIVE_TOLERANCE)
     ball = _as_uv_sphere(mesh) or _as_icosphere(mesh)
     if ball:
-        return replace(ball, material_slot=int(np.bincount(slots).argmax()))
+        return replace(ball, slot=int(np.bincount(slots).argmax()))
     return planar_facets(mesh, number[cut], owner)
 
 

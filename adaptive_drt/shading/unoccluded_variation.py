@@ -112,21 +112,20 @@ def unoccluded_deviations(
     risen = sine > -(np.sqrt(dot(turns, turns)) + np.sin(half))
     near = np.sqrt(dot(moves, moves)) * clear / distance
     _add_falloff(result, factor * FALLOFF_COEFFICIENT, (curves, moves**2), near, sine)
-    result[SMOOTH_KIND] += np.where(risen, most * CURVATURE_COEFFICIENT, 0.0) * np.minimum(
-        bent * bent, 1.0
-    )
+    bend = np.where(risen, most * CURVATURE_COEFFICIENT, 0.0)
+    result[SMOOTH_KIND] += bend * np.minimum(bent * bent, 1.0)
     curved = (risen & (patch.curvature > 0.0)).nonzero()[0]
     _add_limb(result, curved, patch, to, surface, most, bent)
     _add_plane_crossing(result, sine, half, most, turns)
     if front is not None:
-        _add_plane_crossing(result, front, np.zeros_like(half), np.minimum(head_on, np.pi), moves)
+        _add_plane_crossing(result, front, 0.0 * half, np.minimum(head_on, np.pi), moves)
     _add_profile_edge(result, light, to, most * risen, moves)
     if light.touched is not None:
         rows = light.touched[surface.item].nonzero()[0]
         part = columns(result, rows, -1)
         steps = {axis: columns(step, rows) for axis, step in relative.items()}
-        towards, normal = columns(to, rows), columns(surface.normal, rows)
-        _add_contact(part, light, (towards, normal, factor[rows]), steps, patch.margin)
+        points = columns(to, rows), columns(surface.normal, rows), factor[rows]
+        _add_contact(part, light, points, steps, patch.margin)
         result[..., rows] = part
     return result
 

@@ -129,7 +129,7 @@ class Plan:
 
     def summary(self) -> dict[str, Any]:
         """The compiled scene in figures, for the statistics."""
-        kinds = [f"{record.__name__.lower()}s" for record, _ in SHAPES]
+        kinds = [getattr(record, "plural", f"{record.__name__.lower()}s") for record, _ in SHAPES]
         counts = [shapes.count for shapes in self.shapes.sets]
         return {
             **dict(zip(kinds, counts, strict=True)),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Candidate occluders by embree. This is the only file that uses embreex.
+"""Candidate occluders by embree.
 
 Embree works in float32: it returns candidates only, and which of them occlude is decided in
 float64. Each object that fills its bounding sphere (`ShapeTable.proxied`) is replaced by a proxy,
@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from ..geometry.embree import make_embree_scene
 from ..numerics.arrays import Array, Ints
 
 __all__ = ["ProxyScene"]
@@ -46,9 +47,6 @@ class ProxyScene:
         ----------
         center : (3, n) metres.  radius : (n,) metres.
         """
-        from embreex import rtcore_scene  # the native library loads on the first use only
-        from embreex.mesh_construction import TriangleMesh
-
         low = (center - radius).min(axis=1)
         high = (center + radius).max(axis=1)
         self._middle = 0.5 * (low + high)
@@ -58,12 +56,7 @@ class ProxyScene:
         reach = (radius / self._size + PROXY_INFLATION) / ICOSAHEDRON_INSPHERE
         vertices = unit.T[:, None, :] + reach[:, None, None] * corners[None]
         index = faces[None] + (len(corners) * np.arange(radius.size))[:, None, None]
-        self._scene: Any = rtcore_scene.EmbreeScene()
-        TriangleMesh(
-            self._scene,
-            np.ascontiguousarray(vertices.reshape(-1, 3), dtype=np.float32),
-            np.ascontiguousarray(index.reshape(-1, 3), dtype=np.int32),
-        )
+        self._scene: Any = make_embree_scene(vertices.reshape(-1, 3).T, index.reshape(-1, 3).T)
         self._faces = len(faces)
         self._count = radius.size
         self._outer = reach * self._size

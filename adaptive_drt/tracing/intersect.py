@@ -112,7 +112,7 @@ class Surface:
     ----------
     point : (3, n) metres, relative to the camera.  normal : (3, n) unit, on the viewer's side.
     item : (n,) number of the object.
-    inside : (n,) whether the ray hit the inner side of a sphere.
+    inside : (n,) whether the object may hide light from the point: see `ShapeSet.surface`.
     """
 
     point: Array

@@ -9,7 +9,7 @@ culling, Haines and Wallace 1991); with very many objects embree replaces that p
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TypeAlias
 
@@ -29,7 +29,7 @@ from .compile import Plan
 from .embree import ProxyScene
 from .intersect import Pairs, Surface, cache_sized_chunks, curvature, run_indices
 
-__all__ = ["Occluders", "all_pairs_unculled"]
+__all__ = ["Occluders", "all_pairs_unculled", "find_group_candidates"]
 
 BallTest: TypeAlias = Callable[[Array, Array, Ints], Mask]
 
@@ -50,6 +50,9 @@ MAX_OBJECTS_WITHOUT_BLOCKS = 16
 """Largest number of objects that are each tested against all points, without blocks.
 
 That costs 15 ns a pair, and 80 where points are gathered. With 48 it took a fifth longer."""
+MAX_BALLS = 8
+"""Number of balls of an object from which a block of points counts as occluded by it without a
+closer look: in the middle of a shadow there are many."""
 POINTS_PER_CHUNK = 1 << 16
 """Number of points in a chunk of such a test.
 
@@ -74,6 +77,7 @@ class Occluders:
         d = plan.shapes.displacement
         self.radius = radius if d is None else radius + 0.5 * np.sqrt(dot(d, d))
         self._planes = _FacePlanes.make(plan.shapes)
+        self._balls = _enclosing_balls(plan.shapes)
         self._proxies: dict[float, ProxyScene] = {}  # by the inflation of the spheres
         proxied = plan.shapes.proxied
         for light in plan.lights:
@@ -105,7 +109,51 @@ class Occluders:
         reach = np.broadcast_to(np.asarray(reach, dtype=np.float64), (count,))
         sight = _LightView.make(light, surface, reach, curvature(self._plan, surface))
         pairs = self._planes.without_redundant_faces(sight, self._all_candidates(light, sight))
-        return _without_coplanar_faces(light, pairs)
+        return _without_coplanar_faces(light, self._by_enclosing_balls(sight, pairs))
+
+    def _by_enclosing_balls(self, sight: _LightView, pairs: Pairs) -> Pairs:
+        """The pairs without objects of many balls of which none may occlude the light."""
+        keep = np.ones(pairs.item.size, dtype=np.bool_)
+        for item, (center, radius) in self._balls.items():
+            rows = (pairs.item == item).nonzero()[0]
+            if rows.size:
+                keep[rows] = self._any_ball_may_occlude(
+                    sight.take(pairs.pixel[rows]), center, radius
+                )
+        return pairs if keep.all() else pairs.take(keep)
+
+    def _any_ball_may_occlude(self, sight: _LightView, center: Array, radius: Array) -> Mask:
+        """Whether one of several balls may occlude a light from points: (n,).
+
+        Blocks of points are tested with all balls, and smaller ones with those that are left. A
+        block with more than `MAX_BALLS` of these counts as occluded.
+        """
+        order = _morton_order(sight.surface.point)
+        point, reach = columns(sight.surface.point, order), sight.reach[order]
+        count, bounds = order.size, sight.bounds
+        kept = np.zeros(count, dtype=np.bool_)
+        larger = -(-count // BLOCK_SIZES[0])
+        block = np.repeat(np.arange(larger), radius.size)
+        ball = np.tile(np.arange(radius.size), larger)
+        levels = zip((*BLOCK_SIZES, 1), (*BLOCK_SIZES[1:], 1, 0), strict=True)
+        balls = (*_block_balls(point, reach), (point, reach))
+        for (middle, span), (size, smaller) in zip(balls, levels, strict=True):
+            test = partial(_balls_hide_from_blocks, bounds, (center, radius))
+            some = _passing_pairs(partial(_test_blocks, test, middle, span), block, ball)
+            block, ball = block[some], ball[some]
+            if not smaller:
+                break
+            many = np.bincount(block, minlength=span.size) > MAX_BALLS
+            if size < BLOCK_SIZES[0]:
+                kept |= np.repeat(many, size)[:count]
+                block, ball = block[~many[block]], ball[~many[block]]
+            first = block * (size // smaller)
+            inside = np.minimum(first + size // smaller, -(-count // smaller)) - first
+            block, ball = run_indices(first, inside), np.repeat(ball, inside)
+        kept[block] = True
+        found = np.empty(count, dtype=np.bool_)
+        found[order] = kept
+        return found
 
     def _all_candidates(self, light: Emitter, sight: _LightView) -> Pairs:
         """The candidate pairs, including faces of solids that `needed` removes."""
@@ -178,11 +226,7 @@ class Occluders:
 
         def seen(middle: Array, span: Array, item: Ints) -> Mask:
             self._plan.raise_if_cancelled()
-            cone = bounds.view_cone(bounds.to_center(middle))
-            v, wide = columns(center, item) - middle, radius[item] + span
-            vv = dot(v, v)
-            touch = cone_touches(cone.axis, cone.cosine, cone.sine, v, wide, vv)
-            before: Mask = (vv <= wide * wide) | (touch & (np.sqrt(vv) - wide < cone.far))
+            before = _balls_hide_from_blocks(bounds, (center, radius), middle, span, item)
             flat = (before & planar[item]).nonzero()[0]
             if flat.size:
                 chosen, ends = item[flat] + first_item, (columns(middle, flat), span[flat])
@@ -344,10 +388,51 @@ class _LightView:
         cone = bounds.view_cone(bounds.to_center(surface.point))
         return cls(light, bounds, cone, surface, reach, bend, bool((reach > 0.0).any()))
 
+    def take(self, rows: Ints) -> _LightView:
+        """The view from some of the points."""
+        cone = ViewCone(
+            *(columns(each, rows, -1) for each in (
+                self.cone.axis, self.cone.distance, self.cone.cosine, self.cone.sine,
+                self.cone.near, self.cone.far,
+            ))
+        )  # fmt: skip
+        return replace(
+            self,
+            cone=cone,
+            surface=self.surface.take(rows),
+            reach=self.reach[rows],
+            curvature=self.curvature[rows],
+        )
+
     def before_light_plane(self, center: Array, radius: Array) -> Mask | np.bool_:
         """Whether spheres reach before a light that emits to one side."""
         behind = self.light.is_behind(self.light.to_center(center), radius, path=True)
         return np.logical_not(behind)
+
+
+def _enclosing_balls(table: ShapeTable) -> dict[int, tuple[Array, Array]]:
+    """The balls of the objects that have many, by object, over the whole shutter."""
+    found = {}
+    for shapes, first in zip(table.sets, table.firsts[:-1], strict=True):
+        for index in range(shapes.count if shapes.sampled else 0):
+            balls = shapes.enclosing_balls(index)
+            if balls is not None:
+                d = shapes.displacement
+                move = 0.0 if d is None else 0.5 * float(np.sqrt(dot(d[:, index], d[:, index])))
+                found[first + index] = balls[0], balls[1] + move
+    return found
+
+
+def _balls_hide_from_blocks(
+    bounds: LightBounds, balls: tuple[Array, Array], middle: Array, span: Array, number: Ints
+) -> Mask:
+    """Whether balls (k,), by number, may occlude a light from blocks of points (k,)."""
+    cone = bounds.view_cone(bounds.to_center(middle))
+    v, wide = columns(balls[0], number) - middle, balls[1][number] + span
+    vv = dot(v, v)
+    touch = cone_touches(cone.axis, cone.cosine, cone.sine, v, wide, vv)
+    before: Mask = (vv <= wide * wide) | (touch & (np.sqrt(vv) - wide < cone.far))
+    return before
 
 
 def _pairs_by_blocks(sight: _LightView, objects: int, test: BallTest) -> Pairs:
@@ -422,6 +507,41 @@ def _merge_pairs(parts: list[Pairs], points: int, objects: int) -> Pairs:
     found = np.zeros(points * objects, dtype=np.bool_)
     found[key] = True
     return Pairs(*np.divmod(found.nonzero()[0], objects))
+
+
+def find_group_candidates(
+    occluders: Occluders, light: Emitter, surface: Surface, group: Ints
+) -> Pairs:
+    """Candidate occluders of points, found once for a ball around the points of each group.
+
+    Parameters
+    ----------
+    light : as it casts shadows.  surface : m points.
+    group : (m,) the group of each point, ascending, such as its pixel.
+    """
+    starts = np.diff(group, prepend=-1).nonzero()[0]
+    if not starts.size:
+        return Pairs(starts, starts)
+    sizes = np.diff(starts, append=group.size)
+    low = np.minimum.reduceat(surface.point, starts, axis=1)
+    high = np.maximum.reduceat(surface.point, starts, axis=1)
+    span = high - low
+    reach = 0.5 * np.sqrt(dot(span, span))
+    # the ball has no normal and no object: the points of a group may lie on several objects
+    ball = Surface(
+        0.5 * (low + high),
+        np.zeros_like(low),
+        np.full(starts.size, -1),
+        np.zeros(starts.size, dtype=np.bool_),
+    )
+    found = occluders.find_candidates(light, ball, reach)
+    copies = sizes[found.pixel]
+    point = run_indices(starts[found.pixel], copies)
+    item = np.repeat(found.item, copies)
+    keep = (item != surface.item[point]) | surface.inside[point]
+    point, item = point[keep], item[keep]
+    order = np.argsort(point, kind="stable")
+    return Pairs(point[order], item[order])
 
 
 def all_pairs_unculled(plan: Plan, light: Emitter, surface: Surface) -> Pairs:

@@ -20,6 +20,7 @@ from ...adaptive_drt.scene.description import (
     Triangles,
     Vector,
 )
+from ...adaptive_drt.scene.triangle_mesh import TriangleMesh
 from .shutter import Matrix
 
 STILL: Vector = (0.0, 0.0, 0.0)
@@ -86,7 +87,9 @@ def _reach(camera: Camera, shapes: Sequence[ShapeRecord]) -> tuple[Matrix, Matri
 
 
 def _count(shape: ShapeRecord) -> int:
-    """Return the number of parts of a record: three of a triangle."""
+    """Return the number of parts of a record: three of a triangle, the vertices of a mesh."""
+    if isinstance(shape, TriangleMesh):
+        return shape.vertices.shape[1]
     count = shape.count if isinstance(shape, ShapeBatch) else 1
     return 3 * count if isinstance(shape, Triangle | Triangles) else count
 
@@ -95,6 +98,10 @@ def _parts(shape: ShapeRecord) -> tuple[Matrix, Matrix, Matrix]:
     """Return a record's n parts: points (n, 3), two edges from each (n, 2, 3), a radius (n,)."""
     if isinstance(shape, Sphere):
         return np.array([shape.center]), np.zeros((1, 2, 3)), np.array([shape.radius])
+    if isinstance(shape, TriangleMesh):
+        # its faces are so many that the points between their corners may be left out
+        count = shape.vertices.shape[1]
+        return shape.vertices.T, np.zeros((count, 2, 3)), np.zeros(count)
     if isinstance(shape, Triangle | Triangles):
         # it is the union of three parallelograms, one at each vertex, with edges of half the length
         a, b, c = np.reshape(shape.vertices, (3, 3, -1)).transpose(0, 2, 1)

@@ -99,7 +99,7 @@ def mesh_form(mesh: Any, layout: Layout, known: dict[bytes, Form]) -> Form:
     known : forms by the mesh's content; a copy is looked up here, which is faster than to tell
         its form anew.
     """
-    slots = _material_indices(mesh)
+    slots = material_indices(mesh)
     key = _digest(layout.points, slots) + layout.faces
     if key not in known:
         corners, starts = faces_of(mesh)
@@ -132,10 +132,10 @@ def _digest(*arrays: NDArray[Any]) -> bytes:
 
 def wears_several(mesh: Any) -> bool:
     """Whether the faces of a Blender mesh wear different materials."""
-    return bool(np.ptp(_material_indices(mesh)))
+    return bool(np.ptp(material_indices(mesh)))
 
 
-def _material_indices(mesh: Any) -> Indices:
+def material_indices(mesh: Any) -> Indices:
     """Return the material slot (faces,) that each face wears."""
     indices = np.zeros(len(mesh.polygons), dtype=np.int32)
     attribute = mesh.attributes.get("material_index")  # not there while all are 0

@@ -20,7 +20,7 @@ from ...adaptive_drt.scene.description import (
     Vector,
     validate,
 )
-from ...adaptive_drt.scene.primitive_recognition import MeshSphere
+from ...adaptive_drt.scene.primitive_recognition import UNUSABLE, Facets, MeshSphere
 from .animated import Animated, Key
 from .camera import camera_of
 from .checklist import ObjectIssues, instancer_of, scene_issues
@@ -35,6 +35,7 @@ from .material import material_of, slot_material
 from .mesh import Form, Layout, layout_of, mesh_form, shapes_of, wears_several
 from .shading import shading_left_out
 from .shutter import Matrix, Shutter, Track, blurs, matrix_of, shutter_of
+from .triangle_mesh import MeshForm, placed_mesh, triangle_form
 from .world import world_of
 
 CAMERA_KEY = "camera"
@@ -47,7 +48,7 @@ PASSING = "it is not there all the shutter; it is rendered still"
 class _Known:
     """A mesh that has been read: what it stands for, and what of it that lacks."""
 
-    form: Form
+    form: Form | MeshForm
     left_out: tuple[str, ...] = ()
     layout: Layout | None = None
 
@@ -287,16 +288,25 @@ def _gather_faces(instance: Any, name: str, gathered: _Export) -> None:
     track = gathered.track(
         key_of(instance), matrix_of(instance), name, thing, instancer_of(instance)
     )
-    gathered.shapes.extend(shapes_of(form, track, worn, name, gathered.issues))
+    if isinstance(form, MeshForm):
+        gathered.shapes.extend(placed_mesh(form, track, worn, name, gathered.issues))
+    else:
+        gathered.shapes.extend(shapes_of(form, track, worn, name, gathered.issues))
 
 
 def _read(mesh: Any, gathered: _Export) -> _Known:
-    """Return what a mesh stands for, and what that lacks."""
+    """Return what a mesh stands for, and what that lacks.
+
+    What is no ball and has many or smooth faces stands for itself.
+    """
     layout = layout_of(mesh)
     form = mesh_form(mesh, layout, gathered.known)
-    if isinstance(form, str):
-        return _Known(form)
-    several = isinstance(form, MeshSphere) and gathered.override is None and wears_several(mesh)
-    left_out = (SEVERAL if several else "", shading_left_out(mesh, form))
     kept = layout if gathered.deforming is not None else None
+    if isinstance(form, str):
+        return _Known(form if form in UNUSABLE else triangle_form(mesh), (), kept)
+    reason = shading_left_out(mesh, form)
+    if isinstance(form, Facets) and reason:
+        return _Known(triangle_form(mesh), (), kept)
+    several = isinstance(form, MeshSphere) and gathered.override is None and wears_several(mesh)
+    left_out = (SEVERAL if several else "", reason)
     return _Known(form, tuple(reason for reason in left_out if reason), kept)

@@ -253,17 +253,58 @@ def test_torus(export):
     scene = export()
     assert len(scene.shapes) == 2 * 48 * 12 and scene.issues == ()
     bpy.context.object.data.shade_smooth()
-    assert things.reasons(export()) == {
-        "Torus": ["its smooth shading is left out: its faces are rendered flat, as they are"]
-    }
+    scene = export()
+    (mesh,) = scene.shapes
+    assert scene.issues == () and mesh.faces.shape == (3, 2 * 48 * 12)
+    outwards = mesh.vertices[:, mesh.faces].transpose(1, 0, 2) * mesh.normals
+    assert outwards[:, 2].min() > -1e-6  # normals of a torus point away from its middle plane
 
 
-def test_a_mesh_of_too_many_triangles_is_left_out(export):
+def test_a_mesh_of_many_triangles_is_rendered_as_it_is(export):
     bpy.ops.mesh.primitive_torus_add(major_segments=96)
     scene = export()
-    (issue,) = scene.issues
-    assert scene.shapes == () and issue.missing
-    assert "2,304 triangles" in issue.reason and "Decimate" in issue.reason
+    (mesh,) = scene.shapes
+    assert scene.issues == () and mesh.faces.shape == (3, 2 * 96 * 12) and mesh.normals is None
+    assert mesh.vertices.shape == (3, 96 * 12)
+
+
+def test_meshes_are_placed_turned_and_mirrored(export):
+    bpy.ops.mesh.primitive_monkey_add()
+    head = bpy.context.object
+    head.data.shade_smooth()
+    (before,) = export().shapes
+    head.location, head.scale = (1.0, 2.0, 3.0), (2.0, -2.0, 2.0)
+    (mesh,) = export().shapes
+    place = before.vertices * np.array([[2.0], [-2.0], [2.0]]) + np.array([[1.0], [2.0], [3.0]])
+    np.testing.assert_allclose(mesh.vertices, place, atol=1e-6)
+    # faces are turned over with the mirror, and normals still point out of them
+    outwards = []
+    for each in (before, mesh):
+        a, b, c = (each.vertices[:, corner] for corner in each.faces)
+        facing = (np.cross(b - a, c - a, axis=0) * each.normals).sum(axis=1) > 0.0
+        outwards.append(facing.all(axis=0))
+    assert outwards[0].mean() > 0.8
+    np.testing.assert_array_equal(*outwards)
+    np.testing.assert_allclose(np.linalg.norm(mesh.normals, axis=1), 1.0, atol=1e-6)
+
+
+def test_materials_of_a_mesh_and_vertices_that_are_no_numbers(export):
+    bpy.ops.mesh.primitive_monkey_add()
+    head = bpy.context.object
+    head.modifiers.new("Smooth", "SUBSURF").levels = 2
+    for name, color in (("Red", (1.0, 0.0, 0.0, 1.0)), ("Blue", (0.0, 0.0, 1.0, 1.0))):
+        head.data.materials.append(things.material(name, Base_Color=color))
+    for face in head.data.polygons:
+        face.material_index = int(face.center.x > 0.0)
+    (mesh,) = {shape.name: shape for shape in export().shapes}.values()
+    shapes = export().shapes
+    assert sorted(shape.materials[shape.slot[0]].color[0] for shape in shapes) == [0.0, 1.0]
+    assert sum(shape.faces.shape[1] for shape in shapes) > 10_000 and mesh.name == "Suzanne"
+    head.modifiers.clear()
+    head.data.shade_smooth()
+    head.data.vertices[7].co.x = math.nan
+    scene = export()
+    assert scene.shapes == () and "finite" in things.reasons(scene)["Suzanne"][0]
 
 
 def test_modifiers_are_heeded(export):
@@ -273,8 +314,8 @@ def test_modifiers_are_heeded(export):
     scene = export()
     assert len(scene.shapes) == 2 * 32 * 15 and scene.issues == ()
     ball.modifiers.new("Again", "SUBSURF").subdivision_type = "SIMPLE"
-    scene = export()
-    assert scene.shapes == () and "triangles" in things.reasons(scene)["Sphere"][0]
+    (mesh,) = export().shapes
+    assert mesh.faces.shape[1] > 8 * 32 * 15
 
 
 def test_n_gons_and_slivers(export):

@@ -1,0 +1,425 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Pixels integrated by distributed rays, to a stated error.
+
+Where what is seen or hidden is known by rays only (`ShapeSet.sampled`), a pixel is the mean over
+low-discrepancy points of its square and of the shutter (Cook, Porter and Carpenter 1984), each of
+which sends a few rays to every light. The noise of three sources is removed in closed form:
+
+- unhidden light is exact, and rays estimate the visible fraction only, over the whole pixel: a
+  ratio estimator (Heitz, Hill and McGuire 2018);
+- lights that nothing may hide, or that one object hides, get no rays;
+- the part of the unhidden light that is linear over the pixel and the shutter is known to have the
+  value at the middle as its mean: its slope, by least squares, serves as a control variate.
+
+The points of a pixel form one sequence, which is cut into consecutive batches of equal size. The
+spread of their estimates gives the error (batch means: Owen 2013, chapter 17); the number of points
+is doubled while that is above the limit.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..numerics.arrays import Array, Ints, Mask
+from ..numerics.floats import TINY
+from ..numerics.gather import columns
+from ..numerics.low_discrepancy import hashed_sequence_points
+from ..numerics.vector import cross, dot, rms
+from ..parallel.call_progress import progress_range, report_progress
+from ..shading.sample_light import LightSampler
+from ..tracing.compile import Plan
+from ..tracing.intersect import Pairs, Surface, intersect_pairs, surface
+from ..tracing.occluder_culling import Occluders
+from ..tracing.shadow_rays import batches_by_rank
+
+__all__ = [
+    "FIRST_POINTS",
+    "MIXED",
+    "SampledPixels",
+    "SamplingTask",
+    "sample_pixels",
+    "unseen_error",
+]
+
+
+BATCHES = 8
+"""Number of batches of equal size; the spread of eight estimates of one error is known to a
+quarter, one standard deviation."""
+FIRST_POINTS, LAST_POINTS = BATCHES, 4_096
+"""Number of points that every pixel takes, and the number up to which it is doubled."""
+LIGHT_RAYS = 8
+"""Number of rays from each point to each light that may be hidden in part. A point costs as much as
+some ten rays."""
+POINTS_PER_CHUNK = 1 << 14
+"""Number of points in one batch of work; it bounds memory."""
+ESTIMATE_MARGIN = 1.2
+"""Factor on the estimated error. Sampling ends where the estimate happens to be low, so that it is
+too low by that much on average."""
+UNSEEN_SHARE = 0.5
+"""Least error of the visible fraction of a light, as a fraction of one ray's share."""
+MIXED = -1
+"""Number of pixels from which a light is visible in part."""
+UNSEEN_AREA = 0.3
+"""Error of the area of a part of a pixel that no point met, as a fraction of one point's share.
+Derived: a part that is cut off by an outline at random and met by no point has areas of up to one
+share; its root mean square is 0.58 of it, and about every fourth such pixel has one."""
+CAMERA_STREAM = 40
+"""Stream of the hashes that shift the points of each pixel; streams 1 to `LIGHT_STREAMS` behind it
+are those of the lights."""
+
+
+@dataclass(frozen=True)
+class SamplingTask:
+    """n pixels to be sampled.
+
+    Attributes
+    ----------
+    x, y : (n,) picture coordinates of the centres.
+    index : (n,) numbers of the pixels in the whole picture, which their points depend on.
+    moves : (n,) whether anything may change during the shutter.
+    pairs : pairs of pixels and all objects that may be seen in them, sorted by pixel.
+    limit : (n,) error, as a radiance, at which a pixel is done.
+    contrast : (n,) difference of radiance across outlines in the pixel; 0 where there are none.
+    agreeing : (n,) number of pixels around and including the pixel from all of which all rays, or
+        none, have reached the lights.
+    """
+
+    x: Array
+    y: Array
+    index: Ints
+    moves: Mask
+    pairs: Pairs
+    limit: Array
+    contrast: Array
+    agreeing: Array
+
+
+def unseen_error(contrast: Array, points: int) -> Array:
+    """Error of a pixel that outlines cut, if none of its points lies beyond one."""
+    error: Array = UNSEEN_AREA / points * contrast
+    return error
+
+
+@dataclass(frozen=True)
+class SampledPixels:
+    """Sampled pixels: `color` (3, n), `alpha` (n,), `samples` (n,) points.
+
+    Attributes
+    ----------
+    spread : (n,) estimated error by the spread of batches, and by what outlines may have cut off.
+    unseen : (n,) error of parts of lights that no ray may have met, where nothing is known of the
+        pixels around.
+    visibility : (n,) a number that tells which lights all rays have reached, and which none; or
+        `MIXED` where a light is visible in part.
+    """
+
+    color: Array
+    alpha: Array
+    samples: Ints
+    spread: Array
+    unseen: Array
+    visibility: Ints
+
+    @classmethod
+    def zeros(cls, count: int) -> SampledPixels:
+        """Pixels of which nothing is known."""
+        color, (alpha, spread, unseen) = np.zeros((3, count)), np.zeros((3, count))
+        samples, visibility = np.zeros((2, count), dtype=np.int64)
+        return cls(color, alpha, samples, spread, unseen, visibility)
+
+    def error(self, agreeing: Array) -> Array:
+        """Estimated errors (n,) where so many pixels agree; see `SamplingTask.agreeing`.
+
+        A part of a light that is hidden from a pixel is nearly as large for those around it: as
+        many more rays have missed it.
+        """
+        return np.maximum(self.spread, self.unseen / agreeing)
+
+    def enter(self, rows: Ints, other: SampledPixels) -> None:
+        """Enter some pixels."""
+        for name in self.__dataclass_fields__:
+            getattr(self, name)[..., rows] = getattr(other, name)
+
+
+def sample_pixels(plan: Plan, occluders: Occluders, task: SamplingTask) -> SampledPixels:
+    """Sample pixels to their limits."""
+    count = task.x.size
+    done = SampledPixels.zeros(count)
+    for moving in (False, True):
+        rows = (task.moves == moving).nonzero()[0]
+        step = max(1, POINTS_PER_CHUNK // FIRST_POINTS)
+        for first in range(0, rows.size, step):
+            with progress_range(first / count, min(first + step, rows.size) / count):
+                _sample_chunk(plan, occluders, task, rows[first : first + step], moving, done)
+    return done
+
+
+def _sample_chunk(
+    plan: Plan,
+    occluders: Occluders,
+    task: SamplingTask,
+    rows: Ints,
+    moving: bool,
+    done: SampledPixels,
+) -> None:
+    """Sample some pixels, and enter them in `done`."""
+    sums, points = None, FIRST_POINTS
+    while rows.size:
+        plan.raise_if_cancelled()
+        first = 0 if sums is None else points // 2
+        new = _sums(plan, occluders, task, rows, moving, (first, points))
+        sums = new if sums is None else sums.joined(new)
+        found = sums.estimate(points, task.contrast[rows])
+        done.enter(rows, found)
+        points *= 2
+        if points > LAST_POINTS:
+            return
+        more = (found.error(task.agreeing[rows]) > task.limit[rows]).nonzero()[0]
+        rows, sums = rows[more], sums.take(more)
+
+
+def _sums(
+    plan: Plan,
+    occluders: Occluders,
+    task: SamplingTask,
+    rows: Ints,
+    moving: bool,
+    span: tuple[int, int],
+) -> _Sums:
+    """Sums over the points span[0] to span[1] of some pixels."""
+    step = max(1, POINTS_PER_CHUNK // (span[1] - span[0]))
+    parts = []
+    for first in range(0, rows.size, step):
+        plan.raise_if_cancelled()
+        report_progress(first / rows.size)
+        some = rows[first : first + step]
+        own = task.pairs.for_pixels(some, task.x.size)
+        points = _Points.make(plan, task, some, moving, span)
+        parts.append(points.sums(plan, occluders, own))
+    return _Sums.concatenate(parts)
+
+
+@dataclass(frozen=True)
+class _Points:
+    """k points of each of n pixels and of the shutter.
+
+    Attributes
+    ----------
+    index : (n,) numbers of the pixels.  first : number of the first point in each sequence.
+    offset : (axes, n, k) coordinates along the axes that the points vary along, from -0.5 to 0.5.
+    w : (3, n, k) directions of the rays.  time : (n, k) shutter times.
+    """
+
+    index: Ints
+    first: int
+    offset: Array
+    w: Array
+    time: Array
+
+    @classmethod
+    def make(
+        cls, plan: Plan, task: SamplingTask, rows: Ints, moving: bool, span: tuple[int, int]
+    ) -> _Points:
+        axes, index = 2 * plan.edges + moving, task.index[rows]
+        spots = hashed_sequence_points(plan.settings.seed, index, CAMERA_STREAM, span, max(axes, 1))
+        offset = spots[:axes] - 0.5
+        zero = np.zeros((rows.size, span[1] - span[0]))
+        across = offset[:2] if plan.edges else (zero, zero)
+        x, y = task.x[rows, None] + across[0], task.y[rows, None] + across[1]
+        return cls(
+            index, span[0], offset, plan.lens.directions(x, y), offset[-1] if moving else zero
+        )
+
+    def sums(self, plan: Plan, occluders: Occluders, pairs: Pairs) -> _Sums:
+        """Trace and shade the points. pairs : candidates of the pixels, sorted by pixel."""
+        depth, item = self._nearest(plan, pairs)
+        row, point = np.nonzero(item >= 0)
+        hits = self._surface(plan, depth, item, row, point)
+        shape = item.shape
+        hit = item >= 0
+        plain = np.zeros((4, *shape))
+        if not plan.transparent:
+            plain[:3] = plan.background[:, None, None] * ~hit
+        plain[3] = hit if plan.transparent else 1.0
+        closed, total, visible = np.zeros((3, len(plan.lights), 3, *shape))
+        rays = np.zeros((len(plan.lights), shape[0]))
+        time = self.time[row, point]
+        for number in range(len(plan.lights)):
+            sampler = LightSampler(plan, occluders, number, LIGHT_RAYS)
+            found = sampler.sample(hits, row, time, self._light_numbers(row, point))
+            for values, part in zip((closed, total, visible), found.colors, strict=True):
+                values[number][:, row, point] = part
+            rays[number] = np.bincount(row[found.sampled], minlength=shape[0]) * LIGHT_RAYS
+        return _Sums.make(self.offset, plain, closed, total, visible, rays)
+
+    def _light_numbers(self, row: Ints, point: Ints) -> tuple[Ints, Ints]:
+        """The pixel's number of each hit, and the number of its first ray to a light."""
+        return self.index[row], (self.first + point) * LIGHT_RAYS
+
+    def _nearest(self, plan: Plan, pairs: Pairs) -> tuple[Array, Ints]:
+        """Nearest hits (n, k): ray parameters and objects, inf and -1 where nothing is hit."""
+        depth, item = np.full(self.time.shape, np.inf), np.full(self.time.shape, -1)
+        for rows, ids in batches_by_rank(self.index.size, pairs):
+            t = intersect_pairs(plan, columns(self.w, rows), ids, self.time[rows])
+            before, which = depth[rows], item[rows]
+            # at equal depth the object of lower index is nearer
+            closer = (t < before) | ((t == before) & np.isfinite(t) & (ids[:, None] < which))
+            depth[rows] = np.where(closer, t, before)
+            item[rows] = np.where(closer, ids[:, None], which)
+        return depth, item
+
+    def _surface(self, plan: Plan, depth: Array, item: Ints, row: Ints, point: Ints) -> Surface:
+        """The surfaces at the hits of some points."""
+        w, t = np.ascontiguousarray(self.w[:, row, point]), depth[row, point]
+        return surface(plan, w, t, item[row, point], self.time[row, point])
+
+
+PRODUCTS = ("square", "plain_product", "product")
+"""Names of those of `_Sums` that are means over all points of a pixel."""
+MEANS = ("offset", "plain", "closed", "total", "visible", *PRODUCTS)
+"""Names of all means of `_Sums`."""
+
+
+@dataclass(frozen=True)
+class _Sums:
+    """Means over batches of points of n pixels, and what the slopes follow from.
+
+    Attributes
+    ----------
+    offset : (axes, B, n) mean coordinates.  square : (axes, axes, n) mean products of coordinates.
+    plain : (4, B, n) background radiance and coverage.  plain_product : (axes, 4, n).
+    closed, total, visible : (lights, 3, B, n) radiance of the unhidden light in closed form, of
+        all points of light and of the visible ones.  product : (axes, lights, 3, n), of `closed`.
+    rays : (lights, n) number of rays.
+    """
+
+    offset: Array
+    square: Array
+    plain: Array
+    plain_product: Array
+    closed: Array
+    total: Array
+    visible: Array
+    product: Array
+    rays: Array
+
+    @classmethod
+    def make(
+        cls, offset: Array, plain: Array, closed: Array, total: Array, visible: Array, rays: Array
+    ) -> _Sums:
+        """From values (..., n, k) at k points."""
+
+        def batches(values: Array) -> Array:
+            shape = (*values.shape[:-1], BATCHES, values.shape[-1] // BATCHES)
+            means: Array = values.reshape(shape).mean(axis=-1)
+            return np.ascontiguousarray(np.moveaxis(means, -1, -2))
+
+        def products(values: Array) -> Array:
+            axes = offset.shape[0]
+            each = [(offset[axis] * values).mean(axis=-1) for axis in range(axes)]
+            return np.array(each).reshape(axes, *values.shape[:-1])
+
+        return cls(
+            batches(offset), products(offset), batches(plain), products(plain), batches(closed),
+            batches(total), batches(visible), products(closed), rays,
+        )  # fmt: skip
+
+    @classmethod
+    def concatenate(cls, parts: list[_Sums]) -> _Sums:
+        """The sums of all pixels of several parts."""
+        names = (*MEANS, "rays")
+        values = {
+            name: np.concatenate([getattr(p, name) for p in parts], axis=-1) for name in names
+        }
+        return cls(**values)
+
+    def take(self, rows: Ints) -> _Sums:
+        """The sums of some pixels."""
+        return _Sums(**{name: columns(getattr(self, name), rows, -1) for name in (*MEANS, "rays")})
+
+    def joined(self, other: _Sums) -> _Sums:
+        """The sums with those of equally many more points: two consecutive batches become one."""
+
+        def pairs(a: Array, b: Array) -> Array:
+            both = np.concatenate([a, b], axis=-2)
+            mean: Array = 0.5 * (both[..., ::2, :] + both[..., 1::2, :])
+            return mean
+
+        parts = {}
+        for name in MEANS:
+            a, b = getattr(self, name), getattr(other, name)
+            parts[name] = 0.5 * (a + b) if name in PRODUCTS else pairs(a, b)
+        return _Sums(**parts, rays=self.rays + other.rays)
+
+    def estimate(self, points: int, contrast: Array) -> SampledPixels:
+        """What is known of the pixels after so many points.
+
+        contrast : (n,) see `SamplingTask`.
+        """
+        closed, plain = self._without_slopes()
+        total, visible = self.total.mean(axis=-2), self.visible.mean(axis=-2)
+        whole = closed.mean(axis=-2)
+        safe = np.where(total > 0.0, total, 1.0)
+        ratio = np.where(total > 0.0, visible, 1.0) / safe
+        part = np.where(total > 0.0, whole / safe, 0.0)
+        # estimates of single batches, linear in what differs between them
+        hidden = self.visible - ratio[..., None, :] * self.total
+        each = ratio[..., None, :] * closed + part[..., None, :] * hidden
+        batch = each.sum(axis=0) + plain[:3]
+        mean = batch.mean(axis=-2)
+        residual = batch - mean[:, None]
+        free = BATCHES - 1 - self.offset.shape[0]
+        spread = ESTIMATE_MARGIN * rms(np.sqrt((residual * residual).sum(axis=-2) / BATCHES / free))
+        spread = np.maximum(spread, unseen_error(contrast, points))
+        share = np.where(self.rays > 0.0, UNSEEN_SHARE / np.maximum(self.rays, 1.0), 0.0)
+        bright = np.array([rms(np.abs(one)) for one in whole]).reshape(share.shape)
+        unseen = np.sqrt(((share * bright) ** 2).sum(axis=0))
+        alpha = np.clip(plain[3].mean(axis=0), 0.0, 1.0)
+        samples = np.full(alpha.size, points)
+        state = _visibility(total.sum(axis=1), visible.sum(axis=1))
+        return SampledPixels(np.maximum(mean, 0.0), alpha, samples, spread, unseen, state)
+
+    def _without_slopes(self) -> tuple[Array, Array]:
+        """`closed` and `plain`, less the part that is linear in the coordinates."""
+        axes = self.offset.shape[0]
+        if not axes:
+            return self.closed, self.plain
+        middle = self.offset.mean(axis=1)
+        spread = self.square - middle[:, None] * middle
+        inverse = _inverse(spread)
+
+        def without(values: Array, products: Array) -> Array:
+            mean = values.mean(axis=-2)
+            trend = products - middle.reshape(axes, *(1,) * (mean.ndim - 1), -1) * mean
+            rest = values.copy()
+            for axis in range(axes):
+                slope = sum(inverse[axis, other] * trend[other] for other in range(axes))
+                rest -= slope[..., None, :] * self.offset[axis]
+            return rest
+
+        return without(self.closed, self.product), without(self.plain, self.plain_product)
+
+
+def _visibility(total: Array, visible: Array) -> Ints:
+    """Numbers (n,) of which lights (l, n) are seen by all rays, by none, or dark; or `MIXED`."""
+    number, mixed = np.zeros(total.shape[1], dtype=np.int64), np.zeros(total.shape[1], dtype=bool)
+    for whole, seen in zip(total, visible, strict=True):
+        state = np.where(seen == whole, 1, np.where(seen > 0.0, 3, 2)) * (whole > 0.0)
+        number, mixed = 3 * number + state % 3, mixed | (state == 3)
+    return np.where(mixed, MIXED, number)
+
+
+def _inverse(matrix: Array) -> Array:
+    """Inverses of symmetric matrices (k, k, n) of up to three rows, by their cofactors."""
+    if len(matrix) == 1:
+        rows, determinant = np.ones_like(matrix), matrix[0, 0]
+    elif len(matrix) == 2:
+        (a, b), (_, c) = matrix
+        rows, determinant = np.array([[c, -b], [-b, a]]), a * c - b * b
+    else:
+        rows = np.array([cross(matrix[(k + 1) % 3], matrix[(k + 2) % 3]) for k in range(3)])
+        determinant = dot(matrix[0], rows[0])
+    inverse: Array = rows / np.maximum(determinant, TINY)
+    return inverse

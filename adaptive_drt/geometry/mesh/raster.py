@@ -1,0 +1,147 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Conservative rasters of convex polygons: all pixels whose square they may meet.
+
+A polygon is cut at a plane before the camera and projected; in each row of pixels its part within
+the row's band has an exact interval of x, which is widened by more than rounding.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...numerics.arrays import Array, Ints
+from ...numerics.floats import TINY
+from ...numerics.gather import columns
+from ...numerics.vector import cross, dot
+from ..camera import PinholeCamera
+
+__all__ = ["PixelWindow", "meeting_pixels"]
+
+
+PIXEL_MARGIN = 2.0**-16
+"""Width by which polygons are enlarged, in pixels: far more than their rounding."""
+COORDINATE_ROUNDING = 2.0**-44
+"""The same for pixel coordinates of large magnitude, relative to them."""
+NEAREST = 2.0**-24
+"""Depth at which polygons are cut, as a fraction of the largest depth of a vertex."""
+
+
+@dataclass(frozen=True)
+class PixelWindow:
+    """A rectangle of pixels.
+
+    Attributes
+    ----------
+    left, bottom : the lowest pixel coordinates.  width, height : numbers of pixels.
+    """
+
+    left: int
+    bottom: int
+    width: int
+    height: int
+
+    @classmethod
+    def around(cls, x: Ints, y: Ints) -> PixelWindow:
+        """The least window that holds some pixels."""
+        left, bottom = int(x.min()), int(y.min())
+        return cls(left, bottom, int(x.max()) - left + 1, int(y.max()) - bottom + 1)
+
+
+def meeting_pixels(
+    corners: list[Array], camera: PinholeCamera, window: PixelWindow
+) -> tuple[Ints, Ints, Array, Array]:
+    """Pairs of polygons and pixels of a window in which they may be seen.
+
+    Parameters
+    ----------
+    corners : the k corners (3, n) of n convex polygons, two for segments, metres.
+
+    Returns
+    -------
+    polygon : (m,) indices.  pixel : (m,) numbers in the window, row by row.
+    near, far : (n,) least and greatest depths of the polygons before the camera: ray parameters.
+    """
+    across = cross(camera.right, camera.up)[:, None]
+    depths = np.array([dot(corner, across) for corner in corners])
+    depths /= float(dot(camera.base[:, None], across)[0])
+    cut = NEAREST * max(float(depths.max(initial=0.0)), TINY)
+    near, far = np.maximum(depths.min(axis=0), 0.0), depths.max(axis=0)
+    seen = (far > cut).nonzero()[0]
+    points = [columns(corner, seen) for corner in corners]
+    xs, ys = _projected(points, depths[:, seen], cut, camera)
+    margin = PIXEL_MARGIN + COORDINATE_ROUNDING * np.maximum(np.abs(xs), np.abs(ys)).max(axis=0)
+    low, high = ys.min(axis=0) - margin, ys.max(axis=0) + margin
+    first = np.clip(np.floor(low), window.bottom, window.bottom + window.height)
+    last = np.clip(np.floor(high) + 1.0, window.bottom, window.bottom + window.height)
+    inside = (xs.max(axis=0) + margin >= window.left) & (
+        xs.min(axis=0) - margin <= window.left + window.width
+    )
+    rows = np.where(inside, np.maximum(last - first, 0.0), 0.0).astype(np.int64)
+    one = np.repeat(np.arange(seen.size), rows)
+    y = first[one] + _positions(rows)
+    x0, x1 = _spans(columns(xs, one), columns(ys, one), y, margin[one])
+    left = np.clip(np.floor(x0 - margin[one]), window.left, window.left + window.width)
+    right = np.clip(np.floor(x1 + margin[one]) + 1.0, window.left, window.left + window.width)
+    wide = np.maximum(right - left, 0.0).astype(np.int64)
+    start = (y - window.bottom) * window.width + (left - window.left)
+    pixel = np.repeat(start.astype(np.int64), wide) + _positions(wide)
+    return np.repeat(seen[one], wide), pixel, near, far
+
+
+def _positions(size: Ints) -> Ints:
+    """0, 1, ..., size - 1 for each run, concatenated."""
+    found: Ints = np.arange(size.sum()) - np.repeat(np.cumsum(size) - size, size)
+    return found
+
+
+def _projected(
+    points: list[Array], depths: Array, cut: float, camera: PinholeCamera
+) -> tuple[Array, Array]:
+    """Pixel coordinates x and y, (2 k, n) each, of the corners of what lies before a depth.
+
+    Each edge gives both of its ends, moved along it to that depth where they lie before it. Where
+    both do, those of the edge before are repeated.
+    """
+    k = len(points)
+    xs, ys = np.empty((2, 2 * k, points[0].shape[1]))
+    steps = [step / dot(step, step) for step in (camera.right, camera.up)]
+    for number in range(k):
+        for side, (own, other) in enumerate(
+            ((number, (number + 1) % k), ((number + 1) % k, number))
+        ):
+            a, b, ta, tb = points[own], points[other], depths[own], depths[other]
+            behind = ta < cut
+            part = np.where(behind & (tb > cut), (cut - ta) / np.where(tb > ta, tb - ta, 1.0), 0.0)
+            place, depth = a + part * (b - a), np.where(behind, cut, ta)
+            gone = behind & (tb <= cut)
+            for values, step in ((xs, steps[0]), (ys, steps[1])):
+                at = dot(step[:, None], place) / depth - dot(step, camera.base)
+                values[2 * number + side] = np.where(gone, np.nan, at)
+    for number in range(4 * k):
+        one, before = number % (2 * k), (number - 1) % (2 * k)
+        hole = np.isnan(xs[one])
+        xs[one], ys[one] = (np.where(hole, v[before], v[one]) for v in (xs, ys))
+    return xs, ys
+
+
+def _spans(xs: Array, ys: Array, row: Array, margin: Array) -> tuple[Array, Array]:
+    """Least and largest x (m,) of polygons within bands of y from `row` to `row` + 1,
+    widened by `margin` (m,).
+
+    xs, ys : (c, m) corners in order.
+    """
+    low, high = row - margin, row + 1.0 + margin
+    least, most = np.full(row.size, np.inf), np.full(row.size, -np.inf)
+    for number in range(len(xs)):
+        xa, ya = xs[number], ys[number]
+        xb, yb = xs[(number + 1) % len(xs)], ys[(number + 1) % len(xs)]
+        slope = (xb - xa) / np.where(yb != ya, yb - ya, 1.0)
+        meets = (np.minimum(ya, yb) <= high) & (np.maximum(ya, yb) >= low)
+        for bound in (np.clip(ya, low, high), np.clip(yb, low, high)):
+            x = np.clip(xa + (bound - ya) * slope, np.minimum(xa, xb), np.maximum(xa, xb))
+            x = np.where(yb != ya, x, xa)
+            least = np.where(meets, np.minimum(least, x), least)
+            most = np.where(meets, np.maximum(most, x), most)
+    return least, most

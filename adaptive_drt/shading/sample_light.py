@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Direct light at points that belong to pixels, by a few rays from each point.
+
+The points of a pixel share one search for occluders, and their rays to a light are consecutive
+points of one low-discrepancy sequence of the pixel.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..detection.occlusion import classify_occluders
+from ..lights.emitter import Emitter
+from ..numerics.arrays import Array, Ints, Mask
+from ..numerics.low_discrepancy import hashed_kronecker_points
+from ..tracing.compile import Plan
+from ..tracing.intersect import Pairs, Surface
+from ..tracing.occluder_culling import Occluders, find_group_candidates
+from .direct_light import diffuse_brdf
+from .ratio_estimator import gather_light, unoccluded_factor
+
+__all__ = ["LightSampler", "SampledLight"]
+
+
+LIGHT_STREAM = 41
+"""Stream of the hashes that shift the sequence of the first light; each other one has the next."""
+
+
+@dataclass(frozen=True)
+class SampledLight:
+    """Light at m points.
+
+    Attributes
+    ----------
+    colors : radiance (3, m) towards the camera: of the unhidden light in closed form, and the means
+        over the points of the light, all and the visible ones. All three are equal where nothing
+        hides the light; the last is 0 where one object hides all of it.
+    sampled : (m,) whether rays were traced.
+    """
+
+    colors: tuple[Array, Array, Array]
+    sampled: Mask
+
+
+@dataclass(frozen=True)
+class LightSampler:
+    """Sends rays to one light.
+
+    Attributes
+    ----------
+    plan, occluders : the compiled scene.  number : the light's, among those of the plan.
+    rays : number of rays from each point.
+    """
+
+    plan: Plan
+    occluders: Occluders
+    number: int
+    rays: int
+
+    def sample(
+        self, hits: Surface, row: Ints, time: Array, numbers: tuple[Ints, Ints]
+    ) -> SampledLight:
+        """Light at m points.
+
+        Parameters
+        ----------
+        hits : the points.  row : (m,) the pixel that each belongs to, ascending.
+        time : (m,) shutter times.
+        numbers : for each point its pixel's number in the picture, and the number (m,) of its first
+            ray in the pixel's sequence.
+        """
+        plan, light = self.plan, self.plan.lights[self.number]
+        shape = plan.as_shadow_caster(light)
+        when: Array | float = time if plan.motion else 0.0
+        whole = unoccluded_factor(light, shape, light.to_center(hits.point, when), hits)
+        every, visible = whole.copy(), whole.copy()
+        some, pairs, blocked = self._occluders(shape, hits, row, when, whole)
+        visible[blocked] = 0.0
+        if some.size:
+            part = hits.take(some)
+            spots = None
+            if shape.extended:
+                place = numbers[0][some], numbers[1][some]
+                spots = hashed_kronecker_points(
+                    plan.settings.seed, place[0], LIGHT_STREAM + self.number, place[1], self.rays
+                )
+            moment = when[some][:, None] if isinstance(when, np.ndarray) else when
+            sums = gather_light(plan, part, light, pairs, spots, moment)
+            every[some], visible[some] = sums.total[:, 0], sums.visible[:, 0]
+        weight = diffuse_brdf(plan, hits.item) * light.power[:, None]
+        sampled = np.zeros(row.size, dtype=np.bool_)
+        sampled[some] = True
+        return SampledLight((weight * whole, weight * every, weight * visible), sampled)
+
+    def _occluders(
+        self, shape: Emitter, hits: Surface, row: Ints, time: Array | float, whole: Array
+    ) -> tuple[Ints, Pairs, Mask]:
+        """The points that may be hidden in part, their occluders, and which points are hidden."""
+        pairs = find_group_candidates(self.occluders, shape, hits, row)
+        pairs = pairs.take(whole[pairs.pixel] > 0.0)
+        moment = time[pairs.pixel] if isinstance(time, np.ndarray) else time
+        none, full = classify_occluders(self.plan, hits, shape, pairs, moment)
+        blocked = np.zeros(row.size, dtype=np.bool_)
+        blocked[pairs.pixel[full]] = True
+        pairs = pairs.take(~none & ~blocked[pairs.pixel])
+        place = np.zeros(row.size, dtype=np.bool_)
+        place[pairs.pixel] = True
+        number = place.cumsum() - 1
+        return place.nonzero()[0], Pairs(number[pairs.pixel], pairs.item), blocked
