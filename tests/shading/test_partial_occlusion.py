@@ -95,9 +95,11 @@ def test_light_past_a_sphere_a_parallelogram_and_triangles(monkeypatch, seed, nu
         np.repeat(part, POINTS, axis=0) for part in low_discrepancy_points(5, same, 0, RAYS, 2)
     ]
     rays = gather_light(plan, surface, light, pairs, tuple(spots), 0.0).estimate()
-    off = np.abs(factor - rays) / whole
+    # outside of a spot's cone there is nothing
+    off = np.abs(factor - rays) / np.maximum(whole, 1e-2 * whole.max())
     partly = ((rays > 0.0) & (rays < whole)).mean()
     print(f"{partly:.2f} partly hidden, off by {off.max():.1e}")
-    assert partly > 0.2
-    # by 1,024 rays where no closed form is known
-    assert off.max() < (CLOSE if kind is TriangleSet else 10.0 * CLOSE)
+    assert partly > (0.1 if isinstance(LIGHTS[number], SpotLight) else 0.2)
+    # by 1,024 rays where no closed form is known; few of a spot's rays count at its cone's edge
+    close = 3.0 * CLOSE if isinstance(LIGHTS[number], SpotLight) else CLOSE
+    assert off.max() < (close if kind is TriangleSet else 10.0 * close)
