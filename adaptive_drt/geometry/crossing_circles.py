@@ -22,7 +22,7 @@ from .spherical_curves import (
     circles_inside_cones,
 )
 
-__all__ = ["open_circles_integral"]
+__all__ = ["gaps_of_rings", "open_circles_integral"]
 
 
 CROSSING_TOLERANCE = 2.0**-48
@@ -71,7 +71,7 @@ def open_circles_integral(
         )
     # a circle of no visible arc needs no intervals, and empty intervals hide nothing
     kept = ((high > low) & ~hidden.ravel()[ring]).nonzero()[0]
-    ring, low, high = _gaps(ring[kept], low[kept], high[kept], k * n)
+    ring, low, high = gaps_of_rings(ring[kept], low[kept], high[kept], k * n)
     live = ((high > low) & ~hidden.ravel()[ring]).nonzero()[0]
     ring = ring[live]
     part = BoundaryAntiderivative(
@@ -125,7 +125,7 @@ def _split_at_pi(ring: Ints, low: Array, high: Array) -> tuple[Ints, Array, Arra
     )
 
 
-def _gaps(ring: Ints, low: Array, high: Array, count: int) -> tuple[Ints, Array, Array]:
+def gaps_of_rings(ring: Ints, low: Array, high: Array, count: int) -> tuple[Ints, Array, Array]:
     """What intervals (m,) within [-pi, pi] leave of `count` rings: (m + count,) each, maybe empty.
 
     As in `complement_intervals` gaps run from the i-th end to the next start, both sorted.

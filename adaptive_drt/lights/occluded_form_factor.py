@@ -16,6 +16,7 @@ import numpy as np
 
 from ..geometry.axial_profile import AxialProfile, ProfileAtPoints
 from ..geometry.crossing_circles import open_circles_integral
+from ..geometry.crossing_polygons import open_arcs_integral, open_edges_integral
 from ..geometry.silhouettes import (
     CircularSilhouette,
     Hemisphere,
@@ -51,6 +52,12 @@ __all__ = ["visible_factor"]
 CROSSING_CIRCLES = 12
 """Number of circles from which only the pairs of them that cross are integrated. Measured: below
 it the pairs are found in no less time than they take."""
+CROSSING_POLYGONS = 24
+"""Number of polygons from which only those that come near each other are compared. Measured: below
+it the pairs are found in no less time than they take."""
+NEAR_POLYGON_PAIRS = 8
+"""Number of pairs of polygons and edges that are looked at, for one whose arcs are computed: about
+as many as in scattered triangles."""
 HEMISPHERE_ROUNDING = 2.0**-40
 """Largest factor of a hemisphere that counts as wholly occluded, in sr: 3e-13 of an open one. It is
 thousands of times the rounding error of what polygons around a point leave open."""
@@ -153,6 +160,9 @@ def _factor_in_blocks(
     total = np.zeros(count)
     k, m, j = spheres[0].shape[0], *polygons.shape[:2]
     pairs = max(1, (k + m) * (k + m * j))
+    if m >= CROSSING_POLYGONS:
+        # of the pairs of polygons most are only looked at
+        pairs = max(1, (k + m) * k + m * m * j // NEAR_POLYGON_PAIRS)
     if isinstance(light, np.ndarray) and light.shape[0] > FEW_EDGES:
         pairs = max(pairs, light.shape[0] * (1 + k + m))
     step = max(1, min(BLOCK_POINTS, BLOCK_PAIRS // pairs))
@@ -247,17 +257,13 @@ def _integrate(outlines: _Silhouettes) -> Array:
     edges, cone = outlines.light.edges, outlines.light.cone
     double = np.zeros(outlines.normal.shape[1])
     if edges.half_angle.shape[0]:
-        double += _integral_along(outlines, edges, _unoccluded_intervals(outlines, edges, None))
+        double += _integral_along_edges(outlines, edges)
     if cone is not None:
         double += _integral_along(outlines, cone, _visible_light_silhouette(outlines, cone))
     if outlines.circles.sine.shape[0]:
         double -= _integral_along_spheres(outlines)
     if outlines.polygons is not None:
-        double -= _integral_along(
-            outlines,
-            outlines.polygons.segments,
-            _visible_polygon_edges(outlines, outlines.polygons),
-        )
+        double -= _integral_along_polygons(outlines, outlines.polygons)
     return np.maximum(0.5 * double, 0.0)
 
 
@@ -398,8 +404,37 @@ def _circles_behind_polygons(outlines: _Silhouettes, circles: Circles) -> Interv
     return np.concatenate(starts), np.concatenate(ends)
 
 
-def _visible_polygon_edges(outlines: _Silhouettes, polygons: PolygonSilhouettes) -> Intervals:
-    """Intervals of the outlines of polygons that lie on the light and behind no other occluder."""
+def _integral_along_edges(outlines: _Silhouettes, edges: GreatCircleArcs) -> Array:
+    """Integral of n.(w x dw) along the visible parts of a light's edges: (n,)."""
+    polygons = outlines.polygons
+    if polygons is None or not _compares_near_polygons(outlines, polygons):
+        return _integral_along(outlines, edges, _unoccluded_intervals(outlines, edges, None))
+    hidden = None
+    if outlines.circles.sine.shape[0]:
+        hidden = arcs_inside_cones(edges, outlines.circles)
+    potential = make_antiderivative(outlines.normal, outlines.light.center, edges)
+    return open_arcs_integral(edges, polygons, hidden, outlines.light.reach, potential)
+
+
+def _compares_near_polygons(outlines: _Silhouettes, polygons: PolygonSilhouettes) -> bool:
+    """Whether there are so many polygons that pairs of them are found before their arcs."""
+    return polygons.edge_on.shape[0] >= CROSSING_POLYGONS and outlines.profile is None
+
+
+def _integral_along_polygons(outlines: _Silhouettes, polygons: PolygonSilhouettes) -> Array:
+    """Integral of n.(w x dw) along the visible edges of occluding polygons: (n,)."""
+    segments, base = polygons.segments, _edges_on_the_light(outlines, polygons)
+    if not _compares_near_polygons(outlines, polygons):
+        return _integral_along(outlines, segments, _unoccluded_intervals(outlines, segments, base))
+    hidden = None
+    if outlines.circles.sine.shape[0]:
+        hidden = arcs_inside_cones(segments, outlines.circles)
+    potential = make_antiderivative(outlines.normal, outlines.light.center, segments)
+    return open_edges_integral(polygons, base, hidden, outlines.light.reach, potential)
+
+
+def _edges_on_the_light(outlines: _Silhouettes, polygons: PolygonSilhouettes) -> Intervals:
+    """Intervals (j, n) of the edges of polygons that lie on the light, none of those edge-on."""
     segments = polygons.segments
     half = segments.half_angle
     along = np.zeros((half.shape[0], 1), dtype=np.bool_)
@@ -410,7 +445,7 @@ def _visible_polygon_edges(outlines: _Silhouettes, polygons: PolygonSilhouettes)
     low, high = np.clip(low, -half, half), np.clip(high, -half, half)
     high = np.maximum(low, high)
     flat = np.repeat(polygons.edge_on, half.shape[0] // polygons.edge_on.shape[0], axis=0)
-    return _unoccluded_intervals(outlines, segments, (low, np.where(flat, low, high)))
+    return low, np.where(flat, low, high)
 
 
 def _take_circles(circles: Circles, index: Ints) -> Circles:

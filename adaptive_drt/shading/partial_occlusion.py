@@ -33,6 +33,9 @@ __all__ = ["apply_occluders"]
 NESTED_WORK = 0.3
 """Fraction of the work on partly hidden lights, for the progress bar, that finding nested outlines
 takes."""
+MAX_POLYGONS = 512
+"""Number of polygons that hide a light in part, from which rays are distributed over it: their arcs
+take a tenth of a second a point, and hundreds of megabytes, where most of them overlap."""
 SECTION_CORNERS = 48
 """Number of corners of the polygon that replaces an occluder that is cut by a light's plane."""
 
@@ -86,6 +89,8 @@ def _occluded_factors(
     kind = _outline_kinds(plan, surface, light, pairs, _times_at(time, pairs.pixel))
     rays = np.zeros(count, dtype=np.bool_)
     rays[pairs.pixel[kind == RAYS]] = True
+    outlines = np.bincount(pairs.pixel[(kind != NOTHING) & (kind != CIRCLE)], minlength=count)
+    rays |= outlines > MAX_POLYGONS
     rays |= ~light.has_silhouette(light.to_center(surface.point, time))
     keep = (kind != NOTHING) & ~rays[pairs.pixel]
     circles = (keep & (kind == CIRCLE)).nonzero()[0]

@@ -43,6 +43,14 @@ CAMERA_KEY = "camera"
 MAX_FLAT_TRIANGLES = 150
 """Number of triangles of a mesh up to which each is rendered as a polygon in closed form: Suzanne's
 968 took 204 s of processor time that way (90 x 60, 1 %), and 1 s as a mesh."""
+SKY_FACES = 100
+"""Number of flat faces of a mesh from which, under a world that lights from all sides, its rays are
+traced rather than its faces' outlines: those take some ten milliseconds a point there."""
+
+MAX_COARSE_FACES = 400
+"""Number of faces of a sphere up to which it is rendered as the mesh that it is, where its faces or
+custom normals show: an icosphere of subdivision 3 has 320, Blender's default UV sphere 512."""
+
 SEVERAL = "it wears several materials; the one of most faces is used"
 PASSING = "it is not there all the shutter; it is rendered still"
 
@@ -64,6 +72,7 @@ class _Export:
     deforming : tells which meshes change during the shutter; None without motion blur.
     meshes : by their pointers.  stretched : balls as meshes, for instances that are no balls.
     owners : the objects to select, by the names of their instances.
+    lit_around : whether the world lights everything from all sides.
     """
 
     opens: dict[Hashable, Matrix] | None = None
@@ -79,6 +88,7 @@ class _Export:
     materials: dict[str, Material] = field(default_factory=dict)
     lamps: dict[str, Lamp] = field(default_factory=dict)
     owners: dict[str, str] = field(default_factory=dict)
+    lit_around: bool = False
 
     def called(self, instance: Any) -> str:
         """Return an instance's name, and keep whose it is."""
@@ -173,6 +183,7 @@ def export_scene(
     gathered.override = depsgraph.view_layer_eval.material_override
     camera = _camera(depsgraph, camera_object, gathered)
     gathered.issues.extend(scene_issues(depsgraph))
+    gathered.lit_around = world_of(_shown_world(depsgraph), []).light is not None
     _gather(depsgraph, gathered, draws_strokes)
     world, background = _world(depsgraph, gathered)
     lens = camera_object.evaluated_get(depsgraph).data
@@ -222,10 +233,15 @@ def _camera(depsgraph: Any, camera: Any, gathered: _Export) -> Camera:
     return camera_of(thing, track, depsgraph.scene.original.render, gathered.issues)
 
 
+def _shown_world(depsgraph: Any) -> Any | None:
+    """Return the world of the view layer, or None."""
+    layer = depsgraph.view_layer_eval
+    return (layer.world_override or depsgraph.scene_eval.world) if layer.use_sky else None
+
+
 def _world(depsgraph: Any, gathered: _Export) -> tuple[Any | None, Vector]:
     """Return the world of the view layer and its radiance that is seen, and gather its light."""
-    layer = depsgraph.view_layer_eval
-    world = (layer.world_override or depsgraph.scene_eval.world) if layer.use_sky else None
+    world = _shown_world(depsgraph)
     found = world_of(world, gathered.issues)
     if found.light is not None:
         gathered.lights.append(found.light)
@@ -305,7 +321,8 @@ def _gather_faces(instance: Any, name: str, gathered: _Export) -> None:
 def _read(mesh: Any, gathered: _Export) -> _Known:
     """Return what a mesh stands for, and what that lacks.
 
-    What is no ball and has many or smooth faces stands for itself.
+    What is no ball and has many or smooth faces stands for itself. Under a world that lights from
+    all sides every face hides some of it, so fewer are many.
     """
     layout = layout_of(mesh)
     form = mesh_form(mesh, layout, gathered.known)
@@ -313,7 +330,11 @@ def _read(mesh: Any, gathered: _Export) -> _Known:
     if isinstance(form, str):
         return _Known(form if form in UNUSABLE else triangle_form(mesh), (), kept)
     reason = shading_left_out(mesh, form)
-    if isinstance(form, Facets) and (reason or form.triangles.slot.size > MAX_FLAT_TRIANGLES):
+    if isinstance(form, MeshSphere) and reason and len(mesh.polygons) <= MAX_COARSE_FACES:
+        return _Known(triangle_form(mesh), (), kept)
+    many = isinstance(form, Facets) and form.triangles.slot.size > MAX_FLAT_TRIANGLES
+    crowded = gathered.lit_around and isinstance(form, Facets) and form.slot.size > SKY_FACES
+    if isinstance(form, Facets) and (reason or many or crowded):
         return _Known(triangle_form(mesh), (), kept)
     several = isinstance(form, MeshSphere) and gathered.override is None and wears_several(mesh)
     left_out = (SEVERAL if several else "", reason)
