@@ -47,10 +47,6 @@ SKY_FACES = 100
 """Number of flat faces of a mesh from which, under a world that lights from all sides, its rays are
 traced rather than its faces' outlines: those take some ten milliseconds a point there."""
 
-MAX_COARSE_FACES = 400
-"""Number of faces of a sphere up to which it is rendered as the mesh that it is, where its faces or
-custom normals show: an icosphere of subdivision 3 has 320, Blender's default UV sphere 512."""
-
 SEVERAL = "it wears several materials; the one of most faces is used"
 PASSING = "it is not there all the shutter; it is rendered still"
 
@@ -165,8 +161,7 @@ def export_scene(
     """
     scene = depsgraph.scene.original
     # at another time of the shutter a marker may have made another one active
-    camera_object = scene.camera
-    if camera_object is None:
+    if (camera_object := scene.camera) is None:
         raise SceneError("The scene has no camera: add one, or make one active")
     # at each frame the evaluated layer is another one
     moves = use_motion and move is not None and depsgraph.view_layer_eval.use_motion_blur
@@ -330,8 +325,6 @@ def _read(mesh: Any, gathered: _Export) -> _Known:
     if isinstance(form, str):
         return _Known(form if form in UNUSABLE else triangle_form(mesh), (), kept)
     reason = shading_left_out(mesh, form)
-    if isinstance(form, MeshSphere) and reason and len(mesh.polygons) <= MAX_COARSE_FACES:
-        return _Known(triangle_form(mesh), (), kept)
     many = isinstance(form, Facets) and form.triangles.slot.size > MAX_FLAT_TRIANGLES
     crowded = gathered.lit_around and isinstance(form, Facets) and form.slot.size > SKY_FACES
     if isinstance(form, Facets) and (reason or many or crowded):
