@@ -40,7 +40,7 @@ from .world import world_of
 
 CAMERA_KEY = "camera"
 
-SKY_FACES = 100
+SKY_FACES = 32
 """Number of flat faces of a mesh from which, under a world that lights from all sides, its rays are
 traced rather than its faces' outlines: those take some ten milliseconds a point there."""
 
