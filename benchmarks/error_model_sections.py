@@ -53,7 +53,7 @@ def _errors_of(record: QuadLight | DiskLight, rng: np.random.Generator) -> Sampl
     normal[2] = np.abs(normal[2])
     normal /= np.sqrt((normal * normal).sum(axis=0))
     to = -point
-    plane, outline = light.plane(to), light.silhouette(to)
+    plane, outline = light.plane(to), light.silhouette(to, normal)
     radius = 10.0 ** rng.uniform(-1.0, 0.3, POINTS)
     # centres near the light, in front of its plane or behind it by less than a radius
     center = rng.uniform(-1.2, 1.2, (3, POINTS))

@@ -452,10 +452,10 @@ def _cells_from_regions(
     deviation = np.array(
         [[grouped_sums(box, weight * row, count) for row in kind] for kind in light.deviation]
     )
-    away = color - columns(mean, found.box)
-    edge = grouped_sums(found.box, found.error * rms(away), count)
+    away = rms(color - columns(mean, found.box))
+    edge = grouped_sums(found.box, found.error * away, count)
     edge += task.goal.contrast * found.missed_weight
-    deviation[STEP_KIND, 2] += task.goal.contrast * found.motion_error
+    deviation[STEP_KIND, 2] += _contrasts(task, cells, found, away) * found.motion_error
     alpha = np.ones(count)
     if plan.transparent:
         alpha = grouped_sums(box, weight, count)
@@ -463,6 +463,21 @@ def _cells_from_regions(
     return replace(
         cells, color=mean, alpha=alpha, deviation=deviation, shape_error=edge, sampling=sampling
     )
+
+
+def _contrasts(task: RefinementTask, cells: Cells, found: Fragments, away: Array) -> Array:
+    """Contrasts (c,) that scale errors of areas which fast outlines sweep between the lines.
+
+    A cell's own regions do not show what its lines missed: all cells of the pixel count, and at
+    least the contrast of the picture. (A spot of 72 times that contrast, which a sphere covers
+    after a twentieth of the shutter: 2,000 cells kept the whole shutter, with the same lines in
+    time, and the pixel was off by 11 times its estimate.)
+
+    away : (m,) differences between the radiance of visible regions and the means of their cells.
+    """
+    contrast = np.full(task.cut.size, task.goal.contrast)
+    np.maximum.at(contrast, cells.pixel[found.box], away)
+    return contrast[cells.pixel]
 
 
 def _half_extents(spread: Array) -> Array:

@@ -13,7 +13,10 @@ which sends a few rays to every light. The noise of three sources is removed in 
 
 The points of a pixel form one sequence, which is cut into consecutive batches of equal size. The
 spread of their estimates gives the error (batch means: Owen 2013, chapter 17); the number of points
-is doubled while that is above the limit.
+is doubled while that is above the limit. Consecutive batches complement each other, so that their
+mean is better than the spread says; but sampling ends where the spread happens to be low. Measured
+errors were 0.6 to 0.9 of the stated ones (three scenes, 1 % to 0.1 %, against 16,384 points a pixel
+by brute force).
 """
 
 from __future__ import annotations
@@ -27,6 +30,7 @@ from ..numerics.floats import TINY
 from ..numerics.gather import columns
 from ..numerics.low_discrepancy import hashed_sequence_points
 from ..numerics.vector import cross, dot, rms
+from ..numerics.vector import total as sum_rows
 from ..parallel.call_progress import progress_range, report_progress
 from ..shading.sample_light import LightSampler
 from ..tracing.compile import Plan
@@ -47,20 +51,17 @@ __all__ = [
 BATCHES = 8
 """Number of batches of equal size; the spread of eight estimates of one error is known to a
 quarter, one standard deviation."""
-FIRST_POINTS, LAST_POINTS = BATCHES, 4_096
+FIRST_POINTS, LAST_POINTS = BATCHES, 16_384
 """Number of points that every pixel takes, and the number up to which it is doubled."""
 LIGHT_RAYS = 8
 """Number of rays from each point to each light that may be hidden in part. A point costs as much as
 some ten rays."""
 POINTS_PER_CHUNK = 1 << 14
 """Number of points in one batch of work; it bounds memory."""
-ESTIMATE_MARGIN = 1.2
-"""Factor on the estimated error. Sampling ends where the estimate happens to be low, so that it is
-too low by that much on average."""
 UNSEEN_SHARE = 0.5
 """Least error of the visible fraction of a light, as a fraction of one ray's share."""
 MIXED = -1
-"""Number of pixels from which a light is visible in part."""
+"""Number of pixels from which a light is visible in part, or that show several objects."""
 UNSEEN_AREA = 0.3
 """Error of the area of a part of a pixel that no point met, as a fraction of one point's share.
 Derived: a part that is cut off by an outline at random and met by no point has areas of up to one
@@ -113,6 +114,8 @@ class SampledPixels:
         pixels around.
     visibility : (n,) a number that tells which lights all rays have reached, and which none; or
         `MIXED` where a light is visible in part.
+    item : (n,) the object that all points have hit, counted from 1, and 0 if none has hit one; or
+        `MIXED`.
     """
 
     color: Array
@@ -121,13 +124,14 @@ class SampledPixels:
     spread: Array
     unseen: Array
     visibility: Ints
+    item: Ints
 
     @classmethod
     def zeros(cls, count: int) -> SampledPixels:
         """Pixels of which nothing is known."""
         color, (alpha, spread, unseen) = np.zeros((3, count)), np.zeros((3, count))
-        samples, visibility = np.zeros((2, count), dtype=np.int64)
-        return cls(color, alpha, samples, spread, unseen, visibility)
+        samples, visibility, item = np.zeros((3, count), dtype=np.int64)
+        return cls(color, alpha, samples, spread, unseen, visibility, item)
 
     def error(self, agreeing: Array) -> Array:
         """Estimated errors (n,) where so many pixels agree; see `SamplingTask.agreeing`.
@@ -252,7 +256,8 @@ class _Points:
             for values, part in zip((closed, total, visible), found.colors, strict=True):
                 values[number][:, row, point] = part
             rays[number] = np.bincount(row[found.sampled], minlength=shape[0]) * LIGHT_RAYS
-        return _Sums.make(self.offset, plain, closed, total, visible, rays)
+        same = np.where((item == item[:, :1]).all(axis=1), item[:, 0] + 1, MIXED)
+        return _Sums.make(self.offset, plain, (closed, total, visible), rays, same)
 
     def _light_numbers(self, row: Ints, point: Ints) -> tuple[Ints, Ints]:
         """The pixel's number of each hit, and the number of its first ray to a light."""
@@ -292,7 +297,7 @@ class _Sums:
     plain : (4, B, n) background radiance and coverage.  plain_product : (axes, 4, n).
     closed, total, visible : (lights, 3, B, n) radiance of the unhidden light in closed form, of
         all points of light and of the visible ones.  product : (axes, lights, 3, n), of `closed`.
-    rays : (lights, n) number of rays.
+    rays : (lights, n) number of rays.  item : (n,) see `SampledPixels`.
     """
 
     offset: Array
@@ -304,12 +309,14 @@ class _Sums:
     visible: Array
     product: Array
     rays: Array
+    item: Ints
 
     @classmethod
     def make(
-        cls, offset: Array, plain: Array, closed: Array, total: Array, visible: Array, rays: Array
+        cls, offset: Array, plain: Array, light: tuple[Array, Array, Array], rays: Array, item: Ints
     ) -> _Sums:
-        """From values (..., n, k) at k points."""
+        """From values (..., n, k) at k points; `light` are closed form, all and visible points."""
+        closed, total, visible = light
 
         def batches(values: Array) -> Array:
             shape = (*values.shape[:-1], BATCHES, values.shape[-1] // BATCHES)
@@ -323,13 +330,13 @@ class _Sums:
 
         return cls(
             batches(offset), products(offset), batches(plain), products(plain), batches(closed),
-            batches(total), batches(visible), products(closed), rays,
+            batches(total), batches(visible), products(closed), rays, item,
         )  # fmt: skip
 
     @classmethod
     def concatenate(cls, parts: list[_Sums]) -> _Sums:
         """The sums of all pixels of several parts."""
-        names = (*MEANS, "rays")
+        names = (*MEANS, "rays", "item")
         values = {
             name: np.concatenate([getattr(p, name) for p in parts], axis=-1) for name in names
         }
@@ -337,7 +344,8 @@ class _Sums:
 
     def take(self, rows: Ints) -> _Sums:
         """The sums of some pixels."""
-        return _Sums(**{name: columns(getattr(self, name), rows, -1) for name in (*MEANS, "rays")})
+        names = (*MEANS, "rays", "item")
+        return _Sums(**{name: columns(getattr(self, name), rows, -1) for name in names})
 
     def joined(self, other: _Sums) -> _Sums:
         """The sums with those of equally many more points: two consecutive batches become one."""
@@ -351,7 +359,8 @@ class _Sums:
         for name in MEANS:
             a, b = getattr(self, name), getattr(other, name)
             parts[name] = 0.5 * (a + b) if name in PRODUCTS else pairs(a, b)
-        return _Sums(**parts, rays=self.rays + other.rays)
+        item = np.where(self.item == other.item, self.item, MIXED)
+        return _Sums(**parts, rays=self.rays + other.rays, item=item)
 
     def estimate(self, points: int, contrast: Array) -> SampledPixels:
         """What is known of the pixels after so many points.
@@ -359,39 +368,40 @@ class _Sums:
         contrast : (n,) see `SamplingTask`.
         """
         closed, plain = self._without_slopes()
-        total, visible = self.total.mean(axis=-2), self.visible.mean(axis=-2)
-        whole = closed.mean(axis=-2)
+        total, visible = _batch_mean(self.total), _batch_mean(self.visible)
+        whole = _batch_mean(closed)
         safe = np.where(total > 0.0, total, 1.0)
         ratio = np.where(total > 0.0, visible, 1.0) / safe
         part = np.where(total > 0.0, whole / safe, 0.0)
         # estimates of single batches, linear in what differs between them
         hidden = self.visible - ratio[..., None, :] * self.total
         each = ratio[..., None, :] * closed + part[..., None, :] * hidden
-        batch = each.sum(axis=0) + plain[:3]
-        mean = batch.mean(axis=-2)
+        batch = sum_rows(each) + plain[:3]
+        mean = _batch_mean(batch)
         residual = batch - mean[:, None]
         free = BATCHES - 1 - self.offset.shape[0]
-        spread = ESTIMATE_MARGIN * rms(np.sqrt((residual * residual).sum(axis=-2) / BATCHES / free))
+        spread = rms(np.sqrt(_batch_mean(residual * residual) / free))
         spread = np.maximum(spread, unseen_error(contrast, points))
         share = np.where(self.rays > 0.0, UNSEEN_SHARE / np.maximum(self.rays, 1.0), 0.0)
         bright = np.array([rms(np.abs(one)) for one in whole]).reshape(share.shape)
-        unseen = np.sqrt(((share * bright) ** 2).sum(axis=0))
-        alpha = np.clip(plain[3].mean(axis=0), 0.0, 1.0)
+        unseen = np.sqrt(sum_rows((share * bright) ** 2))
+        alpha = np.clip(_batch_mean(plain[3]), 0.0, 1.0)
         samples = np.full(alpha.size, points)
-        state = _visibility(total.sum(axis=1), visible.sum(axis=1))
-        return SampledPixels(np.maximum(mean, 0.0), alpha, samples, spread, unseen, state)
+        state = _visibility(*(sum_rows(np.moveaxis(part, 1, 0)) for part in (total, visible)))
+        color = np.maximum(mean, 0.0)
+        return SampledPixels(color, alpha, samples, spread, unseen, state, self.item)
 
     def _without_slopes(self) -> tuple[Array, Array]:
         """`closed` and `plain`, less the part that is linear in the coordinates."""
         axes = self.offset.shape[0]
         if not axes:
             return self.closed, self.plain
-        middle = self.offset.mean(axis=1)
+        middle = _batch_mean(self.offset)
         spread = self.square - middle[:, None] * middle
         inverse = _inverse(spread)
 
         def without(values: Array, products: Array) -> Array:
-            mean = values.mean(axis=-2)
+            mean = _batch_mean(values)
             trend = products - middle.reshape(axes, *(1,) * (mean.ndim - 1), -1) * mean
             rest = values.copy()
             for axis in range(axes):
@@ -400,6 +410,12 @@ class _Sums:
             return rest
 
         return without(self.closed, self.product), without(self.plain, self.plain_product)
+
+
+def _batch_mean(values: Array) -> Array:
+    """Means (..., n) over the batches of values (..., B, n), summed in the same order for any n."""
+    mean: Array = sum_rows(np.moveaxis(values, -2, 0)) / BATCHES
+    return mean
 
 
 def _visibility(total: Array, visible: Array) -> Ints:

@@ -33,6 +33,7 @@ from .planar_faces import PlanarFaces
 from .receivers import Receivers
 from .shaded_patches import ShadedPatches
 from .shadow_edges import ShadowEdges
+from .smooth_surface import SmoothSurface
 from .sphere.light_occlusion import moving_sphere_may_shadow
 from .sphere.pixel_coverage import moving_sphere_coverage, sphere_coverage
 from .sphere.shadow_edges import enclosed_shadow_edges
@@ -113,13 +114,23 @@ class ShapeSet(ABC):
             side of a closed surface was hit, and on shapes that are not convex.
         """
 
+    def smooth_surface(
+        self, index: Ints, w: Array, point: Array, time: Array | float
+    ) -> tuple[tuple[Array, Array, Mask], SmoothSurface | None]:
+        """Surface points as `surface` gives them, with the smooth surface that facets stand for.
+
+        The default has none.
+        """
+        return self.surface(index, w, point, time), None
+
     @abstractmethod
     def blocks(self, index: Ints, start: Array, to: Array, time: Array | float) -> Mask:
         """Whether shapes intersect the open segments from `start` to `start + to`: (m, k).
 
         Parameters
         ----------
-        index : (m, 1).  start : (3, m, 1) metres.  to : (3, m, k) metres.
+        index : (m, 1).  start : (3, m, 1) metres, or (3, m, k) for kinds that are `sampled`.
+        to : (3, m, k) metres.
         time : shutter times, a number or (m, k).
         """
 

@@ -34,7 +34,7 @@ from ..cubature.sampled_pixels import (
 )
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.axes import TIME
-from ..numerics.error_coefficients import STILL_ACHIEVED_ERROR
+from ..numerics.error_coefficients import ACHIEVED_ERROR, MOTION_ERROR_SHARE, STILL_ACHIEVED_ERROR
 from ..numerics.floats import TINY
 from ..numerics.gather import columns, place
 from ..numerics.vector import rms
@@ -50,7 +50,14 @@ from .midpoint_correction import PixelCenters
 from .schedule import SamplingTasks, Tasks
 from .visibility_key import NO_KEY
 
-__all__ = ["Frame", "interleaved_parts", "widened_plan"]
+__all__ = [
+    "UNKNOWN",
+    "Frame",
+    "agreeing_neighbours",
+    "interleaved_parts",
+    "sampled_limits",
+    "widened_plan",
+]
 
 
 BORDER = 3
@@ -70,21 +77,33 @@ MULTI_NODE_GOAL = 0.03
 from the first. Chosen for cost, not fitted."""
 
 
-SAMPLED_LIMIT = STILL_ACHIEVED_ERROR / 0.75
-"""Limit of the error of sampled pixels, as a fraction of the goal of pixels with as large an error
-before: their errors end at three quarters of their limits, those of cells lower."""
+SAMPLED_END = 0.75
+"""Error at which the sampling of a pixel ends on average, as a fraction of its limit: the number of
+points is doubled, and the error then falls to about half."""
 UNKNOWN = -2
-"""Visibility of pixels that are not sampled, or not yet; it agrees with all others."""
+"""What is seen of pixels that are not sampled, or not yet; it agrees with all others."""
 AGREEMENT_REACH = 2
 """Number of pixels to each side whose rays count for what a pixel's own rays have missed."""
 
 
-def agreeing_neighbours(visibility: Ints, width: int) -> Array:
+def sampled_limits(error: Array, goal: float, motion: bool) -> Array:
+    """Limits (n,) of the errors of pixels, from the errors (n,) by their first points.
+
+    They are such that the errors end where `make_goal` expects those of cells to end, which grow
+    with the number of cells.
+    """
+    share, end = (MOTION_ERROR_SHARE, ACHIEVED_ERROR) if motion else (1.0, STILL_ACHIEVED_ERROR)
+    grown = np.maximum(share * error / max(goal, TINY), 1.0) ** GOAL_POWER
+    limits: Array = end / SAMPLED_END * goal * grown
+    return limits
+
+
+def agreeing_neighbours(seen: Ints, width: int) -> Array:
     """Number of pixels (n,) around each one if all of these agree with it, else 1.
 
-    visibility : (n,) of the pixels of a frame, row by row: see `SampledPixels`.
+    seen : (n,) visibility or items of the pixels of a frame, row by row: see `SampledPixels`.
     """
-    table = visibility.reshape(-1, width)
+    table = seen.reshape(-1, width)
     height, reach = len(table), AGREEMENT_REACH
     wide = np.full((height + 2 * reach, width + 2 * reach), UNKNOWN)
     wide[reach:-reach, reach:-reach] = table
@@ -135,11 +154,12 @@ class Frame:
         film : takes the pixels of the region; None if nobody is to see them.
         """
         left, bottom, right, top = plan.region
-        self.plan = plan
-        self.left = left - left % STORAGE_ALIGNMENT
-        self.bottom = bottom - bottom % STORAGE_ALIGNMENT
-        self.width = right + -right % STORAGE_ALIGNMENT - self.left
-        self.height = top + -top % STORAGE_ALIGNMENT - self.bottom
+        self.plan, align = plan, STORAGE_ALIGNMENT
+        self.left, self.bottom = left - left % align, bottom - bottom % align
+        self.width, self.height = (
+            end + -end % align - first for first, end in ((self.left, right), (self.bottom, top))
+        )
+        # columns and rows of the region itself
         self.region_slices = (
             slice(region[1] - self.bottom, region[3] - self.bottom),
             slice(region[0] - self.left, region[2] - self.left),
@@ -152,22 +172,20 @@ class Frame:
         self.color, self.alpha = np.zeros((3, n)), np.zeros(n)
         self.deviation, self.sampling = zero_variation(n), np.zeros(n)
         self.mask = np.zeros((3, n), dtype=np.bool_)
-        self.outline = np.zeros(n, dtype=np.bool_)
-        self.item = np.full(n, -1)
+        self.outline, self.error = np.zeros(n, dtype=np.bool_), np.zeros(n)
         # visibility keys: see `find_visibility_keys`
-        self.visibility_key = np.full(n, NO_KEY)
-        self.error = np.zeros(n)
-        # pixels that need no refinement, that are being refined already, that are sampled by rays
-        # (nothing is known of them until then), and that are sampled and have outlines
+        self.item, self.visibility_key = np.full(n, -1), np.full(n, NO_KEY)
+        # pixels that need no refinement, are being refined already, are sampled by rays (nothing is
+        # known of them until then), and are sampled and have outlines
         self.settled, self._in_progress, self.sampled, self.cut = np.zeros((4, n), dtype=np.bool_)
         # for pixels with outlines: whether their regions are shaded, whether those may use the
         # multi-node rule, and their errors of shape
         self.regions_shaded, self._multi_node = np.zeros((2, n), dtype=np.bool_)
         self._spatial_error, self._shape_error = np.zeros((2, n))
-        # of sampled pixels: see `SampledPixels`
-        self._spread, self._unseen = np.zeros((2, n))
-        self._visibility, self._agreeing = np.full(n, UNKNOWN), np.ones(n)
-        # pixels traced by a ray of their own; first predictions of errors are 0 elsewhere
+        # of sampled pixels, see `SampledPixels`; and how many around them agree
+        (self._spread, self._unseen), self._seen = np.zeros((2, n)), np.full((2, n), UNKNOWN)
+        self._agreeing, self._edge_share = np.ones((2, n))
+        # pixels traced by a ray of their own; predicted errors of the first pass are 0 elsewhere
         self.traced = np.zeros(n, dtype=np.bool_)
         self._corrected, self._change = np.zeros(0, dtype=np.int64), np.zeros((3, 0))
         # a picture made of smooth blocks only has no pixel with candidate objects
@@ -280,6 +298,8 @@ class Frame:
         if self.plan.motion:
             deviation = columns(self.deviation, index, -1)
             hard, steps = deviation[:, :TIME].sum(axis=(0, 1)), deviation[STEP_KIND, TIME]
+            # sampled pixels have errors of no kind, which more points reduce as cells do
+            hard += np.where(self.sampled[index], self.error[index], 0.0)
             crowded = self._candidate_counts[index] > MAX_REFINED_CANDIDATES
             # shadows of lights without extent stay steps, however short the shutter interval
             left = (
@@ -480,9 +500,8 @@ class Frame:
         index = (y - 0.5).astype(np.int64) * self.plan.resolution[0] + (x - 0.5).astype(np.int64)
         limit = np.full(part.size, np.inf)
         if goal is not None:
-            grown = np.maximum(self.error[part] / max(goal.error, TINY), 1.0) ** GOAL_POWER
-            limit = SAMPLED_LIMIT * goal.error * (np.ones(part.size) if self.plan.motion else grown)
-        contrast = np.where(self.cut[part], 0.0 if goal is None else goal.contrast, 0.0)
+            limit = sampled_limits(self.error[part], goal.error, self.plan.motion)
+        contrast = self._edge_share[part] * self.cut[part] * (goal.contrast if goal else 0.0)
         moves, agreeing = self.mask[1, part], self._agreeing[part]
         return SamplingTask(
             x, y, index, moves, self._candidates_of(part), limit, contrast, agreeing
@@ -499,17 +518,23 @@ class Frame:
 
         contrast : of the picture.
         """
-        self._agreeing = agreeing_neighbours(self._visibility, self.width)
+        visibility, items = self._seen
+        self._agreeing = agreeing_neighbours(visibility, self.width)
+        # where things move, outlines are bounded by balls: most pixels have none
+        share = 1.0 / agreeing_neighbours(items, self.width)
+        self._edge_share = np.where(self.mask[1], share, 1.0)
         rows = self.sampled_pixels()
         error = np.maximum(self._spread[rows], self._unseen[rows] / self._agreeing[rows])
-        unseen = unseen_error(contrast * self.cut[rows], FIRST_POINTS)
+        contrast_here = contrast * self.cut[rows] * self._edge_share[rows]
+        unseen = unseen_error(contrast_here, FIRST_POINTS)
         self.error[rows] = self.sampling[rows] = np.maximum(error, unseen)
 
     def enter_sampled(self, rows: Ints, done: SampledPixels) -> None:
         """Enter sampled pixels."""
         place(self.color, rows, done.color)
         self._spread[rows], self._unseen[rows] = done.spread, done.unseen
-        self._visibility[rows], self.alpha[rows] = done.visibility, done.alpha
+        self._seen[0, rows], self._seen[1, rows] = done.visibility, done.item
+        self.alpha[rows] = done.alpha
         self.error[rows] = self.sampling[rows] = done.error(self._agreeing[rows])
         inside = rows[self.inner()[rows]]
         self._write_pixels(inside)

@@ -138,13 +138,13 @@ def _gather(
     if spots is None:
         if to.shape[2] < samples:
             to = np.broadcast_to(to, (3, surface.item.size, samples))
-        free = ~blocked_segments(plan, surface.point, to, pairs, time)
+        free = ~blocked_segments(plan, surface, to, pairs, time)
         return closed, closed, closed * free
     rays = spots[0].shape[1] // samples
     spread = np.repeat(to, rays, axis=2) if to.shape[2] > 1 else to
     to, weight = light.sample(spread, point, normal, *spots)
     when = np.repeat(time, rays, axis=1) if isinstance(time, np.ndarray) else time
-    free = ~blocked_segments(plan, surface.point, to, pairs, when)
+    free = ~blocked_segments(plan, surface, to, pairs, when)
     shape = (surface.item.size, samples, rays)
     total = weight.reshape(shape).sum(axis=2) / rays
     return closed, total, (weight * free).reshape(shape).sum(axis=2) / rays

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..geometry.smooth_surface import SmoothSurface
 from ..numerics.arrays import Array, Ints
 from ..numerics.gather import columns
 from .compile import Plan
@@ -113,12 +114,14 @@ class Surface:
     point : (3, n) metres, relative to the camera.  normal : (3, n) unit, on the viewer's side.
     item : (n,) number of the object.
     inside : (n,) whether the object may hide light from the point: see `ShapeSet.surface`.
+    smooth : the smooth surfaces that facets stand for; None if there are none.
     """
 
     point: Array
     normal: Array
     item: Ints
     inside: NDArray[np.bool_]
+    smooth: SmoothSurface | None = None
 
     def take(self, keep: NDArray[np.bool_] | Ints) -> Surface:
         """The surface points selected by a mask or an index array."""
@@ -127,6 +130,7 @@ class Surface:
             columns(self.normal, keep),
             self.item[keep],
             self.inside[keep],
+            None if self.smooth is None else self.smooth.take(keep),
         )
 
 
@@ -235,11 +239,15 @@ def surface(plan: Plan, w: Array, t: Array, item: Ints, time: Array | float = 0.
     point = t * w
     normal = np.empty_like(point)
     inside = np.zeros(item.shape, dtype=np.bool_)
+    smooth = None
     for shapes, rows, index in plan.shapes.groups(item):
         when = time[rows] if isinstance(time, np.ndarray) else time
-        own = shapes.surface(index, columns(w, rows), columns(point, rows), when)
+        own, over = shapes.smooth_surface(index, columns(w, rows), columns(point, rows), when)
         point[:, rows], normal[:, rows], inside[rows] = own
-    return Surface(point, normal, item, inside)
+        if over is not None:
+            smooth = smooth or SmoothSurface(np.zeros_like(point), np.zeros_like(point))
+            smooth.rise[:, rows], smooth.facet[:, rows] = over.rise, over.facet
+    return Surface(point, normal, item, inside, smooth)
 
 
 def curvature(plan: Plan, surface: Surface) -> Array:

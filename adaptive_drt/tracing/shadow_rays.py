@@ -8,7 +8,7 @@ import numpy as np
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.gather import columns
 from .compile import Plan
-from .intersect import Pairs
+from .intersect import Pairs, Surface
 
 __all__ = ["batches_by_rank", "blocked_segments"]
 
@@ -33,13 +33,13 @@ def batches_by_rank(count: int, pairs: Pairs) -> list[tuple[Ints, Ints]]:
 
 
 def blocked_segments(
-    plan: Plan, point: Array, to: Array, pairs: Pairs, time: Array | float
+    plan: Plan, surface: Surface, to: Array, pairs: Pairs, time: Array | float
 ) -> Mask:
     """Which segments are intersected by one of the candidate occluders of their point.
 
     Parameters
     ----------
-    point : (3, n) metres.  to : (3, n, k) metres, vectors from the points to points on a light.
+    surface : n points.  to : (3, n, k) metres, vectors from the points to points on a light.
     pairs : pairs of points and candidate occluders, sorted by point.
     time : shutter time, a number or (n, k).
 
@@ -48,10 +48,15 @@ def blocked_segments(
     (n, k) bool.
     """
     blocked = np.zeros(to.shape[1:], dtype=np.bool_)
+    smooth = surface.smooth
     for rows, item in batches_by_rank(to.shape[1], pairs):
         for shapes, part, index in plan.shapes.groups(item):
             at = rows[part]
             when = time[at] if isinstance(time, np.ndarray) else time
-            start = point[:, at, None]
-            blocked[at] |= shapes.blocks(index[:, None], start, columns(to, at), when)
+            start, way = surface.point[:, at, None], columns(to, at)
+            if shapes.sampled and smooth is not None:
+                # facets would hide light from the smooth surface that they stand for
+                rise = smooth.take(at).offsets(columns(surface.normal, at), way)
+                start, way = start + rise, way - rise
+            blocked[at] |= shapes.blocks(index[:, None], start, way, when)
     return blocked

@@ -39,8 +39,6 @@ COLLAPSED = 1e-6
 
 NOT_FINITE = "its matrix is not finite: check its location and scale"
 NO_SCALE = "its scale is zero"
-UNEVEN = "it is scaled unevenly, which makes no sphere: scale all axes alike"
-SHEARED = "its parents shear it, which makes no sphere: scale all axes alike"
 COLLAPSES = "its scale is zero along one axis, which makes no sphere: scale all axes alike"
 
 FLAT = 2.0**-40
@@ -182,15 +180,19 @@ def uniform_scale(linear: Matrix) -> float | None:
     return float(np.sqrt(square))
 
 
+def is_stretched(matrix: Matrix) -> bool:
+    """Whether a 4 x 4 matrix makes an ellipsoid of a sphere, which is rendered as a mesh."""
+    linear = matrix[:3, :3]
+    if not np.isfinite(matrix).all() or uniform_scale(linear) is not None:
+        return False
+    largest, _, least = np.linalg.svd(linear, compute_uv=False)
+    return bool(least > COLLAPSED * largest)
+
+
 def _no_sphere(linear: Matrix) -> str:
-    """Return why a finite 3 x 3 matrix makes no sphere of a sphere."""
-    largest, middle, least = np.linalg.svd(linear, compute_uv=False)
-    if middle <= COLLAPSED * largest:
-        return NO_SCALE
-    if least <= COLLAPSED * largest:
-        return COLLAPSES
-    along_axes = uniform_scale(linear / np.linalg.norm(linear, axis=0)) is not None
-    return UNEVEN if along_axes else SHEARED
+    """Return why a finite 3 x 3 matrix that flattens a sphere makes none of it."""
+    largest, middle, _ = np.linalg.svd(linear, compute_uv=False)
+    return NO_SCALE if middle <= COLLAPSED * largest else COLLAPSES
 
 
 def _sphere(

@@ -32,7 +32,7 @@ from .instances import key_of, name_of, owner_of
 from .layer_filter import lets_through
 from .light import Lamp, gives_light, lamp_of, light_of
 from .material import material_of, slot_material
-from .mesh import Form, Layout, layout_of, mesh_form, shapes_of, wears_several
+from .mesh import Form, Layout, is_stretched, layout_of, mesh_form, shapes_of, wears_several
 from .shading import shading_left_out
 from .shutter import Matrix, Shutter, Track, blurs, matrix_of, shutter_of
 from .triangle_mesh import MeshForm, placed_mesh, triangle_form
@@ -40,9 +40,16 @@ from .world import world_of
 
 CAMERA_KEY = "camera"
 
+MAX_FLAT_TRIANGLES = 150
+"""Number of triangles of a mesh up to which each is rendered as a polygon in closed form: Suzanne's
+968 took 204 s of processor time that way (90 x 60, 1 %), and 1 s as a mesh."""
 SKY_FACES = 32
 """Number of flat faces of a mesh from which, under a world that lights from all sides, its rays are
 traced rather than its faces' outlines: those take some ten milliseconds a point there."""
+
+MAX_COARSE_FACES = 400
+"""Number of faces of a sphere up to which it is rendered as the mesh that it is, where its faces or
+custom normals show: an icosphere of subdivision 3 has 320, Blender's default UV sphere 512."""
 
 SEVERAL = "it wears several materials; the one of most faces is used"
 PASSING = "it is not there all the shutter; it is rendered still"
@@ -63,7 +70,7 @@ class _Export:
 
     override : the material that the view layer puts on everything, if any.
     deforming : tells which meshes change during the shutter; None without motion blur.
-    meshes : by their pointers.
+    meshes : by their pointers.  stretched : balls as meshes, for instances that are no balls.
     owners : the objects to select, by the names of their instances.
     lit_around : whether the world lights everything from all sides.
     """
@@ -76,6 +83,7 @@ class _Export:
     lights: list[Light] = field(default_factory=list)
     issues: list[Issue] = field(default_factory=list)
     meshes: dict[int, _Known] = field(default_factory=dict)
+    stretched: dict[int, _Known] = field(default_factory=dict)
     known: dict[bytes, Form] = field(default_factory=dict)
     materials: dict[str, Material] = field(default_factory=dict)
     lamps: dict[str, Lamp] = field(default_factory=dict)
@@ -175,7 +183,6 @@ def export_scene(
     gathered.override = depsgraph.view_layer_eval.material_override
     camera = _camera(depsgraph, camera_object, gathered)
     gathered.issues.extend(scene_issues(depsgraph))
-    gathered.lit_around = world_of(_shown_world(depsgraph), []).light is not None
     _gather(depsgraph, gathered, draws_strokes)
     world, background = _world(depsgraph, gathered)
     lens = camera_object.evaluated_get(depsgraph).data
@@ -241,6 +248,7 @@ def _world(depsgraph: Any, gathered: _Export) -> tuple[Any | None, Vector]:
 
 
 def _gather(depsgraph: Any, gathered: _Export, draws_strokes: bool) -> None:
+    gathered.lit_around = world_of(_shown_world(depsgraph), []).light is not None
     layer, objects = depsgraph.view_layer_eval, ObjectIssues()
     components = Components(layer, draws_strokes)
     # an instance is valid only until the next one, so all of it is copied here
@@ -288,13 +296,17 @@ def _gather_faces(instance: Any, name: str, gathered: _Export) -> None:
         if pointer not in gathered.meshes:
             gathered.meshes[pointer] = _read(mesh, gathered)
         known = gathered.meshes[pointer]
-        if isinstance(known.form, str):
-            gathered.tell(name, known.form, missing=True)
+        if isinstance(known.form, MeshSphere) and is_stretched(matrix_of(instance)):
+            if pointer not in gathered.stretched:
+                gathered.stretched[pointer] = replace(known, form=triangle_form(mesh), left_out=())
+            known = gathered.stretched[pointer]
+        form = known.form
+        if isinstance(form, str):
+            gathered.tell(name, form, missing=True)
             return
         gathered.tell(name, *known.left_out)
         if gathered.deforming is not None and known.layout is not None:
             gathered.tell(name, *gathered.deforming.reasons(instance, mesh, known.layout))
-    form = known.form
     slots = np.unique(form.slot).tolist()
     worn = {slot: gathered.material(slot_material(thing, slot)) for slot in slots}
     track = gathered.track(
@@ -318,8 +330,11 @@ def _read(mesh: Any, gathered: _Export) -> _Known:
     if isinstance(form, str):
         return _Known(form if form in UNUSABLE else triangle_form(mesh), (), kept)
     reason = shading_left_out(mesh, form)
+    if isinstance(form, MeshSphere) and reason and len(mesh.polygons) <= MAX_COARSE_FACES:
+        return _Known(triangle_form(mesh), (), kept)
+    many = isinstance(form, Facets) and form.triangles.slot.size > MAX_FLAT_TRIANGLES
     crowded = gathered.lit_around and isinstance(form, Facets) and form.slot.size > SKY_FACES
-    if isinstance(form, Facets) and (reason or crowded):
+    if isinstance(form, Facets) and (reason or many or crowded):
         return _Known(triangle_form(mesh), (), kept)
     several = isinstance(form, MeshSphere) and gathered.override is None and wears_several(mesh)
     left_out = (SEVERAL if several else "", reason)

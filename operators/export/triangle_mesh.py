@@ -15,9 +15,6 @@ from ...adaptive_drt.scene.triangle_mesh import TriangleMesh
 from .mesh import NO_SCALE, NOT_FINITE, material_indices, points_of
 from .shutter import Matrix, Track, path_of
 
-FLAT_TURN = 1e-3
-"""Radians, about: a corner's normal that is less off its face's own is rounding."""
-
 
 @dataclass(frozen=True)
 class MeshForm:
@@ -46,23 +43,14 @@ def triangle_form(mesh: Any) -> MeshForm:
     mesh.loop_triangles.foreach_get("vertices", corners.ravel())
     mesh.loop_triangles.foreach_get("loops", loops.ravel())
     mesh.loop_triangles.foreach_get("polygon_index", owner)
-    every = np.empty((len(mesh.loops), 3), dtype=np.float32)
-    mesh.corner_normals.foreach_get("vector", every.ravel())
-    normals = np.ascontiguousarray(every[loops].transpose(1, 2, 0), dtype=np.float64)
+    normals = None
+    if mesh.normals_domain != "FACE":  # else each triangle has a normal of its own, as in Cycles
+        every = np.empty((len(mesh.loops), 3), dtype=np.float32)
+        mesh.corner_normals.foreach_get("vector", every.ravel())
+        normals = np.ascontiguousarray(every[loops].transpose(1, 2, 0), dtype=np.float64)
     faces = np.ascontiguousarray(corners.T, dtype=np.int64)
-    bent = _bent(points, faces, normals)
     slot = material_indices(mesh)[owner].astype(np.int64)
-    return MeshForm(points, faces, slot, normals if bent else None)
-
-
-def _bent(points: Matrix, faces: NDArray[np.int64], normals: Matrix) -> bool:
-    """Whether the corners' normals differ from those of their triangles."""
-    a, b, c = (points[:, each] for each in faces)
-    with np.errstate(invalid="ignore", over="ignore"):  # coordinates may be of any size
-        plain = np.cross(b - a, c - a, axis=0)
-        length = np.linalg.norm(plain, axis=0)
-        off = np.abs(normals - plain / np.where(length > 0.0, length, 1.0)).max(axis=1)
-    return bool(((off > FLAT_TURN) & (length > 0.0)).any())
+    return MeshForm(points, faces, slot, normals)
 
 
 def placed_mesh(

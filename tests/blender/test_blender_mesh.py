@@ -75,14 +75,11 @@ def test_scale_turn_mirror_and_parents(export):
 
 
 NO_AXIS = "its scale is zero along one axis, which makes no sphere: scale all axes alike"
-UNEVEN = "it is scaled unevenly, which makes no sphere: scale all axes alike"
 
 
 @pytest.mark.parametrize(
     "scale, said",
     [
-        ((1.0, 1.0, 2.0), UNEVEN),
-        ((2.0, 3.0, -1.0), UNEVEN),
         ((0.0, 0.0, 0.0), "its scale is zero"),
         ((0.0, 1.0, 0.0), "its scale is zero"),
         ((1.0, 1.0, 0.0), NO_AXIS),
@@ -111,16 +108,32 @@ def test_flattened_by_parents(export):
     assert things.reasons(export())["Sphere"] == [NO_AXIS]
 
 
+@pytest.mark.parametrize("scale", [(1.0, 1.0, 2.0), (2.0, 3.0, -1.0)])
+def test_a_stretched_sphere_is_a_mesh(export, scale):
+    ball = things.uv_sphere()
+    ball.scale = scale
+    other = things.link(bpy.data.objects.new("Round", ball.data))
+    scene = export()
+    kinds = {shape.name: type(shape).__name__ for shape in scene.shapes}
+    assert kinds == {"Sphere": "TriangleMesh", "Round": "Sphere"} and scene.issues == ()
+    (mesh,) = (shape for shape in scene.shapes if shape.name == "Sphere")
+    np.testing.assert_allclose(np.abs(mesh.vertices).max(axis=1), np.abs(scale), rtol=1e-2)
+    assert mesh.normals is not None
+    # normals are those of the ellipsoid
+    at = mesh.vertices[:, mesh.faces].transpose(1, 0, 2) / np.square(scale)[None, :, None]
+    at /= np.linalg.norm(at, axis=1, keepdims=True)
+    assert (at * mesh.normals).sum(axis=1).min() > 0.99
+    assert other.data == ball.data
+
+
 def test_sheared_by_parents(export):
     parent = things.link(bpy.data.objects.new("Parent", None))
     parent.scale = (1.0, 3.0, 1.0)
     ball = things.uv_sphere()
     ball.parent, ball.rotation_euler = parent, (0.0, 0.0, 0.7)
     scene = export()
-    assert scene.shapes == () and scene.issues[0].missing
-    assert things.reasons(scene)["Sphere"] == [
-        "its parents shear it, which makes no sphere: scale all axes alike"
-    ]
+    assert [type(shape).__name__ for shape in scene.shapes] == ["TriangleMesh"]
+    assert scene.issues == ()
 
 
 def test_not_a_number(export):
@@ -222,9 +235,13 @@ NO_SPHERES = {
 
 
 def area_of(shapes):
-    """Total area of quads and triangles."""
+    """Total area of quads, triangles and meshes."""
     area = 0.0
     for shape in shapes:
+        if type(shape).__name__ == "TriangleMesh":
+            u, v = shape.edges()
+            area += np.linalg.norm(np.cross(u, v, axis=0), axis=0).sum() / 2.0
+            continue
         if type(shape).__name__ == "Triangle":
             a, b, c = map(np.array, shape.vertices)
             area += np.linalg.norm(np.cross(b - a, c - a)) / 2.0
@@ -240,18 +257,19 @@ def area_of_mesh(mesh):
 
 @pytest.mark.parametrize("kind", NO_SPHERES)
 def test_no_sphere(export, kind):
-    """It is rendered as the triangles, and parallelograms, that it is made of."""
+    """It is rendered as the triangles, and parallelograms, that it is made of, or as a mesh."""
     thing = things.made("Thing", NO_SPHERES[kind])
     scene = export()
     assert area_of(scene.shapes) == pytest.approx(area_of_mesh(thing.data), rel=1e-6)
     assert not any(issue.missing for issue in scene.issues)
-    assert "Triangle" in {type(shape).__name__ for shape in scene.shapes}
+    assert {"Triangle", "TriangleMesh"} & {type(shape).__name__ for shape in scene.shapes}
 
 
 def test_torus(export):
     bpy.ops.mesh.primitive_torus_add()
     scene = export()
-    assert len(scene.shapes) == 2 * 48 * 12 and scene.issues == ()
+    (mesh,) = scene.shapes
+    assert mesh.faces.shape == (3, 2 * 48 * 12) and mesh.normals is None and scene.issues == ()
     bpy.context.object.data.shade_smooth()
     scene = export()
     (mesh,) = scene.shapes
@@ -311,8 +329,8 @@ def test_modifiers_are_heeded(export):
     ball = things.uv_sphere()
     ball.data.shade_flat()
     ball.modifiers.new("Triangulate", "TRIANGULATE")
-    scene = export()
-    assert len(scene.shapes) == 2 * 32 * 15 and scene.issues == ()
+    (mesh,) = export().shapes
+    assert mesh.faces.shape == (3, 2 * 32 * 15)
     ball.modifiers.new("Again", "SUBSURF").subdivision_type = "SIMPLE"
     (mesh,) = export().shapes
     assert mesh.faces.shape[1] > 8 * 32 * 15

@@ -9,6 +9,8 @@ import pytest
 
 from adaptive_drt.numerics.low_discrepancy import (
     generalized_golden_ratio,
+    hashed_kronecker_points,
+    hashed_sequence_points,
     hashed_shifts,
     low_discrepancy_points,
     splitmix64,
@@ -85,3 +87,23 @@ def test_means_over_points_are_far_better_than_over_random_ones(dimensions):
     assert np.sqrt((off**2).mean()) < 0.2 * spread / np.sqrt(count)
     # shifts of pixels make the errors unbiased
     assert abs(off.mean()) < 4.0 * np.sqrt((off**2).mean() / pixels)
+
+
+def test_hashed_sequences_are_extended_by_later_parts():
+    pixel = np.array([3, 99, 4])
+    whole = hashed_sequence_points(5, pixel, 7, (0, 64), 4)
+    assert whole.shape == (4, 3, 64) and (whole >= 0.0).all() and (whole < 1.0).all()
+    parts = [hashed_sequence_points(5, pixel, 7, span, 4) for span in ((0, 16), (16, 64))]
+    np.testing.assert_array_equal(np.concatenate(parts, axis=-1), whole)
+    # the points of each pixel are those of the others, shifted
+    turn = np.exp(2j * np.pi * (whole - whole[..., :1]))
+    np.testing.assert_allclose(turn, np.repeat(turn[:, :1], 3, axis=1), atol=1e-9)
+
+
+def test_points_from_a_number_on_are_those_of_the_sequence():
+    pixel, first = np.array([3, 99, 3]), np.array([8, 0, 24])
+    a, b = hashed_kronecker_points(5, pixel, 7, first, 8)
+    whole = hashed_sequence_points(5, pixel, 7, (0, 32), 2)
+    for row, start in enumerate(first):
+        np.testing.assert_allclose(a[row], whole[0, row, start : start + 8], atol=1e-12)
+        np.testing.assert_allclose(b[row], whole[1, row, start : start + 8], atol=1e-12)

@@ -8,6 +8,7 @@ import pickle
 import numpy as np
 import pytest
 
+from adaptive_drt.geometry.mesh.bvh import FaceTree
 from adaptive_drt.scene.description import (
     DiskLight,
     PointLight,
@@ -21,6 +22,7 @@ from adaptive_drt.scene.settings import Settings
 from adaptive_drt.tracing.compile import make_plan
 from adaptive_drt.tracing.intersect import Surface
 from adaptive_drt.tracing.occluder_culling import Occluders
+from mesh_shapes import bumpy_mesh
 from plain_hits import oracle_depth
 from random_scenes import look_at
 
@@ -110,3 +112,35 @@ def test_they_are_made_again_from_the_plan_in_another_process():
     again = pickle.loads(pickle.dumps(first))
     one, two = (each.find_candidates(plan.lights[0], points) for each in (first, again))
     np.testing.assert_array_equal(one.item, two.item)
+
+
+@pytest.mark.parametrize("name", sorted(LIGHTS))
+@pytest.mark.parametrize("reach", [0.0, 0.2])
+def test_no_mesh_that_hides_some_light_is_dropped(name, reach):
+    """A mesh is dropped where none of its clusters of faces may hide light, and only there."""
+    rng = np.random.default_rng(4)
+    mesh = bumpy_mesh(60, 40, radius=0.5, center=(0.0, 0.0, 3.0))
+    floor = Quad((-9.0, -9.0, 0.0), (18.0, 0.0, 0.0), (0.0, 18.0, 0.0))
+    scene = Scene(look_at((0.0, -8.0, 4.0), (0.0, 0.0, 0.0)), (floor, mesh), (LIGHTS[name],))
+    plan = make_plan(scene, Settings())
+    light, eye = plan.lights[0], plan.lens.origin[:, None]
+    place = np.concatenate([rng.uniform(-2.5, 2.5, (2, 3_000)), np.zeros((1, 3_000))])
+    up = np.zeros_like(place)
+    up[2] = 1.0
+    point = Surface(place - eye, up, np.zeros(3_000, dtype=int), np.zeros(3_000, dtype=bool))
+    found = Occluders(plan).find_candidates(light, point, np.full(3_000, reach))
+    kept = np.zeros(3_000, dtype=bool)
+    kept[found.pixel[found.item == 1]] = True
+    near = place + reach * np.array([[1.0], [-0.5], [0.0]]) / 2.0
+    to, _ = light.sample(
+        light.to_center((near - eye)[:, :, None], 0.0), (near - eye)[:, :, None],
+        up[:, :, None], *rng.random((2, 3_000, 20)),
+    ) if light.extended else (light.to_center((near - eye)[:, :, None], 0.0), None)  # fmt: skip
+    rays = to.shape[2]
+    start = np.repeat(near, rays, axis=1)
+    tree = FaceTree(mesh.vertices, mesh.faces)
+    blocked = tree.blocked(start, to.reshape(3, -1), np.ones(start.shape[1])).reshape(-1, rays)
+    hidden = blocked.any(axis=1)
+    assert hidden.sum() > 30
+    assert not (hidden & ~kept).any()
+    assert kept.mean() < 3.0 * hidden.mean() + 0.3

@@ -9,7 +9,7 @@ import pytest
 from adaptive_drt.scene.description import Sphere
 from adaptive_drt.scene.settings import Settings
 from adaptive_drt.tracing.compile import make_plan
-from adaptive_drt.tracing.intersect import Pairs
+from adaptive_drt.tracing.intersect import Pairs, Surface
 from adaptive_drt.tracing.shadow_rays import batches_by_rank, blocked_segments
 from plain_hits import oracle_depth
 from random_scenes import random_scene
@@ -33,7 +33,9 @@ def test_segments_are_blocked_by_what_they_cross(seed):
     pairs = Pairs(*np.nonzero(chosen))
     eye = plan.lens.origin[:, None]
     drift = np.array(scene.camera.motion.displacement) if scene.camera.motion else np.zeros(3)
-    found = blocked_segments(plan, start - eye, to, pairs, time)
+    normal, item = np.zeros_like(start), np.full(POINTS, -1)
+    points = Surface(start - eye, normal, item, np.zeros(POINTS, dtype=bool))
+    found = blocked_segments(plan, points, to, pairs, time)
     for k in range(RAYS):
         way, t = to[:, :, k], time[:, k]
         length = np.linalg.norm(way, axis=0)

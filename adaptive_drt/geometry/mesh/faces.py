@@ -15,6 +15,7 @@ from ...numerics.arrays import Array, Ints, Mask
 from ...numerics.floats import TINY
 from ...numerics.gather import columns
 from ...numerics.vector import cross, dot, normalize
+from ..smooth_surface import SmoothSurface
 from .bvh import face_clusters
 from .edges import MeshEdges
 from .tracer import START_OFFSET, FaceTracer
@@ -119,11 +120,13 @@ class MeshFaces:
         depth: Array = np.maximum(np.clip(t, low - slack, high + slack), TINY)
         return depth
 
-    def surface(self, start: Array, w: Array, point: Array) -> tuple[Array, Array]:
+    def surface(
+        self, start: Array, w: Array, point: Array
+    ) -> tuple[Array, Array, SmoothSurface | None]:
         """Points and unit normals (3, n) on the viewer's side, of hits of rays.
 
-        Points lie above the faces by what embree's rounding needs, and where shading is smooth at
-        the height of the surface that the normals stand for: see `_smooth_heights`.
+        Points lie above the faces by what embree's rounding needs. Where shading is smooth, the
+        surface that the normals stand for is returned with them.
 
         Parameters
         ----------
@@ -134,26 +137,25 @@ class MeshFaces:
         # a point beside the mesh faces the viewer
         normal = -normalize(w)
         place = point.copy()
+        smooth = None if self.normals is None else SmoothSurface(np.zeros_like(w), normal.copy())
         rows = (face >= 0).nonzero()[0]
         if not rows.size:
-            return place, normal
+            return place, normal, smooth
         face = face[rows]
         plain = columns(self.planes[0], face)
         side = np.where(dot(plain, columns(w, rows)) > 0.0, -1.0, 1.0)
         at, plain = columns(point, rows), side * plain
-        lift = START_OFFSET * self.tracer.size
-        if self.normals is None:
-            normal[:, rows] = plain
-            place[:, rows] = at + lift * plain
-            return place, normal
-        corners = [columns(self.vertices, self.faces[k, face]) for k in range(3)]
-        turned = [side * columns(self.normals[k], face) for k in range(3)]
-        share = _barycentric(at, corners)
-        smooth = sum(part * each for part, each in zip(share, turned, strict=True))
-        height = _smooth_heights(at, share, corners, turned, smooth)
-        normal[:, rows] = _unit_or(smooth, plain)
-        place[:, rows] = at + height * smooth + lift * plain
-        return place, normal
+        place[:, rows] = at + START_OFFSET * self.tracer.size * plain
+        normal[:, rows] = plain
+        if self.normals is not None and smooth is not None:
+            corners = [columns(self.vertices, self.faces[k, face]) for k in range(3)]
+            turned = [side * columns(self.normals[k], face) for k in range(3)]
+            share = _barycentric(at, corners)
+            mean = sum(part * each for part, each in zip(share, turned, strict=True))
+            normal[:, rows] = _unit_or(mean, plain)
+            smooth.rise[:, rows] = _smooth_heights(at, share, corners, turned, mean) * mean
+            smooth.facet[:, rows] = plain
+        return place, normal, smooth
 
     def blocked(self, start: Array, to: Array) -> Mask:
         """Whether a face lies between `start` (3, n) and `start + to`: (n,)."""

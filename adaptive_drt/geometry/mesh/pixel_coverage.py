@@ -2,10 +2,11 @@
 """Coverage of pixels by meshes at rest.
 
 In a pixel that no outline, border or crease crosses, each sheet of the mesh is met by all rays or
-by none. So the centre ray tells whether the mesh covers it, and the faces in the pixel bound its
-depths: faces of one sheet that meet in the pixel have depths that overlap, so the visible sheet
-lies within the first group of overlapping intervals of depth. If the centre ray meets another sheet
-in that group, sheets may cross each other, and the pixel counts as cut.
+by none, and what lies behind a sheet that covers the pixel does not matter. So the centre ray tells
+whether the mesh covers it, and the faces in the pixel bound its depths: faces of one sheet that
+meet in the pixel have depths that overlap, so the visible sheet lies within the first group of
+overlapping intervals of depth. If the centre ray meets another sheet in that group, sheets may
+cross each other, and the pixel counts as cut.
 """
 
 from __future__ import annotations
@@ -37,8 +38,9 @@ def mesh_coverage(mesh: MeshFaces, w: Array, camera: PinholeCamera) -> PixelCove
     x, y = _pixel_coordinates(w, camera)
     window = PixelWindow.around(x, y)
     place = (y - window.bottom) * window.width + (x - window.left)
-    cut = _cut_pixels(mesh, camera, window)[place]
     near, far, met = _depth_bounds(mesh, camera, window, place)
+    # edges behind the first group of depths are hidden: no sheet of that group ends in the pixel
+    cut = _edge_depths(mesh, camera, window)[place] <= far
     start = np.zeros((3, m))
     rows = (met & ~cut).nonzero()[0]
     t = np.full(m, np.inf)
@@ -46,10 +48,8 @@ def mesh_coverage(mesh: MeshFaces, w: Array, camera: PinholeCamera) -> PixelCove
     covers = np.isfinite(t)
     rows = covers.nonzero()[0]
     second = mesh.second_hits(columns(w, rows), t[rows])
-    again = rows[second <= far[rows]]
-    cut[again], covers[again] = True, False
-    may_hit = (cut & met) | covers
-    return PixelCoverage(may_hit, covers, near, np.where(covers, far, np.inf))
+    covers[rows[second <= far[rows]]] = False
+    return PixelCoverage(met, covers, near, np.where(covers, far, np.inf))
 
 
 def _pixel_coordinates(w: Array, camera: PinholeCamera) -> tuple[Ints, Ints]:
@@ -60,14 +60,15 @@ def _pixel_coordinates(w: Array, camera: PinholeCamera) -> tuple[Ints, Ints]:
     return np.floor(x).astype(np.int64), np.floor(y).astype(np.int64)
 
 
-def _cut_pixels(mesh: MeshFaces, camera: PinholeCamera, window: PixelWindow) -> Mask:
-    """Pixels of a window that an edge of the picture may cross, hidden or not."""
+def _edge_depths(mesh: MeshFaces, camera: PinholeCamera, window: PixelWindow) -> Array:
+    """Lower bounds on the depths of edges of the picture in a window's pixels; inf for none."""
     edges = mesh.edges
     chosen = edges.seen_from_origin(mesh.vertices)
     ends = [columns(mesh.vertices, edges.ends[k, chosen]) for k in range(2)]
-    cut = np.zeros(window.width * window.height, dtype=np.bool_)
-    cut[meeting_pixels(ends, camera, window)[1]] = True
-    return cut
+    edge, pixel, near, _ = meeting_pixels(ends, camera, window)
+    depth = np.full(window.width * window.height, np.inf)
+    np.minimum.at(depth, pixel, near[edge])
+    return depth
 
 
 def _depth_bounds(

@@ -21,6 +21,7 @@ from ..camera import PinholeCamera
 from ..line_forms import BoxRays, LineForms
 from ..pixel_coverage import PixelCoverage
 from ..shape import ShapeSet
+from ..smooth_surface import SmoothSurface
 from .faces import MeshFaces
 from .pixel_coverage import mesh_coverage
 
@@ -80,13 +81,22 @@ class MeshSet(ShapeSet):
         self, index: Ints, w: Array, point: Array, time: Array | float
     ) -> tuple[Array, Array, Mask]:
         """See `ShapeSet.surface`: a mesh may hide light from itself on either side."""
-        place, normal = np.empty_like(point), np.empty_like(point)
-        shape = point.shape[1:]
+        return self.smooth_surface(index, w, point, time)[0]
+
+    def smooth_surface(
+        self, index: Ints, w: Array, point: Array, time: Array | float
+    ) -> tuple[tuple[Array, Array, Mask], SmoothSurface | None]:
+        """See `ShapeSet.smooth_surface`."""
+        place, normal, rise, facet = (np.zeros_like(point) for _ in range(4))
+        shape, any_smooth = point.shape[1:], False
         for mesh, item, rows in self._groups(index, shape[0]):
             start = self._starts(item, rows.size, _times(time, rows, shape))
-            at, facing = mesh.surface(start, columns(w, rows), columns(point, rows) + start)
+            at, facing, smooth = mesh.surface(start, columns(w, rows), columns(point, rows) + start)
             place[:, rows], normal[:, rows] = at - start, facing
-        return place, normal, np.ones(shape, dtype=np.bool_)
+            if smooth is not None:
+                any_smooth, rise[:, rows], facet[:, rows] = True, smooth.rise, smooth.facet
+        found = place, normal, np.ones(shape, dtype=np.bool_)
+        return found, SmoothSurface(rise, facet) if any_smooth else None
 
     def blocks(self, index: Ints, start: Array, to: Array, time: Array | float) -> Mask:
         """See `ShapeSet.blocks`."""

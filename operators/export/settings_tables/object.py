@@ -135,7 +135,7 @@ SHAPE: Table = {
         ),
         Use.NO_EFFECT,
     ),
-    # shadow terminators of smooth shading: balls are round here, the rest is shaded flat
+    # shadow terminators of smooth shading: balls are round here, and meshes follow the defaults
     **dict.fromkeys(
         (
             "shadow_terminator_normal_offset",
