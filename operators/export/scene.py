@@ -43,7 +43,7 @@ CAMERA_KEY = "camera"
 MAX_FLAT_TRIANGLES = 150
 """Number of triangles of a mesh up to which each is rendered as a polygon in closed form: Suzanne's
 968 took 204 s of processor time that way (90 x 60, 1 %), and 1 s as a mesh."""
-SKY_FACES = 100
+SKY_FACES = 32
 """Number of flat faces of a mesh from which, under a world that lights from all sides, its rays are
 traced rather than its faces' outlines: those take some ten milliseconds a point there."""
 
@@ -178,7 +178,6 @@ def export_scene(
     gathered.override = depsgraph.view_layer_eval.material_override
     camera = _camera(depsgraph, camera_object, gathered)
     gathered.issues.extend(scene_issues(depsgraph))
-    gathered.lit_around = world_of(_shown_world(depsgraph), []).light is not None
     _gather(depsgraph, gathered, draws_strokes)
     world, background = _world(depsgraph, gathered)
     lens = camera_object.evaluated_get(depsgraph).data
@@ -244,6 +243,7 @@ def _world(depsgraph: Any, gathered: _Export) -> tuple[Any | None, Vector]:
 
 
 def _gather(depsgraph: Any, gathered: _Export, draws_strokes: bool) -> None:
+    gathered.lit_around = world_of(_shown_world(depsgraph), []).light is not None
     layer, objects = depsgraph.view_layer_eval, ObjectIssues()
     components = Components(layer, draws_strokes)
     # an instance is valid only until the next one, so all of it is copied here
