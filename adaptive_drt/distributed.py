@@ -249,7 +249,7 @@ class Resolver:
             return factor
         if self.flags.visibilities:
             shadow = self.flags.visibilities[index]
-            factor = np.where(shadow.blocked[keep], 0.0, factor)
+            factor = np.where(shadow.hidden[keep], 0.0, factor)
             chosen = shadow.partial[keep].nonzero()[0]
             source = shadow.pairs if self.reuse else None
         else:
@@ -317,7 +317,7 @@ class Resolver:
         rays = _DistributedRays.make(plan, self.tile, self.center, pixels, count, moves, spreads)
         still = self.reuse and not spreads
         depth, item = rays.nearest(plan, pairs, self.center if still else None)
-        kept = (item == self.center.item_still[pixels][:, None]) & (item >= 0)
+        kept = (item == self.center.item_at_rest[pixels][:, None]) & (item >= 0)
         if spreads:
             kept[:] = False
         flat_row, flat_sample = np.nonzero((item >= 0) & ~kept)
@@ -349,8 +349,8 @@ class Resolver:
         if not rows.size:
             return total
         at = rays.pixel[rows]
-        item = self.center.item_still[at]
-        hits = surface(plan, columns(self.center.w, at), self.center.depth_still[at], item)
+        item = self.center.item_at_rest[at]
+        hits = surface(plan, columns(self.center.w, at), self.center.depth_at_rest[at], item)
         factors = (
             self._kept_factors(index, rays, rows, hits, kept, light_rays)
             for index in range(len(plan.lights))
@@ -514,8 +514,8 @@ class _DistributedRays:
         shape = (self.pixel.size, self.count)
         depth, item = np.full(shape, np.inf), np.full(shape, -1)
         if center is not None:
-            depth[:] = center.depth_still[self.pixel][:, None]
-            item[:] = center.item_still[self.pixel][:, None]
+            depth[:] = center.depth_at_rest[self.pixel][:, None]
+            item[:] = center.item_at_rest[self.pixel][:, None]
         for rows, ids in batches_by_rank(self.pixel.size, pairs):
             t = intersect_pairs(plan, columns(self.w, rows), ids, self.time[rows])
             before, which = depth[rows], item[rows]

@@ -147,7 +147,11 @@ class ExactRender:
         most = max(1, most // (side * side * (right - left)))
         count = -(-rows // most)
         pixels = side * side * rows * (right - left)
-        if pixels >= THREADS_PIXELS or worker_pool.ready or wide.object_count > THREADS_OBJECTS:
+        if (
+            pixels >= THREADS_PIXELS
+            or worker_pool.ready_count
+            or wide.object_count > THREADS_OBJECTS
+        ):
             at_a_time = worker_pool.concurrency(wide.threads)
             count = min(rows, -(-count // at_a_time) * at_a_time)
         tiles = [Tile.make(rough, first + step * k, step * count) for k in range(count)]
@@ -321,7 +325,7 @@ class ExactRender:
         self._refine_in_background(frame, hard.nonzero()[0])
         before = 0.0
         for level, share in zip(levels, LEVEL_SHARES, strict=True):
-            wanted = level.ask()
+            wanted = level.missing_pixels()
             clock("blocks")
             yield from _within(before, before + share, self._integrate(frame, points, wanted))
             before += share

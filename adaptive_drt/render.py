@@ -72,7 +72,7 @@ def render(scene: Scene, settings: Settings | None = None) -> Generator[Progress
     with closing(run_in_thread(_compile_scene, scene, settings)) as reading:
         scene, plan = yield from _await_call(reading, READING_STAGE, film)
     if size >= WORKERS_PIXELS:
-        worker_pool.muster(plan.threads - 1)
+        worker_pool.start_workers(plan.threads - 1)
     with closing(run_in_thread(Occluders, plan)) as preparing:
         occluders = yield from _await_call(preparing, "Preparing", film)
     prepared = time.perf_counter() - began

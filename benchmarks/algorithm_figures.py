@@ -290,7 +290,7 @@ def _show_regions(
     wide = (high > low)[:, None] & np.ones(found.item.size, dtype=np.bool_)
     star, turn = np.ones(found.item.size, dtype=np.bool_), rotation_index(found.centroid)
     arms = make_nodes(found.centroid, found.cholesky, wide, star, ~star, turn)
-    samples = found.centroid[:, arms.region] + arms.offset
+    samples = found.centroid[:, arms.subdomain] + arms.offset
     axis.plot(samples[one], samples[other], "ko", ms=4, mfc="w")
     axis.plot(found.centroid[one], found.centroid[other], "k+", ms=9, mew=2)
     for k in range(found.item.size):

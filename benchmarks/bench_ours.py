@@ -57,9 +57,9 @@ def main() -> None:
     def read(film: Film) -> np.ndarray:
         return film.color
 
-    worker_pool.muster(THREADS - 1)
+    worker_pool.start_workers(THREADS - 1)
     end = time.monotonic() + PATIENCE
-    while not worker_pool.ready and time.monotonic() < end:
+    while not worker_pool.ready_count and time.monotonic() < end:
         time.sleep(0.01)
     climb(render, rungs, given, "Adaptive DRT", read, growth=0.0)
 

@@ -223,7 +223,7 @@ def pixels_of(seen: Watched, truth: Array, seed: int) -> Pixels:
     some = model.error > level
     grown, end = first * level**-POWER, frame.error[seen.rows] / level
     return Pixels(
-        model.slow[some], kind[some], grown[some], end[some], (off / level)[some],
+        model.uses_motion_law[some], kind[some], grown[some], end[some], (off / level)[some],
         np.full(int(some.sum()), seed),
     )  # fmt: skip
 

@@ -94,8 +94,8 @@ def boxes(axes: int, count: int, rng: np.random.Generator, box: bool = True) -> 
 
 def rule_means(nodes: Nodes, values: Array, center: Array) -> Array:
     """Means by the rule, of values at nodes (k,) and at centroids (n,)."""
-    mean = np.bincount(nodes.region, values) / nodes.count
-    result: Array = (1.0 - nodes.middle) * mean + nodes.middle * center
+    mean = np.bincount(nodes.subdomain, values) / nodes.count
+    result: Array = (1.0 - nodes.centroid_weight) * mean + nodes.centroid_weight * center
     return result
 
 
@@ -143,8 +143,8 @@ def edges(axes: int, power: float, rng: np.random.Generator) -> Edges:
         return np.where(height > 0.0, np.maximum(height, 0.0) ** power, 0.0)
 
     center = value(-start)
-    away = (slope[:, nodes.region] * nodes.offset[list(AXES[axes])]).sum(axis=0)
-    mean = rule_means(nodes, value(away - start[nodes.region]), center)
+    away = (slope[:, nodes.subdomain] * nodes.offset[list(AXES[axes])]).sum(axis=0)
+    mean = rule_means(nodes, value(away - start[nodes.subdomain]), center)
     return Edges(center - truth, mean - truth, center - mean, log_bins(size, [1.2, 1.4, 1.6]))
 
 
@@ -222,7 +222,7 @@ def smooth(
         truth += weight * along(x[:, None], every)
     nodes = boxes(axes, COUNT, rng)
     center = along(np.zeros((axes, 1)), every)
-    mean = rule_means(nodes, along(nodes.offset[list(AXES[axes])], nodes.region), center)
+    mean = rule_means(nodes, along(nodes.offset[list(AXES[axes])], nodes.subdomain), center)
     scale = extent * extent
     low, high = float(extent.min()), float(extent.max())
     bins = log_bins(extent, list(np.geomspace(low, high, 4)[1:3]))
@@ -242,8 +242,8 @@ def bends(axes: int, rng: np.random.Generator) -> Samples:
 def falloff_patches(rng: np.random.Generator, reach: tuple[float, float]) -> dict[str, Array]:
     """Errors of the centre and of the multi-node rule for plane patches under a point light.
 
-    `unit` is the estimate for a `FALLOFF_COEFFICIENT` of 1, `near` the half extent over the
-    distance.
+    `unit` is the estimate for a `FALLOFF_COEFFICIENT` of 1, `steep` the same where the peak of the
+    light may lie in the patch, `near` the half extent over the distance.
     """
     light, sine, steps, extent = plane_patches(2, rng, reach)
     points, weights = tensor(2, 24)
@@ -252,11 +252,13 @@ def falloff_patches(rng: np.random.Generator, reach: tuple[float, float]) -> dic
         truth += weight * irradiance(light, steps, x[:, None])
     nodes = boxes(2, COUNT, rng)
     center = irradiance(light, steps, np.zeros((2, 1)))
-    far = irradiance(light[:, nodes.region], steps[..., nodes.region], nodes.offset[:2])
+    far = irradiance(light[:, nodes.subdomain], steps[..., nodes.subdomain], nodes.offset[:2])
     mean = rule_means(nodes, far, center)
+    along, square = (steps * light).sum(axis=1), (steps * steps).sum(axis=1)
+    curve = np.abs(5.0 * along * along - square)
     return {
-        "center": center - truth, "rule": mean - truth, "unit": center * extent * extent,
-        "near": extent, "sine": sine,
+        "center": center - truth, "rule": mean - truth, "unit": center * curve.sum(axis=0),
+        "steep": center * np.maximum(curve, square).sum(axis=0), "near": extent, "sine": sine,
     }  # fmt: skip
 
 
@@ -410,19 +412,11 @@ def fourth_difference_errors(rng: np.random.Generator) -> Samples:
     return Samples(found["off"], found["fourth"], log_bins(found["place"], [0.17, 0.33]))
 
 
-def falloff_errors(rng: np.random.Generator) -> Samples:
-    """Patches that are small beside the distance to a point light; bins by extent."""
-    found = falloff_patches(rng, (0.03, 0.3))
-    scale = found["near"] ** 2
-    bins = log_bins(found["near"], [0.06, 0.12, 0.2])
-    return Samples(found["center"] / scale, found["unit"] / scale, bins)
-
-
 def falloff_estimate(found: dict[str, Array], steep: bool) -> Array:
     """Estimates (n,) of `unoccluded_variation` for a `FALLOFF_COEFFICIENT` of 1."""
     if not steep:
         return found["unit"]
     near = np.maximum(found["sine"], 1.0 - found["near"])
     least = np.maximum(near, unoccluded_variation.MIN_PEAK_DISTANCE)
-    result: Array = found["unit"] / (least * least)
+    result: Array = found["steep"] / (least * least)
     return result

@@ -117,13 +117,16 @@ COEFFICIENTS = (
         "the fitted one",
     ),
     Coefficient(
-        "FALLOFF_COEFFICIENT",
-        "shading/unoccluded_variation",
-        "Deviation of the irradiance factor by falloff, as a fraction of the factor times the "
-        "squared ratio of half extent and distance to the light.",
-        "the RMS error of the centre equals the estimate, for plane patches below a point light "
-        "whose extent is less than `FALLOFF_ROOT_RATIO` of the distance",
-        0.8,
+        "SECTION_ERROR_FRACTION",
+        "shading/partial_occlusion",
+        "Error of the light that is left by spheres which the light's plane cuts, as a fraction of "
+        "the difference between polygons of half as many corners and of all that stand for them. A "
+        "polygon of N corners is off by some N^-2 where another outline crosses it, which gives "
+        "1/3 on average.",
+        "the RMS error equals the estimate, for random spheres in the planes of a parallelogram "
+        "and of a disk; bins by whether the light's outline crosses the circle in which sphere and "
+        "plane meet",
+        0.5,
     ),
     Coefficient(
         "FALLOFF_ROOT_RATIO",

@@ -38,6 +38,7 @@ from error_model_renders import (  # noqa: E402
     watch,
 )
 from error_model_rules import Samples, rms  # noqa: E402
+from error_model_sections import section_errors  # noqa: E402
 from error_model_table import (  # noqa: E402
     BY_NAME,
     COEFFICIENTS,
@@ -52,6 +53,7 @@ from error_model_table import (  # noqa: E402
 from adaptive_drt.cubature.error_budget import GOAL_GROWTH  # noqa: E402
 from adaptive_drt.numerics.arrays import Array  # noqa: E402
 from adaptive_drt.scene.settings import Settings  # noqa: E402
+from adaptive_drt.shading.unoccluded_variation import FALLOFF_COEFFICIENT  # noqa: E402
 from random_scenes import random_scene  # noqa: E402
 
 FIT, HELD = 1, 2
@@ -127,7 +129,7 @@ def fit_rules(found: Result) -> None:
         ("TIME_ERROR_FACTOR", rules.shutters, True),
         ("FALLBACK_ERROR_FRACTION", rules.second_difference_errors, False),
         ("FOURTH_DIFFERENCE_WEIGHT", rules.fourth_difference_errors, False),
-        ("FALLOFF_COEFFICIENT", rules.falloff_errors, False),
+        ("SECTION_ERROR_FRACTION", section_errors, False),
     ):
         one, other = (draw(generator(seed, name)) for seed in (FIT, HELD))
         found.add(name, max(one.bins()) if worst else one.fit(), one, other)
@@ -194,7 +196,6 @@ def fit_unpredicted(found: Result, pools: dict[int, list[rules.Edges]]) -> None:
 def fit_falloff_ratios(found: Result) -> None:
     """Fit from which extent on the rule leaves of falloff what it leaves of roots, and of kinks."""
     bends, roots = found.values["MULTI_NODE_ERROR"][1][:2]
-    factor = found.values["FALLOFF_COEFFICIENT"]
     for name, share in (("FALLOFF_ROOT_RATIO", bends), ("FALLOFF_KINK_RATIO", roots)):
         sets = {
             seed: rules.falloff_patches(generator(seed, "ratios"), (0.05, 2.0))
@@ -202,7 +203,9 @@ def fit_falloff_ratios(found: Result) -> None:
         }
         steep = name == "FALLOFF_KINK_RATIO"
         limits = {
-            seed: rules.crossing(one, factor * rules.falloff_estimate(one, steep), share)
+            seed: rules.crossing(
+                one, FALLOFF_COEFFICIENT * rules.falloff_estimate(one, steep), share
+            )
             for seed, one in sets.items()
         }
         plain = Fit(limits[FIT], rules.COUNT, 1.0, 1.0, 1.0, 1.0)

@@ -4,8 +4,10 @@
     python benchmarks/mutate.py geometry/spherical_curves --count 40 --seed 1 -- tests/geometry
 
 Each mutant is the module with one comparison, operator, number or function exchanged for another.
-The tests are run with it until one fails; a mutant that none notices is printed with its line. The
-checkout in the working directory is tested, and no file of it is written.
+The tests are run with it until one fails; a mutant that none notices is printed with its line. A
+run that takes ten minutes is counted apart: the mutant may have made a loop endless, or the machine
+may be busy. A run that ends in another way, killed for example, stops the whole. The checkout in
+the working directory is tested, and no file of it is written.
 """
 
 import argparse
@@ -31,7 +33,9 @@ FUNCTIONS = {
 }  # fmt: skip
 """What each function of NumPy is exchanged for."""
 SECONDS = 600.0
-"""Time after which a mutant counts as noticed: it may have made a loop endless."""
+"""Time after which a run of the tests is given up."""
+FAILED, COLLECTION_FAILED = 1, 2
+"""What pytest returns when a test fails, and when a module cannot be imported."""
 
 
 def places(tree):
@@ -102,8 +106,8 @@ if "ADAPTIVE_DRT_MUTANT" in os.environ:  # as a plugin of pytest: -p mutate
     sys.meta_path.insert(0, Mutator(*os.environ["ADAPTIVE_DRT_MUTANT"].split(":")))
 
 
-def noticed(path, number, tests):
-    """Whether any of the tests fails with a mutant."""
+def outcome(path, number, tests):
+    """What becomes of a mutant: "noticed" if any of the tests fails, "survives" or "timed out"."""
     folders = (str(Path(__file__).parent), os.environ.get("PYTHONPATH", ""))
     changes = {
         "ADAPTIVE_DRT_MUTANT": f"{path}:{number}",
@@ -116,8 +120,10 @@ def noticed(path, number, tests):
             [*command, *tests], env=os.environ | changes, capture_output=True, timeout=SECONDS
         )
     except subprocess.TimeoutExpired:
-        return True
-    return done.returncode != 0
+        return "timed out"
+    if done.returncode not in (0, FAILED, COLLECTION_FAILED):
+        raise RuntimeError(f"pytest returned {done.returncode} for mutant {number} of {path}")
+    return "noticed" if done.returncode else "survives"
 
 
 def main():
@@ -126,18 +132,25 @@ def main():
     parser.add_argument("--count", type=int, default=40)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--numbers", help="only these mutants, such as 3,17")
     parser.add_argument("tests", nargs="+")
     chosen = parser.parse_args()
     path = f"{chosen.module}.py"
     source = (Path("adaptive_drt") / path).read_text(encoding="utf-8")
     every = range(len(list(places(without_annotations(ast.parse(source))))))
-    some = sorted(random.Random(chosen.seed).sample(every, min(chosen.count, len(every))))
+    if chosen.numbers:
+        some = [int(number) for number in chosen.numbers.split(",")]
+    else:
+        some = sorted(random.Random(chosen.seed).sample(every, min(chosen.count, len(every))))
     with ThreadPoolExecutor(chosen.jobs) as pool:
-        found = list(pool.map(lambda number: noticed(path, number, chosen.tests), some))
+        found = list(pool.map(lambda number: outcome(path, number, chosen.tests), some))
     for number, seen in zip(some, found, strict=True):
-        if not seen:
-            print(f"survives: {number}, {mutant(source, number)[1]}")
-    print(f"{chosen.module}: {sum(found)} of {len(some)} mutants noticed, of {len(every)} in all")
+        if seen != "noticed":
+            print(f"{seen}: {number}, {mutant(source, number)[1]}")
+    counts = ", ".join(
+        f"{found.count(kind)} {kind}" for kind in ("noticed", "survives", "timed out")
+    )
+    print(f"{chosen.module}: {counts} of {len(some)} mutants, of {len(every)} in all")
 
 
 if __name__ == "__main__":

@@ -46,7 +46,7 @@ KIND_WORDS = re.compile(
 )
 """Names of questions after a kind, such as `sphere_count` or `is_quad`."""
 
-DATA = {"description", "settings", "film"}
+DATA = {"description", "film", "light_records", "settings", "values"}
 """Records in `scene`, which import nothing of the core but each other."""
 THIRD_PARTY = {
     "adaptive_drt": {"numpy", "embreex"},
@@ -180,7 +180,9 @@ def test_kinds_are_found():
 def test_only_rooms_know_kinds_of_shapes_and_lights(path):
     """Outside `geometry` and `lights` no code branches on a kind, or names one."""
     package = path.relative_to(CORE).parts[0]
-    if package in ROOMS or (package == "scene" and path.stem in ("description", "__init__")):
+    if package in ROOMS or (
+        package == "scene" and path.stem in ("description", "light_records", "__init__")
+    ):
         return
     names = records_and_classes()
     for node in ast.walk(tree_of(path)):
@@ -269,12 +271,15 @@ TESTED_BY = {
         "outline": "lights/test_occluded_form_factor.py",
         "pixel_coverage": "geometry/test_pixel_coverage.py",
         "plane_section": "geometry/test_light_plane.py",
+        "section_edges": "geometry/sphere/test_section_edges.py",
         "shadow_edges": "geometry/sphere/test_shadow_edges.py",
         "shape": "geometry/test_pixel_coverage.py",
     },
     "lights": {
         "bounds": "lights/test_emitter.py",
         "disk_light": "lights/test_emitter.py",
+        "flat_light": "lights/test_ellipse_light.py",
+        "distant_light": "lights/test_sun_light.py",
         "form_factor": "lights/test_form_factor.py",
         "point_light": "lights/test_emitter.py",
         "quad_light": "lights/test_emitter.py",

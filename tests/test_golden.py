@@ -103,23 +103,23 @@ def test_threads_and_batches_change_no_bit(name, threads, batch):
 
 def test_workers_change_no_bit(monkeypatch):
     """A picture so large that worker processes share it: with two of them, and with none."""
-    made, borrow = [], WorkerPool.borrow
+    made, borrow = [], WorkerPool.acquire
 
     def counted(self):
         worker = borrow(self)
         made.append(worker is not None)
         return worker
 
-    monkeypatch.setattr(WorkerPool, "borrow", counted)
+    monkeypatch.setattr(WorkerPool, "acquire", counted)
     case = CASES[WORKED]
     camera = replace(case.scene.camera, resolution=(256, 128))
     large = replace(case, scene=replace(case.scene, camera=camera))
     assert 256 * 128 >= WORKERS_PIXELS
     alone = arrays_of(large.film())
     assert not any(made)
-    worker_pool.muster(2)
+    worker_pool.start_workers(2)
     try:
-        wait_for(lambda: worker_pool.ready == 2)
+        wait_for(lambda: worker_pool.ready_count == 2)
         together = arrays_of(large.film(threads=3))
     finally:
         worker_pool.stop()

@@ -64,19 +64,19 @@ class MotionErrors:
     ----------
     crowded : (n,) whether many objects may be visible in the pixel.
     moves : (n,) whether anything moves in it; its mean over the shutter is then taken at points.
-    hard : (n,) predicted errors across the picture. Integration over the shutter at a point does
+    across : (n,) predicted errors across the picture. Integration over the shutter at a point does
         not reduce them, cells across the picture do.
-    standing : (n,) error due to steps across the picture that remains in means over the shutter;
-        inf if lights without extent may cast shadows.
-    steps : (n,) error due to steps in time. Where `standing` exceeds the goal, only cells reduce
-        it, and it is added to `hard`.
+    remaining_steps : (n,) error due to steps across the picture that remains in means over the
+        shutter; inf if lights without extent may cast shadows.
+    time_steps : (n,) error due to steps in time. Where `remaining_steps` exceeds the goal, only
+        cells reduce it, and it is added to `across`.
     """
 
     crowded: Mask
     moves: Mask
-    hard: Array
-    standing: Array
-    steps: Array
+    across: Array
+    remaining_steps: Array
+    time_steps: Array
 
 
 @dataclass(frozen=True)
@@ -153,7 +153,7 @@ class _ErrorModel:
     Attributes
     ----------
     error : (m,) estimated errors before refinement.
-    slow : (m,) whether something moves in the pixel, or it is cut and its error unknown.
+    uses_motion_law : (m,) whether something moves in the pixel, or it is cut and its error unknown.
     first : (m,) c^`GOAL_POWER`, where n cells leave an error of c / n; refinement ends where that
         is goal n^`GOAL_GROWTH`.
     steps : None where nothing moves; else the remaining step errors (m,), and the values that
@@ -161,7 +161,7 @@ class _ErrorModel:
     """
 
     error: Array
-    slow: Mask
+    uses_motion_law: Mask
     first: Array
     steps: tuple[Array, Array] | None
 
@@ -175,15 +175,15 @@ class _ErrorModel:
             slow, steps = cut, None
             first = np.where(cut, MOTION_ERROR_SHARE * known, starred) ** GOAL_POWER
         else:
-            slow, hard = cut | motion.moves[some], motion.hard[some]
+            slow, hard = cut | motion.moves[some], motion.across[some]
             first, stepped = (
                 np.where(
                     cut, MOTION_ERROR_SHARE * known, np.where(slow, MOTION_ERROR_SHARE * c, starred)
                 )
                 ** GOAL_POWER
-                for c in (hard, hard + motion.steps[some])
+                for c in (hard, hard + motion.time_steps[some])
             )
-            steps = motion.standing[some], stepped
+            steps = motion.remaining_steps[some], stepped
         return cls(known, slow, first, steps)
 
     def __call__(self, level: float) -> float:
@@ -199,6 +199,8 @@ class _ErrorModel:
             MIN_ACHIEVED_ERROR,
             MAX_ACHIEVED_ERROR,
         )
-        after = level * np.where(self.slow, reached * limit, STILL_ACHIEVED_ERROR * grown)
+        after = level * np.where(
+            self.uses_motion_law, reached * limit, STILL_ACHIEVED_ERROR * grown
+        )
         left = np.where(self.error > level, after, self.error)
         return float((left * left).sum())

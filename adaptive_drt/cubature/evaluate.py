@@ -74,27 +74,28 @@ class Subdomains:
 
     Attributes
     ----------
-    place : (3, m) centroids in x, y, t.
-    spread : (6, m) lower triangular roots of the second moments: xx, yx, yy, tx, ty, tt.
-    half : (3, m) half extents of the bounding boxes.
+    centroid : (3, m) centroids in x, y, t.
+    moment_root : (6, m) lower triangular roots of the second moments: xx, yx, yy, tx, ty, tt.
+    half_extent : (3, m) half extents of the bounding boxes.
     item : (m,) object indices.  cell : (m,) cell indices.
-    star : (m,) whether the multi-node rule may be used.  turn : (m,) its rotations.
-    stake : (m,) error of the pixel, in units of its goal, per unit error of the part's radiance.
-    crowd : (m,) number of cells of the pixel.
-    known : (m,) whether the centroid has been shaded already. For the k of which this is true,
+    multi_node : (m,) whether the multi-node rule may be used.  turn : (m,) its rotations.
+    error_weight : (m,) error of the pixel, in units of its goal, per unit error of the part's
+        radiance.
+    cell_count : (m,) number of cells of the pixel.
+    shaded : (m,) whether the centroid has been shaded already. For the k of which this is true,
         `color` is (3, k), `deviation` (4, 3, k) and `sampling` (k,), the error of the light there.
     """
 
-    place: Array
-    spread: Array
-    half: Array
+    centroid: Array
+    moment_root: Array
+    half_extent: Array
     item: Ints
     cell: Ints
-    star: Mask
-    turn: Ints
-    stake: Array
-    crowd: Ints
-    known: Mask
+    multi_node: Mask
+    rotation: Ints
+    error_weight: Array
+    cell_count: Ints
+    shaded: Mask
     color: Array
     deviation: Array
     sampling: Array
@@ -107,30 +108,32 @@ class Estimates:
     Attributes
     ----------
     light : mean radiance and its estimated errors.
-    points : (m,) points shaded for each, not counting centroids that were known already.
-    vain : (m,) whether the multi-node rule was skipped, as the part's cell would be split anyway.
-    lost : (m,) fraction of the nodes that are hidden by another object even at the centroid.
+    shaded_count : (m,) points shaded for each, not counting centroids that were known already.
+    split_anyway : (m,) whether the multi-node rule was skipped, as the part's cell would be split
+        anyway.
+    hidden_fraction : (m,) fraction of the nodes that are hidden by another object even at the
+        centroid.
     """
 
     light: DirectLight
-    points: Ints
-    vain: Mask
-    lost: Array
+    shaded_count: Ints
+    split_anyway: Mask
+    hidden_fraction: Array
 
 
 @dataclass(frozen=True)
 class _Centroids:
     """Centroids of m subdomains.
 
-    `hits` are the surfaces there, `light` their radiance with predicted errors, `reach` (m,) the
-    radius in metres within which their candidate occluders are complete, and `slant` (m,) the
-    cosines between normals and rays.
+    `hits` are the surfaces there, `light` their radiance with predicted errors, `search_radius`
+    (m,) the radius in metres within which their candidate occluders are complete, and `cosine` (m,)
+    the cosines between normals and rays.
     """
 
     hits: Surface
     light: DirectLight
-    reach: Array
-    slant: Array
+    search_radius: Array
+    cosine: Array
 
 
 def concatenate_subdomains(one: Subdomains, other: Subdomains) -> Subdomains:
@@ -159,20 +162,25 @@ def estimate_means(
         subdomains; the subdomains after them are whole cells.
     allowed : radiance error that distributed rays may have at a point before more are used.
     """
-    size, wide = parts.item.size, parts.half > 0.0
+    size, wide = parts.item.size, parts.half_extent > 0.0
     axes, box = wide.sum(axis=0), np.arange(size) >= hit.size
     with progress_range(0.0, CENTROIDS_WORK_SHARE):
         centers = _shade_centroids(plan, occluders, parts, allowed)
-    needed, vain = _choose_rule(parts, centers.light.deviation, axes, box)
-    arms = make_nodes(parts.place, parts.spread, wide, needed & ~vain, box, parts.turn)
-    left, stray = _clip_offsets(plan, parts, found, hit, arms)
-    star, part = arms.count > 1, 1.0 / arms.count[arms.region]
-    points, lost = arms.count + star - parts.known, grouped_sums(arms.region, part * stray, size)
+    needed, split_anyway = _choose_rule(parts, centers.light.deviation, axes, box)
+    arms = make_nodes(
+        parts.centroid, parts.moment_root, wide, needed & ~split_anyway, box, parts.rotation
+    )
+    left, hidden_nodes = _clip_offsets(plan, parts, found, hit, arms)
+    star, part = arms.count > 1, 1.0 / arms.count[arms.subdomain]
+    points, hidden_fraction = (
+        arms.count + star - parts.shaded,
+        grouped_sums(arms.subdomain, part * hidden_nodes, size),
+    )
     light = centers.light
     if star.any():
         with progress_range(CENTROIDS_WORK_SHARE, 1.0):
             light = _multi_node_means(plan, occluders, parts, centers, arms, left, axes, allowed)
-    return Estimates(light, points, vain, lost)
+    return Estimates(light, points, split_anyway, hidden_fraction)
 
 
 def _clip_offsets(
@@ -181,15 +189,15 @@ def _clip_offsets(
     """Scale factor of each node's offset, and whether the node is hidden even at factor 0: (k,)
     each.
     """
-    left, stray = np.ones(arms.region.size), np.zeros(arms.region.size, dtype=np.bool_)
+    left, hidden_nodes = np.ones(arms.subdomain.size), np.zeros(arms.subdomain.size, dtype=np.bool_)
     if hit.size:
         own = slice(int(arms.count[: hit.size].sum()))
-        region = arms.region[own]
-        left[own], stray[own] = clip_nodes(
-            plan, found, hit[region], columns(parts.place, region), arms.offset[:, own],
-            columns(parts.half, region), arms.lot[own],
+        region = arms.subdomain[own]
+        left[own], hidden_nodes[own] = clip_nodes(
+            plan, found, hit[region], columns(parts.centroid, region), arms.offset[:, own],
+            columns(parts.half_extent, region), arms.group[own],
         )  # fmt: skip
-    return left, stray
+    return left, hidden_nodes
 
 
 def _multi_node_means(
@@ -209,25 +217,25 @@ def _multi_node_means(
     left : (k,) scale factors of the nodes' offsets.
     axes : (m,) along how many axes each subdomain has an extent.
     """
-    size, region, star = axes.size, arms.region, arms.count > 1
+    size, region, star = axes.size, arms.subdomain, arms.count > 1
     center, foreseen, offset = centers.light.color, centers.light.deviation, left * arms.offset
     part = 1.0 / arms.count[region]
-    shown, slant = columns(center, region), centers.slant[region]
+    shown, cosine = columns(center, region), centers.cosine[region]
     rows = star[region].nonzero()[0]
-    spots = columns(parts.place, region[rows]) + columns(offset, rows)
-    light, error, slant[rows] = _shade_nodes(
+    spots = columns(parts.centroid, region[rows]) + columns(offset, rows)
+    light, error, cosine[rows] = _shade_nodes(
         plan, occluders, parts, centers, spots, region[rows], allowed
     )
     place(shown, rows, light)
     sampling = centers.light.error[region]
     sampling[rows] = error
     sampling = grouped_sums(region, part * sampling, size)
-    sampling += arms.middle * (centers.light.error - sampling)
+    sampling += arms.centroid_weight * (centers.light.error - sampling)
     color = np.array([grouped_sums(region, part * row, size) for row in shown])
-    color += arms.middle * (center - color)
+    color += arms.centroid_weight * (center - color)
     round_ = (star & ~plan.shapes.planar[parts.item]).nonzero()[0]
     if round_.size:
-        gain = _limb_gains((slant, centers.slant), round_, arms, left, axes[round_])
+        gain = _limb_gains((cosine, centers.cosine), round_, arms, left, axes[round_])
         off = columns(color - center, round_)
         color[:, round_] = np.maximum(columns(center, round_) + gain * off, 0.0)
     best = MULTI_NODE_ERROR[axes - 1].T
@@ -238,7 +246,7 @@ def _multi_node_means(
         columns(deviation, rows, -1),
         columns(foreseen, rows, -1),
         columns(center - color, rows),
-        *_node_differences(shown - columns(color, region), offset, parts.half, region, star),
+        *_node_differences(shown - columns(color, region), offset, parts.half_extent, region, star),
     )
     return DirectLight(color, deviation, sampling)
 
@@ -253,19 +261,19 @@ def _choose_rule(parts: Subdomains, foreseen: Array, axes: Ints, box: Mask) -> t
     axes : (m,) along how many axes each subdomain has an extent.
     box : (m,) which are whole cells, not regions within them.
     """
-    lasting = parts.half[TIME] > 0.0
+    lasting = parts.half_extent[TIME] > 0.0
     with np.errstate(over="ignore"):  # lights of 1e30 beside a picture of 1e-214
-        each = parts.stake * foreseen.sum(axis=(0, 1))
+        each = parts.error_weight * foreseen.sum(axis=(0, 1))
         # errors are predicted less well under motion: with a moving occluder node values were 3
         # times as far off
-        needed = each * np.sqrt(parts.crowd) > np.where(lasting, 0.0, CENTROID_RULE_ERROR)
+        needed = each * np.sqrt(parts.cell_count) > np.where(lasting, 0.0, CENTROID_RULE_ERROR)
         # a region with an extent in time may be in several pieces, some far from the centroid
         needed |= lasting & ~box
-        left = parts.stake * multi_node_error(foreseen, axes)
-        vain = (
+        left = parts.error_weight * multi_node_error(foreseen, axes)
+        split_anyway = (
             grouped_sums(parts.cell, left, int(parts.cell.max(initial=-1)) + 1) > SPLIT_ANYWAY_ERROR
         )
-    return parts.star & needed, vain[parts.cell]
+    return parts.multi_node & needed, split_anyway[parts.cell]
 
 
 def multi_node_error(foreseen: Array, axes: Ints) -> Array:
@@ -279,7 +287,7 @@ def multi_node_error(foreseen: Array, axes: Ints) -> Array:
 
 
 def _limb_gains(
-    slant: tuple[Array, Array], rows: Ints, arms: Nodes, left: Array, axes: Ints
+    cosine: tuple[Array, Array], rows: Ints, arms: Nodes, left: Array, axes: Ints
 ) -> Array:
     """Evaluate `limb_gains` for some subdomains on spheres.
 
@@ -292,12 +300,12 @@ def _limb_gains(
     """
     number = np.full(arms.count.size, -1)
     number[rows] = np.arange(rows.size)
-    own = number[arms.region]
+    own = number[arms.subdomain]
     # nodes that were moved back to the centroid carry no information
     some = ((own >= 0) & (left > 0.0)).nonzero()[0]
-    own, region = own[some], arms.region[some]
-    weight = (1.0 - arms.middle[region]) / arms.count[region]
-    return limb_gains(slant[0][some], slant[1][rows], weight, left[some], own, axes)
+    own, region = own[some], arms.subdomain[some]
+    weight = (1.0 - arms.centroid_weight[region]) / arms.count[region]
+    return limb_gains(cosine[0][some], cosine[1][rows], weight, left[some], own, axes)
 
 
 def _node_differences(
@@ -321,14 +329,16 @@ def _shade_centroids(
     plan: Plan, occluders: Occluders, parts: Subdomains, allowed: float
 ) -> _Centroids:
     """Shade the centroids of m subdomains and predict the errors of the centroid rule."""
-    hits, w, t, time = _hits(plan, parts.place, parts.item)
-    slant, known = _incidence_cosines(hits, w), parts.known
+    hits, w, t, time = _hits(plan, parts.centroid, parts.item)
+    cosine, known = _incidence_cosines(hits, w), parts.shaded
     if not known.any():
-        light, reach = _shade_with_errors(plan, occluders, hits, w, t, time, parts.half, allowed)
-        return _Centroids(hits, light, reach, slant)
+        light, reach = _shade_with_errors(
+            plan, occluders, hits, w, t, time, parts.half_extent, allowed
+        )
+        return _Centroids(hits, light, reach, cosine)
     rows, same = (~known).nonzero()[0], known.nonzero()[0]
     when = time[rows] if isinstance(time, np.ndarray) else time
-    near = hits.take(rows), columns(w, rows), t[rows], when, columns(parts.half, rows)
+    near = hits.take(rows), columns(w, rows), t[rows], when, columns(parts.half_extent, rows)
     light, far = _shade_with_errors(plan, occluders, *near, allowed)
     reach = np.full(known.size, NO_SEARCH_RADIUS)
     reach[rows] = far
@@ -340,7 +350,7 @@ def _shade_centroids(
     place(deviation, rows, light.deviation)
     place(deviation, same, parts.deviation)
     found = tuple(Pairs(rows[pairs.pixel], pairs.item) for pairs in light.candidates)
-    return _Centroids(hits, DirectLight(color, deviation, error, found), reach, slant)
+    return _Centroids(hits, DirectLight(color, deviation, error, found), reach, cosine)
 
 
 def _shade_with_errors(
@@ -400,7 +410,7 @@ def _node_occluders(
     farthest : (m,) metres from each centroid to its farthest node.
     """
     # nodes may lie outside the patch that was searched for occluders
-    beyond = farthest > centers.reach
+    beyond = farthest > centers.search_radius
     rows = beyond.nonzero()[0]
     if not rows.size:
         return known
@@ -424,5 +434,5 @@ def _hits(plan: Plan, spots: Array, item: Ints) -> tuple[Surface, Array, Array, 
 
 def _incidence_cosines(hits: Surface, w: Array) -> Array:
     """Cosines (k,) between surface normals and rays, without sign."""
-    slant: Array = np.abs(dot(hits.normal, w)) / np.sqrt(dot(w, w))
-    return slant
+    cosine: Array = np.abs(dot(hits.normal, w)) / np.sqrt(dot(w, w))
+    return cosine

@@ -32,7 +32,7 @@ small differences meaningless."""
 
 
 def limb_gains(
-    slant: Array, center: Array, weight: Array, kept: Array, region: Ints, axes: Ints
+    cosine: Array, center: Array, weight: Array, kept: Array, region: Ints, axes: Ints
 ) -> Array:
     """Factors (m,) on the difference between the multi-node mean and the radiance at the centroid.
 
@@ -47,8 +47,8 @@ def limb_gains(
     """
     count = center.size
     square = center * center
-    away = slant - center[region]
-    more = slant * slant - square[region]
+    away = cosine - center[region]
+    more = cosine * cosine - square[region]
     shown = grouped_sums(region, weight * away, count)
     mean = grouped_sums(region, weight * more / (kept * kept), count)
     spread = grouped_sums(region, weight * (more / kept) ** 2, count) - mean * mean

@@ -33,7 +33,7 @@ hides a node may be in contact with the surface. Chosen, not fitted."""
 
 
 def clip_nodes(
-    plan: Plan, found: Fragments, region: Ints, middle: Array, arm: Array, half: Array, lot: Ints
+    plan: Plan, found: Fragments, region: Ints, middle: Array, arm: Array, half: Array, group: Ints
 ) -> tuple[Array, Mask]:
     """Scale factors of the offsets of m nodes for which no other object lies just in front of them.
 
@@ -57,13 +57,13 @@ def clip_nodes(
             break
         part[open_] = length
         at = columns(middle, open_) + length * columns(arm, open_)
-        lost = np.zeros(int(lot[-1]) + 1, dtype=np.bool_)
+        open_groups = np.zeros(int(group[-1]) + 1, dtype=np.bool_)
         own = region[open_], at, columns(half, open_)
-        lost[lot[open_[_hidden_nodes(plan, found, number.size, *own)]]] = True
-        open_ = open_[lost[lot[open_]]]
-    stray = np.zeros(region.size, dtype=np.bool_)
-    stray[open_] = True
-    return part, stray
+        open_groups[group[open_[_hidden_nodes(plan, found, number.size, *own)]]] = True
+        open_ = open_[open_groups[group[open_]]]
+    hidden = np.zeros(region.size, dtype=np.bool_)
+    hidden[open_] = True
+    return part, hidden
 
 
 def _hidden_nodes(

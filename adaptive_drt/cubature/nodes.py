@@ -58,19 +58,19 @@ class Nodes:
 
     Attributes
     ----------
-    region : (k,) index of each node's subdomain, ascending.
+    subdomain : (k,) index of each node's subdomain, ascending.
     count : (m,) nodes of each subdomain; 1 means the centroid rule.
     offset : (3, k) from the centroid, in x, y and t.
-    lot : (k,) group of each node. The offsets of a group sum to 0, so that its nodes have to be
+    group : (k,) group of each node. The offsets of a group sum to 0, so that its nodes have to be
         scaled together.
-    middle : (m,) weight of the centroid in the mean; the nodes share the rest equally.
+    centroid_weight : (m,) weight of the centroid in the mean; the nodes share the rest equally.
     """
 
-    region: Ints
+    subdomain: Ints
     count: Ints
     offset: Array
-    lot: Ints
-    middle: Array
+    group: Ints
+    centroid_weight: Array
 
 
 def rotation_index(middle: Array) -> Ints:

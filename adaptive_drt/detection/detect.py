@@ -61,7 +61,7 @@ class CenterRays:
     w : (3, n) directions.
     pairs : m candidate pairs.  t : (m,) ray parameters of their hits, inf for a miss.
     depth, item : (n,) ray parameter and object of the nearest hit (inf and -1: none).
-    depth_still, item_still : (n,) the same among objects that do not move.
+    depth_at_rest, item_at_rest : (n,) the same among objects that do not move.
     rows : (k,) the pixels that hit something.  hits : their k surface points.
     """
 
@@ -70,8 +70,8 @@ class CenterRays:
     t: Array
     depth: Array
     item: Ints
-    depth_still: Array
-    item_still: Ints
+    depth_at_rest: Array
+    item_at_rest: Ints
     rows: Ints
     hits: Surface
 
@@ -177,7 +177,7 @@ def _find_silhouettes(plan: Plan, center: CenterRays, clock: StageCallback) -> _
     count = center.depth.size
     pairs = center.pairs
     motion, edge = np.zeros((2, count), dtype=np.bool_)
-    front_still = clear = center.depth_still
+    front_still = clear = center.depth_at_rest
     test = None
     if plan.edges:
         test = detect_edges(plan, count, pairs, columns(center.w, pairs.pixel), center.t)
@@ -211,18 +211,18 @@ class SmoothBlockFlags:
 
     Attributes
     ----------
-    clear : (n,) whether radiance is smooth over the block and the shutter: one object at rest fills
-        the block, or none is in it; no silhouette, shadow edge or moving object reaches it; no
-        light is so near that irradiance is steep. Each light is either visible as a whole from all
-        of the block all the time, or contributes nothing to it.
-    moving : (n,) whether a light that contributes to the block moves.
+    smooth : (n,) whether radiance is smooth over the block and the shutter: one object at rest
+        fills the block, or none is in it; no silhouette, shadow edge or moving object reaches it;
+        no light is so near that irradiance is steep. Each light is either visible as a whole from
+        all of the block all the time, or contributes nothing to it.
+    light_moves : (n,) whether a light that contributes to the block moves.
     hidden : for each light, (n,) whether one object occludes all of it from all of the block.
     item : (n,) the object that fills a block without silhouettes, -1 for none.
     pairs : pairs of blocks and objects that may be seen in them, sorted by object.
     """
 
-    clear: Mask
-    moving: Mask
+    smooth: Mask
+    light_moves: Mask
     hidden: tuple[Mask, ...]
     item: Ints
     pairs: Pairs
@@ -267,10 +267,10 @@ def detect_smooth_blocks(
             moving[center.rows[rows]] |= ~(dark | blocked)
     clear[center.rows[rows]] &= dull
     whole = (~found.silhouette & (center.item >= 0)).nonzero()[0]
-    rivals = _visible_candidates(plan, center.pairs, found.test, found.silhouette)
-    item = np.concatenate([rivals.item, center.item[whole]])
+    candidates = _visible_candidates(plan, center.pairs, found.test, found.silhouette)
+    item = np.concatenate([candidates.item, center.item[whole]])
     order = np.argsort(item, kind="stable")
-    pairs = Pairs(np.concatenate([rivals.pixel, whole])[order], item[order])
+    pairs = Pairs(np.concatenate([candidates.pixel, whole])[order], item[order])
     clock("smooth blocks")
     item = np.where(found.silhouette, -1, center.item)
     return SmoothBlockFlags(clear, moving, tuple(hidden), item, pairs)
@@ -316,8 +316,9 @@ def _detect_light(
             mask[2, rows] |= detect_steep_irradiance(light, hits, reach, plan) & ~dark
             clock("detect shadow edges")
         if plan.motion:
-            changes = light_changes(plan, hits, shape, candidates, reach)
-            mask[1, rows] |= changes
+            open_ = ~mask[1, rows]
+            live = candidates.take(open_[candidates.pixel])
+            mask[1, rows] |= light_changes(plan, hits, shape, live, reach)
             clock("detect moving shadows")
     return tuple(shadows), tuple(found)
 

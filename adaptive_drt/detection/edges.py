@@ -93,9 +93,9 @@ def _intersection_edges(
     It is enough to test the object that the centre ray hits first against each of the others.
     """
     w, t = columns(w, chosen), t[chosen]
-    rivals = np.bincount(pairs.pixel, minlength=count)
+    candidates = np.bincount(pairs.pixel, minlength=count)
     _, front = nearest_hits(count, pairs, t)
-    rows = ((rivals[pairs.pixel] > 1) & (pairs.item != front[pairs.pixel])).nonzero()[0]
+    rows = ((candidates[pairs.pixel] > 1) & (pairs.item != front[pairs.pixel])).nonzero()[0]
     seam = np.zeros(count, dtype=np.bool_)
     other = front[pairs.pixel[rows]]
     # no hit at the centre though the pixel is covered is an effect of rounding: flag the pixel

@@ -39,10 +39,14 @@ def light_changes(plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, re
     if not candidates.item.size:
         return changes
     touched = _may_shadow(plan, surface, light, candidates, reach)
+    changes[candidates.pixel[touched]] = True
+    rows = changes[candidates.pixel].nonzero()[0]
+    candidates, touched = candidates.take(rows), touched[rows]
     always = _always_hidden(plan, surface, light, candidates, reach)
+    changes[:] = False
     changes[candidates.pixel[touched & ~always]] = True
     # nothing changes where one occluder, at rest or moving, always hides all of the light
-    still = pairs.take(~moving & live)
+    still = pairs.take(~moving & live & changes[pairs.pixel])
     hidden = np.zeros_like(changes)
     hidden[still.pixel[_always_hidden(plan, surface, light, still, reach)]] = True
     hidden[candidates.pixel[always]] = True
@@ -79,8 +83,10 @@ def _always_hidden(
     Shapes are convex: the positions at which a shape blocks a fixed ray fill a convex set, and so
     do the points that a fixed shape hides from a point. So both ends decide.
     """
-    ends = [classify_occluders(plan, surface, light, pairs, time)[1] for time in SHUTTER_ENDS]
-    always = ends[0] & ends[1]
+    opens, closes = SHUTTER_ENDS
+    always = classify_occluders(plan, surface, light, pairs, opens)[1]
+    rows = always.nonzero()[0]
+    always[rows] = classify_occluders(plan, surface, light, pairs.take(rows), closes)[1]
     wide = (always & (reach[pairs.pixel] > 0.0)).nonzero()[0]
     for shapes, rows, index in plan.shapes.groups(pairs.item[wide]):
         chosen = wide[rows]
@@ -99,6 +105,7 @@ def _changes_of_moving_light(
         for time in SHUTTER_ENDS
     ]
     changes = ~(dark[0] & dark[1])
+    pairs = pairs.take(changes[pairs.pixel])
     always = _always_hidden(plan, surface, light, pairs, reach)
     changes[pairs.pixel[always]] = False
     return changes

@@ -35,20 +35,20 @@ class LightVisibility:
     Attributes
     ----------
     dark : (n,) the light contributes nothing: it is below the point's horizon, or faces away.
-    blocked : (n,) one object occludes all of the light.
+    hidden : (n,) one object occludes all of the light.
     partial : (n,) the light may be visible in part, so rays have to be distributed over it.
     pairs : pairs of partially lit points and their possible occluders, sorted by point.
     """
 
     dark: Mask
-    blocked: Mask
+    hidden: Mask
     partial: Mask
     pairs: Pairs
 
     def take(self, rows: Ints) -> LightVisibility:
         """The visibility from some of the points, given by ascending indices."""
         pairs = self.pairs.for_pixels(rows, self.dark.size)
-        return LightVisibility(self.dark[rows], self.blocked[rows], self.partial[rows], pairs)
+        return LightVisibility(self.dark[rows], self.hidden[rows], self.partial[rows], pairs)
 
 
 def classify_light_visibility(

@@ -55,6 +55,10 @@ def patch_reach(plan: Plan, surface: Surface, w: Array) -> Array:
     return np.where(np.isfinite(reach), reach, np.sqrt(dot(surface.point, surface.point)))
 
 
+MAX_PATCH_TO_EDGE = 0.25
+"""Largest reach of a patch, seen from a light, as a fraction of the width of the edge of the
+light's profile, up to which irradiance counts as smooth there: a cubic then follows the edge to a
+hundredth, and the blocks' own estimates see what it does not. Chosen, not fitted."""
 MAX_PATCH_TO_DISTANCE = 0.25
 """Largest reach of a patch over which irradiance is not steep, as a fraction of its distance to the
 light. Over a quarter of the distance the irradiance may change by half."""
@@ -70,7 +74,9 @@ def detect_steep_irradiance(
     plan: Plan | None = None,
     time: float | None = None,
 ) -> Mask:
-    """Find the pixels over which irradiance is steep because the light is near: (n,) bool.
+    """Find the pixels over which unoccluded irradiance is steep: (n,) bool.
+
+    It is where the light is near, and at the edge of a spot's cone.
 
     Parameters
     ----------
@@ -79,10 +85,11 @@ def detect_steep_irradiance(
     time : shutter time; None for the middle.
     """
     away, distance = light.falloff_offset(surface.point, time)
+    edge = _at_profile_edge(light, surface, reach, time)
     steep: Mask = reach > MAX_PATCH_TO_DISTANCE * distance
     rows = steep.nonzero()[0]
     if plan is None or plan.settings.order == 1 or not rows.size:
-        return steep
+        return steep | edge
     length = np.sqrt(dot(away, away))[rows]
     axis = columns(away, rows) / np.maximum(length, TINY)
     patch = make_footprint(plan, surface.take(rows), reach[rows])
@@ -91,7 +98,20 @@ def detect_steep_irradiance(
     with np.errstate(over="ignore"):
         change += reach[rows] ** 2 / (2.0 * np.maximum(length - reach[rows], TINY))
     steep[rows] = change > MAX_DISTANCE_CHANGE * length
-    return steep
+    return steep | edge
+
+
+def _at_profile_edge(light: Emitter, surface: Surface, reach: Array, time: float | None) -> Mask:
+    """Where the edge of a light's profile crosses patches that are wide beside it: (n,) bool."""
+    to = light.to_center(surface.point, time)
+    edge = light.profile_edge(to)
+    if edge is None:
+        return np.zeros(reach.size, dtype=np.bool_)
+    path = 2.0 * (light.swept_radius - light.radius)
+    near = np.sqrt(dot(to, to)) - reach - path
+    turn = np.where(near > 0.0, (reach + path) / np.where(near > 0.0, near, 1.0), np.inf)
+    found: Mask = (edge.gap < turn) & (turn > MAX_PATCH_TO_EDGE * edge.width)
+    return found
 
 
 def detect_shadow_edges(

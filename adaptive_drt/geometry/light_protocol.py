@@ -86,6 +86,10 @@ class LightShape(LightBall, Protocol):
     """A light whose extent along any direction is known."""
 
     @property
+    def surrounds(self) -> bool:
+        """Whether the light surrounds all points, each of which sees what is above its horizon."""
+
+    @property
     def fills_cone(self) -> bool:
         """Whether the light is seen as a circle, which fills its view cone."""
 
@@ -106,6 +110,8 @@ class AreaLight(LightBall, Protocol):
     ----------
     displacement : (3, 1) metres over the shutter, or None for a static light.
     solid : whether points and occluders may lie within the light.
+    surrounds : whether the light surrounds all points, each of which sees what is above its
+        horizon.
     """
 
     @property
@@ -114,6 +120,10 @@ class AreaLight(LightBall, Protocol):
 
     @property
     def solid(self) -> bool:
+        """See the class."""
+
+    @property
+    def surrounds(self) -> bool:
         """See the class."""
 
     def half_angle(self, distance: Array) -> Array:

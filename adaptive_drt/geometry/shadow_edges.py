@@ -11,9 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..numerics.arrays import Array, Mask
+from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.axes import TIME
 from ..numerics.floats import TINY
+from ..numerics.gather import columns
 from ..numerics.vector import dot
 from .light_protocol import AreaLight
 from .shaded_patches import ShadedPatches
@@ -28,6 +29,8 @@ __all__ = [
     "largest_shift",
     "outline_rates",
     "outline_shifts",
+    "shadow_edges_around",
+    "shifts_around",
 ]
 
 
@@ -57,6 +60,12 @@ MAX_SHARPNESS = 1e3
 difference. Chosen, not fitted."""
 
 
+SURROUNDING_WIDTH = 0.7
+"""Angle, in radians, over which the shadow of an outline in a light that surrounds the point begins
+and ends. The hidden fraction of irradiance falls with powers 2 to 3 of the distance d, and a patch
+of half extent h is off by some (h / d)^2 of it."""
+
+
 @dataclass(frozen=True)
 class ShadowEdges:
     """Shadow edges of m occluders over patches.
@@ -83,6 +92,18 @@ class ShadowEdges:
     coefficient: Array
     bound_distance: Array
     hides_all: Mask
+
+    def take(self, rows: Ints) -> ShadowEdges:
+        """The edges selected by an index."""
+        return ShadowEdges(
+            self.depth[rows],
+            columns(self.shifts, rows),
+            self.width[rows],
+            self.has_kink[rows],
+            self.coefficient[rows],
+            self.bound_distance[rows],
+            self.hides_all[rows],
+        )
 
 
 def largest_shift(angle: Array) -> Array:
@@ -145,3 +166,34 @@ def outline_rates(
     turn = (moved * half - own) / np.maximum(near, TINY) - (carried * half - own) / far
     steps[TIME] = turn / np.maximum(rate, TINY)
     return rate, steps
+
+
+def shifts_around(
+    receivers: ShadedPatches, light: AreaLight, displacement: Array | None, near: Array
+) -> Array:
+    """Angles (3, m) by which outlines move relative to the horizon of a point, by axis.
+
+    The horizon turns with the surface's normal.
+
+    displacement : (3, m) metres over the shutter, of the occluders; None if none of them moves.
+    near : (m,) metres, distances of the outlines.
+    """
+    to = light.to_center(receivers.places, receivers.time)
+    rate, steps = outline_rates(receivers, light, displacement, near, np.sqrt(dot(to, to)))
+    patch, row = receivers.patch, receivers.row
+    shifts = np.zeros((3, near.size))
+    for axis, step in steps.items():
+        turn = patch.surface_steps[axis] * patch.curvature
+        shifts[axis] = np.sqrt(dot(step, step)) * rate + turn[row]
+    return shifts
+
+
+def shadow_edges_around(depth: Array, shifts: Array, hides_all: Mask) -> ShadowEdges:
+    """Smooth shadow edges of occluders in a light that surrounds the points.
+
+    depth, shifts, hides_all : see `ShadowEdges`.
+    """
+    width = np.full(depth.size, SURROUNDING_WIDTH)
+    never = np.zeros(depth.size, dtype=np.bool_)
+    ramp = np.full(depth.size, np.inf)
+    return ShadowEdges(depth, shifts, width, never, ramp, ramp.copy(), hides_all)

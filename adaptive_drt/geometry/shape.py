@@ -23,7 +23,7 @@ from ..numerics.axes import SHUTTER_ENDS
 from ..numerics.gather import columns
 from ..numerics.vector import cross, dot
 from .camera import PinholeCamera
-from .implicit_surface import ImplicitSurface
+from .implicit_surface import ImplicitPlane, ImplicitSurface
 from .light_plane import LightPlane
 from .light_protocol import AreaLight, LightShape
 from .line_forms import BoxRays, LineForms
@@ -175,9 +175,13 @@ class ShapeSet(ABC):
     def plane(self, index: Ints) -> tuple[Array, Array]:
         """Normals (3, m), of any length, of the planes of shapes, and a point (3, m) of each plane.
 
-        Points are those at mid-shutter, metres. Only kinds that are `planar` have planes.
+        Points are those at mid-shutter, metres. Only kinds that are `planar` have planes: those of
+        their `implicit_surface`.
         """
-        raise NotImplementedError(f"{type(self).__name__} does not lie in planes")
+        surface = self.implicit_surface(index)
+        if not isinstance(surface, ImplicitPlane):
+            raise NotImplementedError(f"{type(self).__name__} does not lie in planes")
+        return surface.normal, surface.point
 
     def extent(self, index: Ints, direction: Array, time: Array | float) -> tuple[Array, Array]:
         """Least and greatest dot product (m,) of the points of shapes with vectors (3, m).

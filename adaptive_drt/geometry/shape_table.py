@@ -51,10 +51,21 @@ class ShapeTable:
         The set, the rows (r,) of `item` that are of its kind, ascending, and their indices (r,)
         within the set. Numbers below 0, which stand for no object, are in no group.
         """
+        left = item.size
         for shapes, first, end in zip(self.sets, self.firsts[:-1], self.firsts[1:], strict=True):
-            rows = ((item >= first) & (item < end)).nonzero()[0]
-            if rows.size:
-                yield shapes, rows, item[rows] - first
+            if not left:
+                return
+            if first == end:
+                continue
+            own = item < end
+            own &= item >= first
+            rows = own.nonzero()[0]
+            left -= rows.size
+            if rows.size == item.size:
+                yield shapes, rows, item - first if first else item
+            elif rows.size:
+                index = item[rows]
+                yield shapes, rows, index - first if first else index
 
     def runs(self, item: Ints) -> Iterator[tuple[ShapeSet, slice | Ints, Ints]]:
         """Split objects (m,) like `groups`; where runs of one object are long, by run.

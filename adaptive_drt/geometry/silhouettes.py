@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
@@ -20,14 +21,19 @@ from .spherical_curves import (
 
 __all__ = [
     "CircularSilhouette",
+    "Hemisphere",
     "LightSilhouette",
+    "OpenSilhouette",
     "PolygonSilhouettes",
     "circular_silhouette",
+    "hemisphere_silhouette",
     "make_polygon_silhouettes",
-    "quad_silhouette",
+    "polygon_silhouette",
 ]
 
 
+HORIZON_ARCS = 3
+"""Number of arcs into which a whole horizon is cut: the least whose arcs are below 180 degrees."""
 PLANE_ROUNDING = 8.0
 """Number of rounded operations in the plane of an edge: coincident edges differ by no more."""
 
@@ -47,6 +53,16 @@ class CircularSilhouette:
 
 
 @dataclass(frozen=True)
+class Hemisphere:
+    """The silhouette of a light that surrounds the points: all that is above their horizons."""
+
+
+OpenSilhouette: TypeAlias = Array | CircularSilhouette | Hemisphere
+"""A light's silhouette before the horizon cuts it: the corners (j, 3, n) of a convex polygon in
+order, in metres from n points, or another one."""
+
+
+@dataclass(frozen=True)
 class LightSilhouette:
     """A light's convex silhouette above the horizon, seen from n points.
 
@@ -57,12 +73,14 @@ class LightSilhouette:
         the sine of its angular radius.
     edges : (j, n) its straight edges, the last on the horizon where that cuts the light; the
         light lies in the half-spaces to their left.
+    bounds : one edge for each of these half-spaces; of several edges in one, the first.
     cone : the (1, n) cone that it lies in, or None.
     """
 
     center: Array
     reach: Array
     edges: GreatCircleArcs
+    bounds: GreatCircleArcs
     cone: Circles | None
 
 
@@ -76,26 +94,29 @@ class PolygonSilhouettes:
     """
 
     segments: GreatCircleArcs
-    flat: Mask
+    edge_on: Mask
 
-    def rows_of(self, i: int) -> slice:
+    def edge_rows(self, i: int) -> slice:
         """Rows in `segments` of the edges of polygon i."""
-        j = self.segments.half.shape[0] // self.flat.shape[0]
+        j = self.segments.half_angle.shape[0] // self.edge_on.shape[0]
         return slice(i * j, (i + 1) * j)
 
 
-def quad_silhouette(corners: Array, normal: Array, cut: bool) -> LightSilhouette:
-    """Return the silhouette of a quad light above the horizon.
+def polygon_silhouette(corners: Array, normal: Array, cut: bool) -> LightSilhouette:
+    """Return the silhouette of a light that is a convex polygon of j edges, above the horizon.
 
     Parameters
     ----------
-    corners : (4, 3, n) metres from the points, in order.  normal : (3, n) unit vectors.
+    corners : (j, 3, n) metres from the points, in order.  normal : (3, n) unit vectors.
     cut : True if the horizon cuts the light for all n points, False if for none.
     """
-    corners, _ = _anticlockwise(np.ascontiguousarray(corners.swapaxes(0, 1)))
+    corners = _anticlockwise(np.ascontiguousarray(corners.swapaxes(0, 1)))[0]
     length = np.sqrt(dot(corners, corners))
     units = corners / length
-    center = normalize(units[:, 0] + units[:, 1] + units[:, 2] + units[:, 3])
+    middle = units[:, 0]
+    for k in range(1, units.shape[1]):
+        middle = middle + units[:, k]
+    center = normalize(middle)
     chords = units - center[:, None]
     reach = np.sqrt(dot(chords, chords).max(axis=0))
     planes = _edge_planes(corners, length)
@@ -103,7 +124,7 @@ def quad_silhouette(corners: Array, normal: Array, cut: bool) -> LightSilhouette
         edges = _edges_above_horizon(corners, normal, planes)
     else:
         edges = make_great_circle_arcs(units, _next_corners(units), planes)
-    return LightSilhouette(center, reach, edges, None)
+    return LightSilhouette(center, reach, edges, edges, None)
 
 
 def circular_silhouette(light: CircularSilhouette, normal: Array, cut: bool) -> LightSilhouette:
@@ -111,7 +132,27 @@ def circular_silhouette(light: CircularSilhouette, normal: Array, cut: bool) -> 
     center = light.axis
     cone = make_circles(center[:, None], light.sine[None], light.cosine[None], center)
     edges = _horizon_arc(cone, normal) if cut else _no_edges(normal)
-    return LightSilhouette(center, light.sine * np.sqrt(2.0), edges, cone)
+    return LightSilhouette(center, light.sine * np.sqrt(2.0), edges, edges, cone)
+
+
+def hemisphere_silhouette(normal: Array) -> LightSilhouette:
+    """Return the hemispheres above the horizons of points with unit normals (3, n).
+
+    Their edges are thirds of the horizon, and not a cone of 90 degrees: planes of edges carry
+    bounds on their rounding, so that the foot of a wall lies in the horizon of its floor.
+    """
+    count = normal.shape[1]
+    frame = make_circles(normal[:, None], np.ones((1, count)), np.zeros((1, count)), normal)
+    turn = (2.0 * np.pi / HORIZON_ARCS) * np.arange(HORIZON_ARCS)[:, None]
+    middle = np.cos(turn) * frame.u + np.sin(turn) * frame.w
+    planes = HalfSpaces(
+        np.repeat(normal[:, None], HORIZON_ARCS, axis=1),
+        np.full((HORIZON_ARCS, count), PLANE_ROUNDING * UNIT_ROUNDOFF),
+    )
+    along, half = cross(planes.normal, middle), np.full((HORIZON_ARCS, count), np.pi / HORIZON_ARCS)
+    edges = GreatCircleArcs(planes, middle, along, half, middle, along, None)
+    reach = np.full(count, np.sqrt(2.0))
+    return LightSilhouette(normal, reach, edges, edges.take(slice(0, 1)), None)
 
 
 def make_polygon_silhouettes(quads: Array, center: Array) -> PolygonSilhouettes:
@@ -124,7 +165,10 @@ def make_polygon_silhouettes(quads: Array, center: Array) -> PolygonSilhouettes:
     """
     m, j, _, n = quads.shape
     corners = np.ascontiguousarray(quads.transpose(2, 1, 0, 3))
-    corners, elevation = _anticlockwise(corners)
+    corners, area, facing = _anticlockwise(corners)
+    scale = np.sqrt(dot(area, area)) * np.sqrt(dot(corners[:, 0], corners[:, 0]))
+    # sine of the point's elevation over the polygon's plane, seen from its first corner
+    elevation = np.abs(facing) / np.maximum(scale, TINY)
     length = np.sqrt(dot(corners, corners))
     units = corners / np.maximum(length, TINY)
     planes = _edge_planes(corners, length)
@@ -132,7 +176,7 @@ def make_polygon_silhouettes(quads: Array, center: Array) -> PolygonSilhouettes:
     normal, start, end = (
         x.swapaxes(1, 2).reshape(3, m * j, n) for x in (planes.normal, units, _next_corners(units))
     )
-    fuzz = planes.fuzz.swapaxes(0, 1).reshape(m * j, n)
+    fuzz = planes.angle_error.swapaxes(0, 1).reshape(m * j, n)
     segments = make_great_circle_arcs(start, end, HalfSpaces(normal, fuzz), center)
     return PolygonSilhouettes(segments, elevation <= PLANE_ROUNDING * UNIT_ROUNDOFF)
 
@@ -142,11 +186,11 @@ def _next_corners(corners: Array) -> Array:
     return np.concatenate([corners[:, 1:], corners[:, :1]], axis=1)
 
 
-def _anticlockwise(corners: Array) -> tuple[Array, Array]:
-    """Return corners (3, j, ..., n) in anticlockwise order as seen from the point, and elevations.
+def _anticlockwise(corners: Array) -> tuple[Array, Array, Array]:
+    """Return corners (3, j, ..., n) in anticlockwise order as seen from the point.
 
-    The second result is the sine (..., n) of the point's elevation over the polygon's plane, seen
-    from its first corner: 0 if the polygon is edge-on.
+    With them come twice the vector areas (3, ..., n) of the corners as given, and their dot
+    products (..., n) with the first corners, which are 0 if the polygon is edge-on.
     """
     area = _twice_vector_area(corners)
     facing = dot(area, corners[:, 0])
@@ -154,8 +198,7 @@ def _anticlockwise(corners: Array) -> tuple[Array, Array]:
     if away.any():
         turned = np.concatenate([corners[:, :1], corners[:, :0:-1]], axis=1)
         corners = np.where(away, turned, corners)
-    scale = np.sqrt(dot(area, area)) * np.sqrt(dot(corners[:, 0], corners[:, 0]))
-    return corners, np.abs(facing) / np.maximum(scale, TINY)
+    return corners, area, facing
 
 
 def _twice_vector_area(corners: Array) -> Array:
@@ -182,13 +225,13 @@ def _edge_planes(corners: Array, length: Array) -> HalfSpaces:
 
 
 def _edges_above_horizon(corners: Array, normal: Array, planes: HalfSpaces) -> GreatCircleArcs:
-    """Edges of the part of a quad light above the horizon, the last along the horizon: (5, n)."""
+    """Edges of the part of a polygon above the horizon, the last along the horizon: (j + 1, n)."""
     n, end = normal[:, None], _next_corners(corners)
     h0, h1 = dot(n, corners), dot(n, end)
     down, rise = (h0 > 0.0) & (h1 <= 0.0), (h0 <= 0.0) & (h1 > 0.0)
     crossing = corners + (h0 / np.where(down | rise, h0 - h1, 1.0)) * (end - corners)
     leave, enter = crossing[:, 0], crossing[:, 0]
-    for i in range(1, 4):
+    for i in range(1, corners.shape[1]):
         leave = np.where(down[i], crossing[:, i], leave)
         enter = np.where(rise[i], crossing[:, i], enter)
     below = (h0 <= 0.0) & (h1 <= 0.0)
@@ -205,7 +248,7 @@ def _with_horizon(planes: HalfSpaces, normal: Array) -> HalfSpaces:
     fuzz = np.full((1, normal.shape[1]), PLANE_ROUNDING * UNIT_ROUNDOFF)
     return HalfSpaces(
         np.concatenate([planes.normal, normal[:, None]], axis=1),
-        np.concatenate([planes.fuzz, fuzz]),
+        np.concatenate([planes.angle_error, fuzz]),
     )
 
 

@@ -28,7 +28,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from ..numerics.arrays import Array, Mask
+from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.floats import TINY
 from ..numerics.vector import cross, dot, total
 
@@ -41,6 +41,7 @@ __all__ = [
     "arcs_inside_cones",
     "arcs_inside_outline",
     "boundary_integral",
+    "boundary_values",
     "circles_inside_cones",
     "circles_outside_half_spaces",
     "complement_intervals",
@@ -65,6 +66,9 @@ TINY_CONE_VERSINE = 2.0**-8
 """Versine below which a cone counts as tiny: about 5 degrees."""
 SORTING_NETWORK_ROWS = 16
 """Largest number of rows for which a sorting network is used; measured: np.sort is equal at 16."""
+MANY_SPANS, FEW_SPANS = 1_024, 0.6
+"""Least number of spans, and largest fraction of them that are not empty, for which these are
+gathered before they are integrated."""
 ABOVE_ANY_COSINE = 4.0
 """Exceeds every cosine, so that a plane without a normal (an edge of no length) clips nothing."""
 
@@ -76,11 +80,11 @@ class HalfSpaces:
     Attributes
     ----------
     normal : (3, j, n) inward unit vectors, or 0 for an edge of no length, which bounds nothing.
-    fuzz : (j, n) rad, bound on the rounding error of each normal's direction.
+    angle_error : (j, n) rad, bound on the rounding error of each normal's direction.
     """
 
     normal: Array
-    fuzz: Array
+    angle_error: Array
 
 
 @dataclass(frozen=True)
@@ -91,18 +95,25 @@ class GreatCircleArcs:
     ----------
     planes : the planes they lie in, j of them; along = normal x middle.
     middle, along : (3, j, n) unit vectors.
-    half : (j, n) rad; phi runs from -half to half, anticlockwise about the plane's normal.
+    half_angle : (j, n) rad; phi runs from -half to half, anticlockwise about the plane's normal.
     u, w : (3, j, n) another such pair, u towards the centre of the region that is integrated.
-    shift : (j, n) rad, the angle of `middle` from u; None where they are the same.
+    middle_angle : (j, n) rad, the angle of `middle` from u; None where they are the same.
     """
 
     planes: HalfSpaces
     middle: Array
     along: Array
-    half: Array
+    half_angle: Array
     u: Array
     w: Array
-    shift: Array | None
+    middle_angle: Array | None
+
+    def take(self, rows: slice) -> GreatCircleArcs:
+        """Return the arcs selected by `rows`."""
+        planes = HalfSpaces(self.planes.normal[:, rows], self.planes.angle_error[rows])
+        middle, along, u, w = (x[:, rows] for x in (self.middle, self.along, self.u, self.w))
+        shift = None if self.middle_angle is None else self.middle_angle[rows]
+        return GreatCircleArcs(planes, middle, along, self.half_angle[rows], u, w, shift)
 
 
 @dataclass(frozen=True)
@@ -122,15 +133,21 @@ class Circles:
     cosine: Array
     versine: Array
 
+    def take_pairs(self, index: Ints, point: Ints) -> Circles:
+        """Return circles (m,), given by their indices and those of their points."""
+        axis, u, w = (x[:, index, point] for x in (self.axis, self.u, self.w))
+        sine, cosine, versine = (x[index, point] for x in (self.sine, self.cosine, self.versine))
+        return Circles(axis, u, w, sine, cosine, versine)
+
 
 @dataclass(frozen=True)
 class BoundaryAntiderivative:
-    """Coefficients A, B, C of F for curves (k, n); `shift`, if given, is added to their phi."""
+    """Coefficients A, B, C of F for curves (k, n); `phase`, if given, is added to their phi."""
 
     a: Array
     b: Array
     c: Array
-    shift: Array | None
+    phase: Array | None
 
 
 def make_circles(axis: Array, sine: Array, cosine: Array, center: Array) -> Circles:
@@ -179,7 +196,7 @@ def make_antiderivative(
     if isinstance(curve, GreatCircleArcs):
         lever = cross(n, u - c)
         return BoundaryAntiderivative(
-            dot(lever, u), dot(lever, w), dot(n, curve.planes.normal), curve.shift
+            dot(lever, u), dot(lever, w), dot(n, curve.planes.normal), curve.middle_angle
         )
     s = curve.sine
     # cos(alpha) a - c, without cancellation for small cones near c
@@ -195,14 +212,33 @@ def boundary_integral(potential: BoundaryAntiderivative, spans: Intervals) -> Ar
     spans : (j, k, n) the arcs, as intervals of curves (k, n).
     """
     low, high = spans
-    rows = _evaluate(potential, high) - _evaluate(potential, low)
+    rows = _spans_integral(potential, low, high)
     # curve by curve: another empty span, which shifts the others, adds a zero and changes no bit
     return total(total(rows))
 
 
-def _evaluate(potential: BoundaryAntiderivative, phi: Array) -> Array:
-    if potential.shift is not None:
-        phi = phi + potential.shift
+def _spans_integral(potential: BoundaryAntiderivative, low: Array, high: Array) -> Array:
+    """Integrals (j, k, n) along spans of curves (k, n); those of empty spans are 0."""
+    if low.size >= MANY_SPANS:
+        index = (low != high).ravel().nonzero()[0]
+        if index.size < FEW_SPANS * low.size:
+            curve = index % potential.a.size
+            shift = None if potential.phase is None else potential.phase.take(curve)
+            own = BoundaryAntiderivative(
+                potential.a.take(curve), potential.b.take(curve), potential.c.take(curve), shift
+            )
+            rows = np.zeros(low.size)
+            rows[index] = boundary_values(own, high.take(index)) - boundary_values(
+                own, low.take(index)
+            )
+            return rows.reshape(low.shape)
+    return boundary_values(potential, high) - boundary_values(potential, low)
+
+
+def boundary_values(potential: BoundaryAntiderivative, phi: Array) -> Array:
+    """Values F (...) at angles phi (...) on the curves, radians."""
+    if potential.phase is not None:
+        phi = phi + potential.phase
     t = np.tan(0.5 * phi)
     sine = t * (2.0 / (1.0 + t * t))
     value: Array = sine * (potential.b - potential.c - potential.a * t) + potential.c * phi
@@ -367,14 +403,14 @@ def arcs_inside_outline(
     reach : (n,) approximate sine of the angular radius of the region around its centre. Planes
         that agree to rounding within that radius are the same; both arcs decide so equally.
     """
-    low = np.full_like(segments.half, -PI)
-    high = np.full_like(segments.half, PI)
-    for i in range(edges.half.shape[0]):
+    low = np.full_like(segments.half_angle, -PI)
+    high = np.full_like(segments.half_angle, PI)
+    for i in range(edges.half_angle.shape[0]):
         normal = edges.planes.normal[:, i, None]
         crossing = cross(segments.planes.normal, normal)
         x = dot(crossing, segments.along)
         y = dot(crossing, segments.middle) - TINY  # inside from the crossing on where y < 0
-        fuzz = segments.planes.fuzz + edges.planes.fuzz[i]
+        fuzz = segments.planes.angle_error + edges.planes.angle_error[i]
         same = np.sqrt(dot(crossing, crossing)) <= fuzz
         if same.any():
             limit = COPLANARITY_TOLERANCE + 2.0 * fuzz * reach

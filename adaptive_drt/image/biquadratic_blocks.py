@@ -46,7 +46,7 @@ class BiquadraticBlocks:
         rows: Ints = self._origin + (y * self.points.frame.width + x)[:, None]
         return rows
 
-    def ask(self) -> Ints:
+    def missing_pixels(self) -> Ints:
         """Pixels whose values these blocks need and that are not yet known: ascending indices."""
         self._origin = self._origin[self.points.wanted[self.pixels].any(axis=0)]
         return self.points.unknown(self._nodes, self._checks)
@@ -111,7 +111,7 @@ class BiquadraticBlocks:
         at_y, at_x = np.nonzero(own)
         sight = windows(frame.visibility_key, side + 1)[at_y, at_x]
         low, high = sight.min(axis=(1, 2)), sight.max(axis=(1, 2))
-        rough = points.rough(side // 2)
+        rough = points.predicted_deviation(side // 2)
         fine = windows(rough, side + 1)[at_y, at_x].max(axis=(1, 2)) <= points.allowed
         keep = ((low == high) & (low >= 0) & fine).nonzero()[0]
         origin: Ints = (first_y + side * at_y[keep]) * frame.width + first_x + side * at_x[keep]

@@ -68,7 +68,7 @@ def interpolate_blocks(
     Returns the blocks that are smooth enough, which of the given ones those are, and the number of
     points shaded.
     """
-    side, item, moving = blocks.side, found.item[clear], found.moving[clear]
+    side, item, moving = blocks.side, found.item[clear], found.light_moves[clear]
     color = np.zeros((3, 16, clear.size))
     if not plan.transparent:
         color[:] = plan.background[:, None, None]
@@ -77,7 +77,7 @@ def interpolate_blocks(
     for rows, times in ((~moving & (item >= 0), (0.0,)), (moving, GAUSS_TIMES)):
         hit = rows.nonzero()[0]
         if hit.size:
-            across, up = blocks.middles
+            across, up = blocks.centers
             x, y = block_nodes(across[clear[hit]], up[clear[hit]], side)
             hidden = [np.tile(each[clear[hit]], 16) for each in found.hidden]
             light, there = _shade(plan, x.ravel(), y.ravel(), np.tile(item[hit], 16), hidden, times)

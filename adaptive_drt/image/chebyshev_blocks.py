@@ -65,12 +65,12 @@ class PixelBlocks:
         return cls(side, x, y, find_candidates(rough, bounds, tile))
 
     @property
-    def middles(self) -> tuple[Array, Array]:
+    def centers(self) -> tuple[Array, Array]:
         """Centres x, y of the blocks in units of `side`: two (n,)."""
         x: Array = np.asarray(self.x, dtype=np.float64) + 0.5
         return x, np.asarray(self.y, dtype=np.float64) + 0.5
 
-    def cut(self, chosen: Ints, side: int, region: tuple[int, int, int, int]) -> PixelBlocks:
+    def subdivide(self, chosen: Ints, side: int, region: tuple[int, int, int, int]) -> PixelBlocks:
         """Subdivide the chosen blocks to a smaller side, and keep those that overlap a region of
         pixels.
         """

@@ -125,16 +125,16 @@ def trace_first_pass(
         cut = np.ones(blocks.x.size, dtype=np.bool_)
         if plan.edges:
             rough = coarse_plan(plan, side)
-            center = trace_center_rays(rough, *blocks.middles, blocks.pairs)
+            center = trace_center_rays(rough, *blocks.centers, blocks.pairs)
             with progress_range(BLOCK_WORK_SHARE / (2 * side), BLOCK_WORK_SHARE / side):
                 found = detect_smooth_blocks(rough, occluders, center, clock)
             blocks = PixelBlocks(side, blocks.x, blocks.y, found.pairs)
-            clear = found.clear.nonzero()[0]
+            clear = found.smooth.nonzero()[0]
             interpolated, smooth, count = interpolate_blocks(plan, blocks, clear, found)
             smooth_blocks.append(interpolated)
             points += count
             cut[clear[smooth]] = False
-        blocks = blocks.cut(cut.nonzero()[0], smaller, plan.region)
+        blocks = blocks.subdivide(cut.nonzero()[0], smaller, plan.region)
         clock("smooth blocks")
         report_progress(BLOCK_WORK_SHARE / side)
     pixels = _trace_batches(plan, occluders, blocks.within(bounds), clock)
@@ -152,7 +152,7 @@ def _trace_batches(
             plan.raise_if_cancelled()
             part = blocks.part(first, first + batch)
             with progress_range(first / count, min((first + batch) / count, 1.0)):
-                traced = _trace_pixels(plan, occluders, *part.middles, part.pairs, clock)
+                traced = _trace_pixels(plan, occluders, *part.centers, part.pairs, clock)
             pixels.append((part.x, part.y, traced))
     return pixels
 
@@ -268,6 +268,5 @@ def _shade_centers(
     w = columns(center.w, rows)
     with np.errstate(over="ignore", invalid="ignore"):  # overflow affects error estimates only
         patch = make_patch(plan, w, center.depth[rows], hits, half)
-    time = np.zeros(rows.size) if plan.motion else 0.0
     known = tuple(zip(shadows, candidates, strict=True))
-    return shade(plan, occluders, hits, time, patch, known)
+    return shade(plan, occluders, hits, 0.0, patch, known)

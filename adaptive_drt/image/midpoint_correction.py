@@ -48,14 +48,14 @@ class PixelCenters:
     Attributes
     ----------
     width : of the image in pixels.  color : (3, n).  item : (n,) the visible object.
-    sharp : (n,) whether a shadow edge may reach the pixel, or light varies steeply there.
+    steep : (n,) whether a shadow edge may reach the pixel, or light varies steeply there.
     deviation : (4, 3, n) predicted errors, by kind and axis: see `variation`. Updated in place.
     """
 
     width: int
     color: Array
     item: Ints
-    sharp: Mask
+    steep: Mask
     deviation: Array
 
     def correct(self, index: Ints, threads: int = 1) -> Array:
@@ -74,7 +74,7 @@ class PixelCenters:
         """Contribution of one axis, along which neighbouring pixels are `step` apart."""
         kinds = [kind[axis] for kind in self.deviation[:STEP_KIND]]
         deviation = np.array([kind.take(index) for kind in kinds])
-        foreseen, sharp = deviation.sum(axis=0), self.sharp[index]
+        foreseen, sharp = deviation.sum(axis=0), self.steep[index]
         near = self._alike(index, step).nonzero()[0]
         before, beside, after = second_differences(self.color, index[near], step)
         off = left(rms, before, beside, after)

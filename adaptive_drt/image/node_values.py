@@ -36,7 +36,8 @@ class NodeValues:
     value : (4, n) radiance and coverage at pixel centres, means over the shutter.
     known : (n,) whether `value` is known.  error : (n,) its estimated error.
     sampling : (n,) the part of that due to light that is not exact: see `Cells`.
-    left : (n,) error due to steps across the picture that remains in means over the shutter.
+    remaining_steps : (n,) error due to steps across the picture that remains in means over the
+        shutter.
     """
 
     def __init__(self, frame: Frame, goal: Goal) -> None:
@@ -57,9 +58,9 @@ class NodeValues:
                 for kind in (ROOT_KIND, KINK_KIND, STEP_KIND)
             )
             self._across = [kind[0] + kind[1] for kind in (roots, kinks, steps)]
-            self.left = self._everywhere(steps_after_shutter(steps))
+            self.remaining_steps = self._everywhere(steps_after_shutter(steps))
 
-    def rough(self, spacing: int) -> Array:
+    def predicted_deviation(self, spacing: int) -> Array:
         """Predicted deviation of the radiance at mid-shutter from a quadratic polynomial: (n,).
 
         spacing : pixels between nodes.

@@ -85,7 +85,7 @@ class Scheduler:
     @property
     def free_workers(self) -> int:
         """Number of workers that can refine pixels in the background."""
-        return worker_pool.ready if self._plan.threads > 1 else 0
+        return worker_pool.ready_count if self._plan.threads > 1 else 0
 
     def add(self, seconds: dict[str, float]) -> None:
         """Add to the seconds by stage."""
@@ -94,7 +94,7 @@ class Scheduler:
 
     def pixels_per_call(self, count: int) -> int:
         """Number of pixels a call, when `count` are to be refined."""
-        least = MIN_WORKER_PIXELS if worker_pool.ready else MIN_THREAD_PIXELS
+        least = MIN_WORKER_PIXELS if worker_pool.ready_count else MIN_THREAD_PIXELS
         calls = worker_pool.concurrency(self._plan.threads)
         return self._within(-(-count // calls), least, MAX_PIXELS)
 
@@ -132,7 +132,7 @@ class Scheduler:
     def background_results(self) -> Generator[tuple[Ints, RefinedPixels] | None, None, None]:
         """Yield the results of the background tasks, as `run` does."""
         outcomes = self.executor.finish_deferred(self._deferred)
-        return self._counted(outcomes, self.background_tasks, "refining", self._deferred.parts)
+        return self._counted(outcomes, self.background_tasks, "refining", self._deferred.progress)
 
     def _calls(self, work: Callable[..., Done], tasks: Tasks | SamplingTasks) -> list[Call]:
         return [Call(_timed, self._shared, (work, task)) for _, task in tasks]

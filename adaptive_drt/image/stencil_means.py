@@ -37,12 +37,12 @@ class StencilMeans:
     def _fine(self, rows: Ints) -> NDArray[np.bool_]:
         points = self.points
         sight = points.frame.visibility_key[rows]
-        fine: NDArray[np.bool_] = (sight >= 0) & (points.left[rows] <= points.allowed)
+        fine: NDArray[np.bool_] = (sight >= 0) & (points.remaining_steps[rows] <= points.allowed)
         for near in self._around(rows, 1):
-            fine &= self._alike(rows, near) & (points.left[near] <= points.allowed)
+            fine &= self._alike(rows, near) & (points.remaining_steps[near] <= points.allowed)
         return fine
 
-    def ask(self) -> Ints:
+    def missing_pixels(self) -> Ints:
         """Pixels whose values are needed and not yet known: ascending indices."""
         points = self.points
         self.pixels = rows = self.pixels[points.wanted[self.pixels]]

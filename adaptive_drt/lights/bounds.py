@@ -93,6 +93,12 @@ def ball_cone(to: Array, radius: float) -> tuple[ViewCone, Array]:
     """
     dd = dot(to, to)
     distance = np.sqrt(dd)
+    if radius > 0.0 and (distance > radius).all():
+        near, far = distance - radius, distance + radius
+        tangent = near * far
+        np.sqrt(tangent, out=tangent)
+        cone = ViewCone(to / distance, distance, tangent / distance, radius / distance, near, far)
+        return cone, tangent
     safe = np.where(distance > 0.0, distance, 1.0)
     axis = to / safe
     inside = distance <= radius if radius > 0.0 else np.zeros(distance.shape, dtype=np.bool_)

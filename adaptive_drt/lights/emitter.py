@@ -9,16 +9,17 @@ from typing import Any
 
 import numpy as np
 
+from ..geometry.axial_profile import AxialProfile
 from ..geometry.light_plane import LightPlane
 from ..geometry.planar_faces import PlanarFaces
-from ..geometry.silhouettes import CircularSilhouette
+from ..geometry.silhouettes import OpenSilhouette
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.vector import dot
 from ..scene.description import Light, Motion
 from .bounds import LightBounds
 from .coplanarity import planes_through_ball
 
-__all__ = ["Emitter", "LightContact", "LightMotion", "column"]
+__all__ = ["Emitter", "LightContact", "LightMotion", "ProfileEdge", "column"]
 
 
 @dataclass(frozen=True)
@@ -40,6 +41,23 @@ class LightContact:
     step: Array
 
 
+@dataclass(frozen=True)
+class ProfileEdge:
+    """Where n points are relative to the edge of a light's profile, as seen from the light.
+
+    Attributes
+    ----------
+    gap : (n,) radians by which a point would have to turn to reach directions in which the
+        radiance changes with the direction; at most 0 within them.
+    onset : (n,) radians from the nearest direction in which that change begins or ends.
+    width : (n,) radians over which it changes.
+    """
+
+    gap: Array
+    onset: Array
+    width: Array
+
+
 @dataclass(frozen=True, kw_only=True)
 class Emitter(LightBounds, ABC):
     """A light, relative to the tracer's origin, at the middle of the shutter.
@@ -55,7 +73,8 @@ class Emitter(LightBounds, ABC):
     Attributes
     ----------
     name : the light's name in the scene.
-    power : (3,) radiance (W / m^2 / sr) of an extended light; intensity (W / sr) of a point.
+    power : (3,) radiance (W / m^2 / sr) of an extended light; intensity (W / sr) of a point; both
+        in the middle of its profile.
     casts_shadow : whether occluders hide it.
     coplanar : (objects,) which objects are planar and lie in the light's plane, so that they
         cannot occlude it; None if there are none.
@@ -121,6 +140,18 @@ class Emitter(LightBounds, ABC):
     def solid(self) -> bool:
         """Whether the light is a ball, which points and occluders may lie within."""
         return False
+
+    @property
+    def surrounds(self) -> bool:
+        """Whether the light surrounds all points, each of which sees what is above its horizon."""
+        return False
+
+    def outline_error(self, to: Array, normal: Array) -> Array | None:
+        """Errors (n,) of irradiance factors where occluders hide a part of the light, or None.
+
+        They are those of a silhouette that is not quite the light's outline.
+        """
+        return None
 
     @abstractmethod
     def extent(self, vector: Array) -> Array:
@@ -229,6 +260,17 @@ class Emitter(LightBounds, ABC):
         """
         return None
 
+    # --- angular profile ------------------------------------------------------------------
+
+    @property
+    def profile(self) -> AxialProfile | None:
+        """Return how the radiance depends on the direction; None where it does not."""
+        return None
+
+    def profile_edge(self, to: Array) -> ProfileEdge | None:
+        """Return where points are relative to the edge of the light's profile, None without one."""
+        return None
+
     # --- radiometry -----------------------------------------------------------------------
 
     @abstractmethod
@@ -265,10 +307,13 @@ class Emitter(LightBounds, ABC):
             u = 2^-53.
         """
 
-    def silhouette(self, to: Array) -> Array | CircularSilhouette:
-        """Return the light's outline: the corners (4, 3, n) metres from the points, or a circle.
+    def silhouette(self, to: Array, normal: Array) -> OpenSilhouette:
+        """Return the light's outline as seen from n points.
 
         It is asked only where `has_silhouette`.
+
+        to, normal : (3, n), vectors to the light's centre, and unit normals on the points' lit
+            sides.
         """
         raise NotImplementedError
 

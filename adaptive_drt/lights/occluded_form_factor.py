@@ -10,22 +10,26 @@ of two equal occluders only the first contributes an outline.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..geometry.axial_profile import AxialProfile, ProfileAtPoints
+from ..geometry.crossing_circles import open_circles_integral
 from ..geometry.silhouettes import (
     CircularSilhouette,
+    Hemisphere,
     LightSilhouette,
+    OpenSilhouette,
     PolygonSilhouettes,
     circular_silhouette,
+    hemisphere_silhouette,
     make_polygon_silhouettes,
-    quad_silhouette,
+    polygon_silhouette,
 )
 from ..geometry.spherical_curves import (
     Circles,
     GreatCircleArcs,
-    HalfSpaces,
     Intervals,
     arcs_inside_cones,
     arcs_inside_outline,
@@ -44,6 +48,16 @@ from ..numerics.vector import dot
 __all__ = ["visible_factor"]
 
 
+CROSSING_CIRCLES = 12
+"""Number of circles from which only the pairs of them that cross are integrated. Measured: below
+it the pairs are found in no less time than they take."""
+HEMISPHERE_ROUNDING = 2.0**-40
+"""Largest factor of a hemisphere that counts as wholly occluded, in sr: 3e-13 of an open one. It is
+thousands of times the rounding error of what polygons around a point leave open."""
+BLOCK_PAIRS = 1 << 20
+"""Number of pairs of outlines, all points together, evaluated at a time, which bounds memory."""
+FEW_EDGES = 4
+"""Number of edges of a light up to which its own do not bound the size of blocks."""
 BLOCK_POINTS = 32_768
 """Number of points evaluated at a time, which bounds memory. Measured: blocks that fit the cache
 make threads wait for each other."""
@@ -51,30 +65,37 @@ make threads wait for each other."""
 
 @dataclass(frozen=True)
 class _Silhouettes:
-    """A light's outline, circles and polygons that occlude it, and normals, at n points."""
+    """A light's outline, circles and polygons that occlude it, and normals, at n points.
+
+    profile : the light's radiance over its outline; None where it is uniform.
+    """
 
     normal: Array
     light: LightSilhouette
     circles: Circles
     polygons: PolygonSilhouettes | None
+    profile: ProfileAtPoints | None = None
 
 
 def visible_factor(
-    light: Array | CircularSilhouette,
+    light: OpenSilhouette,
     normal: Array,
     spheres: tuple[Array, Array],
     polygons: Array,
+    profile: AxialProfile | None = None,
 ) -> Array:
     """Integral of max(0, n.w) over the directions in which a light is visible.
 
     Parameters
     ----------
-    light : (4, 3, n) metres, a quad's corners in order, from the points; or a circular outline.
+    light : the light's silhouette, such as a quad's corners in order, from the points, in metres.
     normal : (3, n) unit vectors.
     spheres : (k, 3, n) and (k, n) metres, centres from the points, and radii; the points lie
         outside, the spheres between points and light.
     polygons : (m, j, 3, n) metres, corners in order of convex polygons between points and light;
         a corner may be repeated.
+    profile : of a round light, the relative radiance by which directions count; None for 1. Its
+        error is that of a quadrature: see `ProfileAtPoints`.
 
     Returns
     -------
@@ -90,33 +111,84 @@ def visible_factor(
 
     Occluders that intersect the light's surface must be passed as polygons clipped by the caller.
     """
+    if profile is not None:
+        return _profiled_factor(light, normal, spheres, polygons, profile)
+    return _factor_in_blocks(light, normal, spheres, polygons, None)
+
+
+def _profiled_factor(
+    light: OpenSilhouette,
+    normal: Array,
+    spheres: tuple[Array, Array],
+    polygons: Array,
+    profile: AxialProfile,
+) -> Array:
+    """`visible_factor` of a round light with a profile: by quadrature only where that varies."""
+    assert isinstance(light, CircularSilhouette), "only round lights have profiles"
+    half = np.arctan2(light.sine, light.cosine)
+    level, varies = profile.at(light.axis, half)
+    total = np.zeros(level.size)
+    for chosen, some in ((varies, profile), (~varies & (level > 0.0), None)):
+        rows = chosen.nonzero()[0]
+        if not rows.size:
+            continue
+        own, n = _take_silhouette(light, rows), columns(normal, rows)
+        assert isinstance(own, CircularSilhouette)
+        seen = None if some is None else ProfileAtPoints.make(some, own.axis, half[rows], n)
+        round_ = columns(spheres[0], rows, -1), columns(spheres[1], rows, -1)
+        part = _factor_in_blocks(own, n, round_, columns(polygons, rows, -1), seen)
+        total[rows] = part if seen is not None else level[rows] * part
+    return total
+
+
+def _factor_in_blocks(
+    light: OpenSilhouette,
+    normal: Array,
+    spheres: tuple[Array, Array],
+    polygons: Array,
+    profile: ProfileAtPoints | None,
+) -> Array:
+    """`visible_factor` by blocks of points."""
     count = normal.shape[1]
     total = np.zeros(count)
-    for first in range(0, count, BLOCK_POINTS):
-        rows = slice(first, min(first + BLOCK_POINTS, count))
+    k, m, j = spheres[0].shape[0], *polygons.shape[:2]
+    pairs = max(1, (k + m) * (k + m * j))
+    if isinstance(light, np.ndarray) and light.shape[0] > FEW_EDGES:
+        pairs = max(pairs, light.shape[0] * (1 + k + m))
+    step = max(1, min(BLOCK_POINTS, BLOCK_PAIRS // pairs))
+    for first in range(0, count, step):
+        rows = slice(first, min(first + step, count))
         part = _take_silhouette(light, rows)
         v, radius = columns(spheres[0], rows, -1), columns(spheres[1], rows, -1)
+        seen = None if profile is None else profile.take(rows)
         total[rows] = _block_factor(
-            part, columns(normal, rows), v, radius, columns(polygons, rows, -1)
+            part, columns(normal, rows), v, radius, columns(polygons, rows, -1), seen
         )
     return total
 
 
-def _take_silhouette(
-    light: Array | CircularSilhouette, rows: slice | Ints
-) -> Array | CircularSilhouette:
+def _take_silhouette(light: OpenSilhouette, rows: slice | Ints) -> OpenSilhouette:
     """Return the light of some of the points."""
+    if isinstance(light, Hemisphere):
+        return light
     if isinstance(light, CircularSilhouette):
         return CircularSilhouette(columns(light.axis, rows), light.cosine[rows], light.sine[rows])
     return columns(light, rows, -1)
 
 
 def _block_factor(
-    light: Array | CircularSilhouette, normal: Array, v: Array, radius: Array, polygons: Array
+    light: OpenSilhouette,
+    normal: Array,
+    v: Array,
+    radius: Array,
+    polygons: Array,
+    profile: ProfileAtPoints | None,
 ) -> Array:
     """The factor, separately for points with the light cut by the horizon and wholly above it."""
     total = np.zeros(normal.shape[1])
-    if isinstance(light, CircularSilhouette):
+    if isinstance(light, Hemisphere):
+        low, high = np.zeros((2, normal.shape[1]))
+    elif isinstance(light, CircularSilhouette):
         height = dot(normal, light.axis)
         low, high = height - light.sine, height + light.sine
     else:
@@ -135,12 +207,16 @@ def _block_factor(
                 columns(polygons, rows, -1),
                 cut,
             )
+            if profile is not None:
+                outlines = replace(outlines, profile=profile.take(rows))
             total[rows] = _integrate(outlines)
+    if isinstance(light, Hemisphere):
+        total[total < HEMISPHERE_ROUNDING] = 0.0
     return total
 
 
 def _make_silhouettes(
-    light: Array | CircularSilhouette,
+    light: OpenSilhouette,
     normal: Array,
     v: Array,
     radius: Array,
@@ -151,10 +227,12 @@ def _make_silhouettes(
 
     cut : whether the horizon cuts the light for all points, or for none.
     """
-    if isinstance(light, CircularSilhouette):
+    if isinstance(light, Hemisphere):
+        outline = hemisphere_silhouette(normal)
+    elif isinstance(light, CircularSilhouette):
         outline = circular_silhouette(light, normal, cut)
     else:
-        outline = quad_silhouette(light, normal, cut)
+        outline = polygon_silhouette(light, normal, cut)
     place = v.swapaxes(0, 1)
     length = np.sqrt(dot(place, place))
     sine = radius / length
@@ -168,12 +246,12 @@ def _integrate(outlines: _Silhouettes) -> Array:
     """Sum the boundary integrals of all visible arcs of the light and of its occluders: (n,)."""
     edges, cone = outlines.light.edges, outlines.light.cone
     double = np.zeros(outlines.normal.shape[1])
-    if edges.half.shape[0]:
+    if edges.half_angle.shape[0]:
         double += _integral_along(outlines, edges, _unoccluded_intervals(outlines, edges, None))
     if cone is not None:
         double += _integral_along(outlines, cone, _visible_light_silhouette(outlines, cone))
     if outlines.circles.sine.shape[0]:
-        double -= _integral_along(outlines, outlines.circles, _visible_sphere_silhouettes(outlines))
+        double -= _integral_along_spheres(outlines)
     if outlines.polygons is not None:
         double -= _integral_along(
             outlines,
@@ -187,9 +265,14 @@ def _integral_along(
     outlines: _Silhouettes, curve: Circles | GreatCircleArcs, spans: Intervals
 ) -> Array:
     """Integral of n.(w x dw) along intervals of a curve: (n,), twice its part of the factor."""
-    return boundary_integral(
+    plain = boundary_integral(
         make_antiderivative(outlines.normal, outlines.light.center, curve), spans
     )
+    profile = outlines.profile
+    if profile is None:
+        return plain
+    more: Array = profile.level * plain + 2.0 * profile.integral_along(curve, spans)
+    return more
 
 
 def _unoccluded_intervals(
@@ -200,14 +283,14 @@ def _unoccluded_intervals(
     base : intervals within which arcs of the occluding polygons themselves are to lie; None for
         the whole arcs of the light.
     """
-    low, high = (-segments.half, segments.half) if base is None else base
+    low, high = (-segments.half_angle, segments.half_angle) if base is None else base
     starts, ends = [], []
     if outlines.circles.sine.shape[0]:
         start, end = arcs_inside_cones(segments, outlines.circles)
         starts.append(start)
         ends.append(end)
     if outlines.polygons is not None:
-        for i in range(outlines.polygons.flat.shape[0]):
+        for i in range(outlines.polygons.edge_on.shape[0]):
             start, end = _arcs_behind_polygon(
                 outlines, outlines.polygons, i, segments, base is not None
             )
@@ -229,33 +312,37 @@ def _arcs_behind_polygon(
 
     own : whether the arcs are the edges of `polygons` themselves, so that i's own are left out.
     """
-    start, end = np.zeros_like(segments.half), np.zeros_like(segments.half)
-    rows, count = polygons.rows_of(i), segments.half.shape[0]
+    start, end = np.zeros_like(segments.half_angle), np.zeros_like(segments.half_angle)
+    rows, count = polygons.edge_rows(i), segments.half_angle.shape[0]
     parts = (slice(0, rows.start), slice(rows.stop, count)) if own else (slice(0, count),)
     for part in parts:
         if part.start == part.stop:
             continue
         # of coincident edges with equal directions, the first polygon's is the outer one
         alike = np.full((part.stop - part.start, 1), not own or part.start > 0)
-        outline = _take_arcs(polygons.segments, rows)
-        low, high = arcs_inside_outline(
-            _take_arcs(segments, part), outline, alike, outlines.light.reach
-        )
+        outline = polygons.segments.take(rows)
+        low, high = arcs_inside_outline(segments.take(part), outline, alike, outlines.light.reach)
         start[part] = low
-        end[part] = np.where(polygons.flat[i], low, np.maximum(high, low))
+        end[part] = np.where(polygons.edge_on[i], low, np.maximum(high, low))
     return start, end
+
+
+def _integral_along_spheres(outlines: _Silhouettes) -> Array:
+    """Integral of n.(w x dw) along the outlines of spheres that are visible on the light: (n,)."""
+    circles = outlines.circles
+    if circles.sine.shape[0] < CROSSING_CIRCLES or outlines.profile is not None:
+        return _integral_along(outlines, circles, _visible_sphere_silhouettes(outlines))
+    spans = _circles_behind_polygons(outlines, circles)
+    potential = make_antiderivative(outlines.normal, outlines.light.center, circles)
+    return open_circles_integral(circles, *_off_the_light(outlines), spans, potential)
 
 
 def _visible_sphere_silhouettes(outlines: _Silhouettes) -> Intervals:
     """Intervals of the outlines of spheres that lie on the light and behind no other occluder."""
     circles = outlines.circles
     k = circles.sine.shape[0]
-    center, half = circles_outside_half_spaces(circles, outlines.light.edges.planes)
+    center, half = _off_the_light(outlines)
     centers, halves = [center], [half]
-    if outlines.light.cone is not None:
-        center, _, half = circles_inside_cones(circles, outlines.light.cone, -np.ones((k, 1)))
-        centers.append((center + np.pi)[None])
-        halves.append(half[None])
     if k > 1:
         mine = np.tile(np.arange(k), (k - 1, 1))
         other = (mine + np.arange(1, k)[:, None]) % k
@@ -267,6 +354,17 @@ def _visible_sphere_silhouettes(outlines: _Silhouettes) -> Intervals:
         halves.append(half)
     spans = _circles_behind_polygons(outlines, circles)
     return complement_on_circle(np.concatenate(centers), np.concatenate(halves), spans)
+
+
+def _off_the_light(outlines: _Silhouettes) -> Intervals:
+    """Where the outlines of spheres leave the light: centres and half widths (j, k, n), radians."""
+    circles = outlines.circles
+    center, half = circles_outside_half_spaces(circles, outlines.light.bounds.planes)
+    if outlines.light.cone is None:
+        return center, half
+    wins = -np.ones((circles.sine.shape[0], 1))
+    aside, _, width = circles_inside_cones(circles, outlines.light.cone, wins)
+    return np.concatenate([center, (aside + np.pi)[None]]), np.concatenate([half, width[None]])
 
 
 def _visible_light_silhouette(outlines: _Silhouettes, cone: Circles) -> Intervals:
@@ -289,29 +387,29 @@ def _circles_behind_polygons(outlines: _Silhouettes, circles: Circles) -> Interv
     if outlines.polygons is None:
         return None
     starts, ends = [], []
-    for i in range(outlines.polygons.flat.shape[0]):
+    for i in range(outlines.polygons.edge_on.shape[0]):
         low, high = complement_on_circle(
             *circles_outside_half_spaces(
-                circles, _take_arcs(outlines.polygons.segments, outlines.polygons.rows_of(i)).planes
+                circles, outlines.polygons.segments.take(outlines.polygons.edge_rows(i)).planes
             )
         )
         starts.append(low)
-        ends.append(np.where(outlines.polygons.flat[i], low, high))
+        ends.append(np.where(outlines.polygons.edge_on[i], low, high))
     return np.concatenate(starts), np.concatenate(ends)
 
 
 def _visible_polygon_edges(outlines: _Silhouettes, polygons: PolygonSilhouettes) -> Intervals:
     """Intervals of the outlines of polygons that lie on the light and behind no other occluder."""
     segments = polygons.segments
-    half = segments.half
+    half = segments.half_angle
     along = np.zeros((half.shape[0], 1), dtype=np.bool_)
-    low, high = arcs_inside_outline(segments, outlines.light.edges, along, outlines.light.reach)
+    low, high = arcs_inside_outline(segments, outlines.light.bounds, along, outlines.light.reach)
     if outlines.light.cone is not None:
         start, end = arcs_inside_cones(segments, outlines.light.cone)
         low, high = np.maximum(low, start[0]), np.minimum(high, end[0])
     low, high = np.clip(low, -half, half), np.clip(high, -half, half)
     high = np.maximum(low, high)
-    flat = np.repeat(polygons.flat, half.shape[0] // polygons.flat.shape[0], axis=0)
+    flat = np.repeat(polygons.edge_on, half.shape[0] // polygons.edge_on.shape[0], axis=0)
     return _unoccluded_intervals(outlines, segments, (low, np.where(flat, low, high)))
 
 
@@ -320,13 +418,3 @@ def _take_circles(circles: Circles, index: Ints) -> Circles:
     rows = (circles.axis, circles.u, circles.w)
     axis, u, w = (row[:, index] for row in rows)
     return Circles(axis, u, w, circles.sine[index], circles.cosine[index], circles.versine[index])
-
-
-def _take_arcs(segments: GreatCircleArcs, rows: slice) -> GreatCircleArcs:
-    """Return the arcs selected by `rows`."""
-    planes = HalfSpaces(segments.planes.normal[:, rows], segments.planes.fuzz[rows])
-    middle, along, u, w = (
-        x[:, rows] for x in (segments.middle, segments.along, segments.u, segments.w)
-    )
-    shift = None if segments.shift is None else segments.shift[rows]
-    return GreatCircleArcs(planes, middle, along, segments.half[rows], u, w, shift)

@@ -7,35 +7,22 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..geometry.light_plane import LightPlane
 from ..geometry.light_protocol import LinearSpan
-from ..geometry.planar_faces import PlanarFaces
 from ..geometry.sphere.kernels import surface_tolerance
-from ..numerics.arrays import Array, Ints, Mask
+from ..numerics.arrays import Array, Mask
 from ..numerics.floats import TINY
 from ..numerics.vector import cross, dot
 from ..scene.description import QuadLight
-from .coplanarity import faces_in_plane
-from .emitter import Emitter, LightContact, LightMotion, column
+from .emitter import LightMotion, column
+from .flat_light import FlatEmitter
 from .form_factor import QUAD_CORNERS, parallelogram_factor
-from .point_light import reduced_to_point
 
 __all__ = ["QuadEmitter", "make_quad_emitter"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class QuadEmitter(Emitter):
+class QuadEmitter(FlatEmitter):
     """A parallelogram of uniform radiance."""
-
-    span: LinearSpan
-
-    def as_point(self) -> Emitter:
-        """Return the light reduced to its centre."""
-        return reduced_to_point(self)
-
-    def point_at(self, *offsets: Array) -> Emitter:
-        """Return points at the centre plus each of the offsets (3, n) metres."""
-        return reduced_to_point(self).point_at(*offsets)
 
     def extent(self, vector: Array) -> Array:
         """Sum of |half edge . vector| over both half edges, for vectors (3, n): (n,)."""
@@ -46,17 +33,8 @@ class QuadEmitter(Emitter):
 
     def corners(self, to: Array) -> list[Array]:
         """Corners (3, n) metres from the points, in the order of `QUAD_CORNERS`."""
-        return [to + su * self.span.half_u + sv * self.span.half_v for su, sv in QUAD_CORNERS]
-
-    def half_angle(self, distance: Array) -> Array:
-        """Half the angle (n,) of the ball that encloses the light, in radians."""
-        half: Array = np.arcsin(np.minimum(self.radius / distance, 1.0))
-        return half
-
-    def half_angle_along(self, toward: Array, distance: Array) -> Array:
-        """Half the angle (n,) of the light along unit vectors across the line of sight."""
-        half: Array = np.arctan2(self.extent(toward), distance)
-        return half
+        sides = {1.0: to + self.span.half_u, -1.0: to - self.span.half_u}
+        return [sides[su] + sv * self.span.half_v for su, sv in QUAD_CORNERS]
 
     def outline_clearance(self, axis: Array, direction: Array, distance: Array) -> Array:
         """Angles (n,) from directions to the nearest side of the light, negative outside it.
@@ -76,14 +54,6 @@ class QuadEmitter(Emitter):
         room: Array = np.minimum(*rooms)
         return room
 
-    def falloff_offset(self, point: Array, time: float | None = None) -> tuple[Array, Array]:
-        """Vectors (3, n) from the light's nearest points to the points, and their lengths (n,).
-
-        They are exact for a rectangle; for a sheared quad, not quite from the nearest point.
-        """
-        away = self._from_nearest(self.to_center(point, time))
-        return away, np.sqrt(dot(away, away))
-
     def _from_nearest(self, to: Array) -> Array:
         """Vectors (3, n) metres from the light's nearest points, as `falloff_offset` finds them."""
         away = -to
@@ -91,48 +61,6 @@ class QuadEmitter(Emitter):
             part = np.clip(dot(away, half) / dot(half, half), -1.0, 1.0)
             away = away - part * half
         return away
-
-    def coplanar_faces(self, faces: PlanarFaces, origin: Array) -> Mask:
-        """Which planar shapes have all their vertices near the light's plane: (n,)."""
-        return faces_in_plane(
-            self.center, self.span.normal, self.radius, self.displacement, faces, origin
-        )
-
-    def edge_on(self, item: Ints) -> Mask:
-        """Which of objects (...), given by index, lie in the light's plane."""
-        return self.is_coplanar(item)
-
-    def is_behind(self, to: Array, radius: Array, path: bool = False) -> Mask:
-        """Whether balls (n,) lie wholly behind the light's plane.
-
-        to : (3, n) metres from the balls' centres.  path : whether the answer holds during the
-        whole shutter, for balls at rest.
-        """
-        d = self.displacement
-        drift = 0.5 * float(np.abs(dot(self.span.normal, d))[0]) if path and d is not None else 0.0
-        behind: Mask = dot(self.span.normal, to) >= radius + drift
-        return behind
-
-    def height_above(self, to: Array, point: Array) -> Array:
-        """Signed distance (metres) of points in front of the light's plane, negative behind it.
-
-        It is 0 for points within the surface tolerance of the plane: a surface in the plane of a
-        light, on or beside it, receives nothing from it.
-        """
-        normal = self.span.normal.reshape((3,) + (1,) * (to.ndim - 1))
-        height = -dot(normal, to)
-        graze = surface_tolerance(point, self.radius)
-        return np.where(np.abs(height) > graze, height, 0.0)
-
-    def front_sine(self, to: Array, distance: Array) -> Array:
-        """Sine (n,) of the points' elevations over the light's plane, negative behind it."""
-        sine: Array = -dot(self.span.normal, to) / distance
-        return sine
-
-    def plane(self, to: Array) -> LightPlane:
-        """Return the light's own plane."""
-        normal = self.span.normal + np.zeros_like(to)
-        return LightPlane(normal, to, np.full(to.shape[1], self.radius))
 
     def horizon(
         self,
@@ -145,10 +73,8 @@ class QuadEmitter(Emitter):
         """Where the light is below the horizon or faces away, and where the horizon cuts it."""
         graze = surface_tolerance(point, self.radius)
         heights = [dot(normal, corner) for corner in self.corners(to)]
-        low, high = heights[0], heights[0]
-        for height in heights[1:]:
-            low, high = np.minimum(low, height), np.maximum(high, height)
-        behind = self.height_above(to, point) <= -reach
+        low, high = np.minimum.reduce(heights), np.maximum.reduce(heights)
+        behind = self.height_beyond(to, graze) <= -reach
         dark = behind | (high <= graze - self.height_variation(to, reach, bend))
         return dark, ~dark & (low <= graze)
 
@@ -162,13 +88,6 @@ class QuadEmitter(Emitter):
         low -= np.abs(dot(normal, self.span.half_v))
         whole: Mask = (low > tilt) & (self.height_above(to, point) > reach)
         return whole
-
-    def contact(self, to: Array, normal: Array) -> LightContact:
-        """Return where points are relative to the light's plane; from behind it sends nothing."""
-        away = self.span.normal + np.zeros_like(to)
-        offset = self._from_nearest(to)
-        step = 0.5 * np.pi * (1.0 - dot(normal, away))
-        return LightContact(-dot(away, to), away, np.sqrt(dot(offset, offset)), step)
 
     def irradiance_factor(self, to: Array, point: Array, normal: Array) -> Array:
         """Irradiance over the radiance, (n,) in sr, 0 from behind.
@@ -197,7 +116,7 @@ class QuadEmitter(Emitter):
         area = 4.0 * np.sqrt(dot(edge, edge))
         return to, np.maximum(dot(normal, to), 0.0) * away * area / (square * square)
 
-    def silhouette(self, to: Array) -> Array:
+    def silhouette(self, to: Array, normal: Array) -> Array:
         """Return the light's corners: (4, 3, n) metres from the points."""
         return np.array(self.corners(to))
 

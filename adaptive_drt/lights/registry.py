@@ -6,12 +6,25 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, TypeAlias
 
-from ..scene.description import DiskLight, Light, PointLight, QuadLight, SphereLight, SunLight
+from ..scene.description import (
+    DiskLight,
+    EllipseLight,
+    Light,
+    PointLight,
+    QuadLight,
+    SkyLight,
+    SphereLight,
+    SpotLight,
+    SunLight,
+)
 from .disk_light import make_disk_emitter
+from .ellipse_light import make_ellipse_emitter
 from .emitter import Emitter, LightMotion
 from .point_light import make_point_emitter
 from .quad_light import make_quad_emitter
+from .sky_light import make_sky_emitter
 from .sphere_light import make_sphere_emitter
+from .spot_light import make_spot_emitter
 from .sun_light import make_sun_emitter
 
 __all__ = ["LIGHTS", "make_emitter"]
@@ -20,10 +33,13 @@ _Maker: TypeAlias = Callable[[Any, LightMotion], Emitter]
 
 LIGHTS: tuple[tuple[type[Light], _Maker], ...] = (
     (QuadLight, make_quad_emitter),
+    (EllipseLight, make_ellipse_emitter),
     (SphereLight, make_sphere_emitter),
     (DiskLight, make_disk_emitter),
     (PointLight, make_point_emitter),
+    (SpotLight, make_spot_emitter),
     (SunLight, make_sun_emitter),
+    (SkyLight, make_sky_emitter),
 )
 """Records of lights, and the functions that make emitters of them: the one list of all kinds."""
 

@@ -41,7 +41,7 @@ class RoundEmitter(Emitter):
         extent: Array = self.radius * np.sqrt(dot(vector, vector))
         return extent
 
-    def silhouette(self, to: Array) -> CircularSilhouette:
+    def silhouette(self, to: Array, normal: Array) -> CircularSilhouette:
         """Return the circle as which the light is seen from n points."""
         cone = self.view_cone(to)
         return CircularSilhouette(cone.axis, cone.cosine, cone.sine)

@@ -13,11 +13,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..geometry.planar_faces import PlanarFaces
-from ..numerics.arrays import Array, Mask
+from ..numerics.arrays import Array
 from ..numerics.vector import dot
 from ..scene.description import SunLight
-from .bounds import LightBounds
+from .distant_light import DISTANCE, DistantEmitter
 from .emitter import Emitter, LightMotion, column
 from .point_light import PointEmitter
 from .sphere_light import SphereEmitter
@@ -25,10 +24,6 @@ from .sphere_light import SphereEmitter
 __all__ = ["HardSunEmitter", "SunEmitter", "make_sun_emitter"]
 
 
-SUN_DISTANCE = 2.0**120
-"""Distance in metres at which suns are placed: 2^20 times the largest coordinate of a scene. Eighth
-powers of it stay within float64. Its inverse, by which a sun's direction turns as a point moves a
-metre, vanishes beside those of the distances in a scene."""
 LARGEST_SINE = 1.0 - 2.0**-40
 """Largest sine of a sun's half angle; half angles from 89.99992 degrees on count as that, so that
 every point lies outside the ball."""
@@ -38,38 +33,7 @@ are narrower than rounding can resolve in most scenes: a nanometre, a kilometre 
 
 
 @dataclass(frozen=True, kw_only=True)
-class _DistantEmitter(Emitter):
-    """A light at infinity."""
-
-    def to_center(self, point: Array, time: Array | float | None = None) -> Array:
-        """Vectors to the centre, the same for all points (3, ...) and times: (3, ...) metres."""
-        to: Array = self.center.reshape(self.center.shape + (1,) * (point.ndim - self.center.ndim))
-        return to + np.zeros_like(point)
-
-    def height_over_planes(self, normal: Array, offset: Array) -> Array:
-        """Signed distances (n,) of the centre from planes of any offset, in metres."""
-        height: Array = dot(normal, self.center)
-        return height
-
-    def distance_or(self, distance: Array, local: Array) -> Array:
-        """Return the length `local`, since the distance is none that says what is small."""
-        return local
-
-    def swept_bounds(self) -> LightBounds:
-        """Return the light itself, which does not move."""
-        return self
-
-    def bounds_from_anywhere(self) -> LightBounds:
-        """Return the light itself, which all points see in the same directions."""
-        return self
-
-    def coplanar_faces(self, faces: PlanarFaces, origin: Array) -> Mask:
-        """Which planar shapes lie in the light's plane: none (n,)."""
-        return np.zeros(faces.size.size, dtype=np.bool_)
-
-
-@dataclass(frozen=True, kw_only=True)
-class HardSunEmitter(_DistantEmitter, PointEmitter):
+class HardSunEmitter(DistantEmitter, PointEmitter):
     """A point at infinity; its power is the irradiance (W / m^2) of surfaces that face it."""
 
     def irradiance_factor(self, to: Array, point: Array, normal: Array) -> Array:
@@ -83,7 +47,7 @@ class HardSunEmitter(_DistantEmitter, PointEmitter):
 
 
 @dataclass(frozen=True, kw_only=True)
-class SunEmitter(_DistantEmitter, SphereEmitter):
+class SunEmitter(DistantEmitter, SphereEmitter):
     """A disk of uniform radiance at infinity."""
 
     @property
@@ -122,8 +86,8 @@ def make_sun_emitter(light: SunLight, motion: LightMotion) -> Emitter:
     kind: type[HardSunEmitter | SunEmitter] = SunEmitter if soft else HardSunEmitter
     return kind(
         name=light.name,
-        center=SUN_DISTANCE * way,
-        radius=SUN_DISTANCE * sine,
+        center=DISTANCE * way,
+        radius=DISTANCE * sine,
         power=irradiance / (math.pi * sine * sine) if soft else irradiance,
         casts_shadow=light.casts_shadow,
     )

@@ -30,7 +30,7 @@ def columns(values: NDArray[Number], index: NDArray[Any] | slice, axis: int = 1)
     """
     if isinstance(index, slice):
         return values[:, index] if axis == 1 else values[..., index]
-    if index.dtype == np.bool_:
+    if index.dtype.kind == "b":
         return values.compress(index, axis=axis)
     return values.take(index, axis=axis)
 

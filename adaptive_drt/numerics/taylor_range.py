@@ -78,9 +78,10 @@ def _or_zero(part: Array | None) -> Array | float:
 def _quadratic_range(value: Array, slope: Bound, bend: Bound, half: float) -> Range:
     """Range of value + slope * s + bend / 2 * s^2 over |s| <= half."""
     middle = value + 0.5 * half * half * bend
-    swing = np.abs(slope) * half
+    steep = np.abs(slope)
+    swing = steep if half == 1.0 else steep * half
     # the vertex lies inside where |slope| < half * |bend|; there the value is v - slope^2 / 2 bend
-    inside = np.abs(slope) < half * np.abs(bend)
+    inside = steep < (np.abs(bend) if half == 1.0 else half * np.abs(bend))
     safe = np.where(inside, bend, 1.0)
     vertex = np.where(inside, value - 0.5 * slope * (slope / safe), middle)
     low = np.minimum(middle - swing, vertex)

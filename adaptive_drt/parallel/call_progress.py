@@ -14,7 +14,7 @@ __all__ = ["iterate_with_progress", "progress_range", "report_progress", "report
 class _ProgressListener(threading.local):
     """The progress callback of each thread, if any, and the range that progress is mapped to."""
 
-    told: Callable[[float], None] | None = None
+    callback: Callable[[float], None] | None = None
     first, last = 0.0, 1.0
 
 
@@ -25,12 +25,12 @@ _listener = _ProgressListener()
 def report_progress_to(told: Callable[[float], None]) -> Iterator[None]:
     """Within the context, pass the progress that this thread reports to a function."""
     here = _listener
-    before = here.told, here.first, here.last
-    here.told, here.first, here.last = told, 0.0, 1.0
+    before = here.callback, here.first, here.last
+    here.callback, here.first, here.last = told, 0.0, 1.0
     try:
         yield
     finally:
-        here.told, here.first, here.last = before
+        here.callback, here.first, here.last = before
 
 
 @contextmanager
@@ -58,5 +58,5 @@ def iterate_with_progress(things: Sequence[Item]) -> Iterator[Item]:
 def report_progress(part: float) -> None:
     """Report the completed fraction (0 to 1) of the innermost range. No-op without a callback."""
     here = _listener
-    if here.told is not None:
-        here.told(here.first + part * (here.last - here.first))
+    if here.callback is not None:
+        here.callback(here.first + part * (here.last - here.first))

@@ -63,8 +63,8 @@ class DeferredCalls:
     """Deferred calls: their number, and the outcomes and progress of those run so far."""
 
     count: int
-    done: SimpleQueue[Outcome] = field(default_factory=SimpleQueue)
-    parts: CallProgress = field(default_factory=dict)
+    outcomes: SimpleQueue[Outcome] = field(default_factory=SimpleQueue)
+    progress: CallProgress = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -100,7 +100,7 @@ class RenderExecutor:
         threads : largest number of calls that run at a time.
         """
         self._stop, self._threads_allowed, self._group = stop, threads, CallGroup()
-        self._change = threading.Condition()
+        self._condition = threading.Condition()
         self._queue: deque[_Job] = deque()
         self._deferred: deque[_Job] = deque()
         self._threads: list[threading.Thread] = []
@@ -126,7 +126,7 @@ class RenderExecutor:
         done: SimpleQueue[Outcome] = SimpleQueue()
         todo = enumerate(calls)
         waiting = self._enqueue(todo, 0, done, parts)
-        return self._collected(done, waiting, todo, parts)
+        return self._collect(done, waiting, todo, parts)
 
     def defer(self, calls: Sequence[Call]) -> DeferredCalls:
         """Run calls on threads without other work. One thread is kept for calls of `run`."""
@@ -135,7 +135,7 @@ class RenderExecutor:
         self._push(
             self._deferred,
             [
-                _Job(number, call, deferred.done, deferred.parts)
+                _Job(number, call, deferred.outcomes, deferred.progress)
                 for number, call in enumerate(calls)
             ],
         )
@@ -145,12 +145,12 @@ class RenderExecutor:
         self, deferred: DeferredCalls
     ) -> Generator[tuple[int, Any] | None, None, None]:
         """Yield the results of deferred calls, which may now use all threads; as `run`."""
-        with self._change:
+        with self._condition:
             self._reserved = 0
-            self._change.notify_all()
-        yield from self._collected(deferred.done, deferred.count, iter(()), deferred.parts)
+            self._condition.notify_all()
+        yield from self._collect(deferred.outcomes, deferred.count, iter(()), deferred.progress)
 
-    def _collected(
+    def _collect(
         self,
         done: SimpleQueue[Outcome],
         waiting: int,
@@ -196,23 +196,23 @@ class RenderExecutor:
         """End the threads, after cancelling calls that have not completed."""
         if self._running or self._queue or self._deferred:
             self._cancel()
-        with self._change:
+        with self._condition:
             self._closed = True
-            self._change.notify_all()
+            self._condition.notify_all()
         for thread in self._threads:
             thread.join()
 
     def _cancel(self) -> None:
         """Cancel the queued calls and those that are running."""
         self._stop.set()
-        with self._change:
+        with self._condition:
             self._queue.clear()
             self._deferred.clear()
-        self._group.break_off()
+        self._group.cancel()
 
     def _start_threads(self) -> None:
         """Start threads up to the current limit, which grows as workers become ready."""
-        with self._change:
+        with self._condition:
             allowed = worker_pool.concurrency(self._threads_allowed)
             # the pool does not count the workers that run calls of this render as ready
             self._limit = max(allowed, self._limit) if self._running else allowed
@@ -222,13 +222,13 @@ class RenderExecutor:
                 thread.start()
 
     def _push(self, where: deque[_Job], jobs: list[_Job]) -> None:
-        with self._change:
+        with self._condition:
             where.extend(jobs)
-            self._change.notify_all()
+            self._condition.notify_all()
 
     def _next_job(self) -> tuple[_Job, bool] | None:
         """Wait for a job. Returns it and whether it is a deferred one, or None after `close`."""
-        with self._change:
+        with self._condition:
             while not self._closed:
                 if self._running < self._limit:
                     if self._queue:
@@ -238,7 +238,7 @@ class RenderExecutor:
                         self._running += 1
                         self._running_deferred += 1
                         return self._deferred.popleft(), True
-                self._change.wait()
+                self._condition.wait()
         return None
 
     def _run_jobs(self) -> None:
@@ -253,8 +253,8 @@ class RenderExecutor:
                     result = execute(job.call)
             except BaseException as error:
                 failure = error
-            with self._change:
+            with self._condition:
                 self._running -= 1
                 self._running_deferred -= is_deferred
-                self._change.notify_all()
+                self._condition.notify_all()
             job.outcomes.put((job.number, result, failure))

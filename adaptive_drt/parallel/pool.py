@@ -187,11 +187,11 @@ class WorkerPool:
         self._lock = threading.Lock()
         self._idle: list[_Worker] = []
         self._busy: set[_Worker] = set()
-        self._useless = not Path(sys.executable or "").name.lower().startswith("python")
+        self._unavailable = not Path(sys.executable or "").name.lower().startswith("python")
         atexit.register(self.stop)
 
     @property
-    def ready(self) -> int:
+    def ready_count(self) -> int:
         """Number of workers that have loaded and run no call."""
         with self._lock:
             return sum(worker.ready and worker.alive for worker in self._idle)
@@ -201,27 +201,27 @@ class WorkerPool:
 
         With workers only one call runs in this process: two would wait for Python's lock.
         """
-        ready = self.ready
+        ready = self.ready_count
         return min(threads, 1 + ready) if ready else threads
 
-    def muster(self, count: int) -> None:
+    def start_workers(self, count: int) -> None:
         """Start workers until there are `count`. Returns before they have loaded."""
         with self._lock:
             dead = [worker for worker in self._idle if not worker.alive]
             # if a worker failed to load, so would any other
-            self._useless |= any(worker.failed for worker in dead)
+            self._unavailable |= any(worker.failed for worker in dead)
             self._idle = [worker for worker in self._idle if worker not in dead]
-            lacking = 0 if self._useless else count - len(self._idle) - len(self._busy)
+            lacking = 0 if self._unavailable else count - len(self._idle) - len(self._busy)
             for _ in range(lacking):
                 try:
                     self._idle.append(_Worker())
                 except OSError:
-                    self._useless = True
+                    self._unavailable = True
                     break
         for worker in dead:
             worker.close()
 
-    def borrow(self) -> _Worker | None:
+    def acquire(self) -> _Worker | None:
         """Take a ready worker out of the pool, or return None if there is none."""
         with self._lock:
             for worker in self._idle:
@@ -231,7 +231,7 @@ class WorkerPool:
                     return worker
         return None
 
-    def give_back(self, worker: _Worker) -> None:
+    def release(self, worker: _Worker) -> None:
         """Return a worker to the pool after a call."""
         with self._lock:
             self._busy.discard(worker)
@@ -256,19 +256,19 @@ class CallGroup:
 
     def __init__(self) -> None:
         """Create a group without calls."""
-        self._lock, self._telling = threading.Lock(), threading.Lock()
+        self._lock, self._sending = threading.Lock(), threading.Lock()
         self._busy: set[_Worker] = set()
-        self._over = False
+        self._cancelled = False
 
     def make(self, call: Call) -> Any:
         """Run a call in a worker, or in this process if no worker is ready or its worker has ended.
 
-        Raises what the call raises, and `RenderCancelled` after `break_off`.
+        Raises what the call raises, and `RenderCancelled` after `cancel`.
         """
         try:
-            answer = self._asked(call)
+            answer = self._run_in_worker(call)
         except (EOFError, OSError):
-            if self._over:
+            if self._cancelled:
                 raise RenderCancelled from None
             answer = None
         if answer is None:
@@ -278,48 +278,48 @@ class CallGroup:
             raise error
         return result
 
-    def _asked(self, call: Call) -> tuple[Any, Exception | None] | None:
+    def _run_in_worker(self, call: Call) -> tuple[Any, Exception | None] | None:
         """The result and the exception of a call run by a worker, or None if no worker is ready.
 
         Raises EOFError or OSError if the worker has ended.
         """
-        worker = self._tell(call)
+        worker = self._send_to_worker(call)
         if worker is None:
             return None
         try:
             return worker.receive_result()
         finally:
-            self._give_back(worker)
+            self._release(worker)
 
-    def _tell(self, call: Call) -> _Worker | None:
+    def _send_to_worker(self, call: Call) -> _Worker | None:
         """Send a call to a ready worker and return the worker, or None if no worker is ready.
 
         Calls are sent one at a time, before one is run in this process: Python lets a thread that
         computes hold its lock for 5 ms before another thread may write.
         """
-        with self._telling:
-            worker = worker_pool.borrow()
+        with self._sending:
+            worker = worker_pool.acquire()
             if worker is None:
                 return None
             try:
                 with self._lock:
-                    if self._over:
+                    if self._cancelled:
                         raise RenderCancelled
                     self._busy.add(worker)
                 worker.send_call(call)
             except BaseException:
-                self._give_back(worker)
+                self._release(worker)
                 raise
             return worker
 
-    def _give_back(self, worker: _Worker) -> None:
+    def _release(self, worker: _Worker) -> None:
         with self._lock:
             self._busy.discard(worker)
-        worker_pool.give_back(worker)
+        worker_pool.release(worker)
 
-    def break_off(self) -> None:
+    def cancel(self) -> None:
         """Cancel all calls of the group by killing the workers that run them."""
         with self._lock:
-            self._over = True
+            self._cancelled = True
             for worker in self._busy:
                 worker.kill()

@@ -29,13 +29,13 @@ class _ProgressSender:
     """Callback that sends the progress of a call, at most once every `PROGRESS_INTERVAL`."""
 
     def __init__(self, answers: IO[bytes]) -> None:
-        self._answers, self._due = answers, 0.0
+        self._answers, self._next_time = answers, 0.0
 
     def __call__(self, part: float) -> None:
         now = time.monotonic()
-        if now >= self._due:
+        if now >= self._next_time:
             send(self._answers, float(part))
-            self._due = now + PROGRESS_INTERVAL
+            self._next_time = now + PROGRESS_INTERVAL
 
 
 def serve(idle: float) -> None:

@@ -12,14 +12,39 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
-from typing import ClassVar, Protocol, TypeAlias, TypeVar
+from typing import ClassVar, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .light_records import (
+    DiskLight,
+    EllipseLight,
+    Light,
+    PointLight,
+    QuadLight,
+    SkyLight,
+    SphereLight,
+    SpotLight,
+    SunLight,
+)
+from .values import (
+    LARGEST_COORDINATE,
+    ZERO,
+    Motion,
+    Vector,
+    area_defect,
+    is_finite,
+    motion_defect,
+    radius_defect,
+    vector_defect,
+    vector_of,
+)
+
 __all__ = [
     "Camera",
     "DiskLight",
+    "EllipseLight",
     "Issue",
     "Light",
     "Material",
@@ -33,8 +58,10 @@ __all__ = [
     "Shape",
     "ShapeBatch",
     "ShapeRecord",
+    "SkyLight",
     "Sphere",
     "SphereLight",
+    "SpotLight",
     "SunLight",
     "Triangle",
     "Triangles",
@@ -45,18 +72,6 @@ __all__ = [
     "vector_of",
 ]
 
-Vector: TypeAlias = tuple[float, float, float]
-ZERO: Vector = (0.0, 0.0, 0.0)
-
-LARGEST_COORDINATE = 1e30
-"""Largest magnitude of a coordinate, in metres, and of a component of a colour. Beyond it the
-fourth powers inside discriminants overflow float64."""
-SMALLEST_SIZE = 1e-60
-"""Smallest radius or edge length, in metres. Below it the fourth powers inside discriminants
-underflow."""
-MIN_EDGE_SINE = 2.0**-50
-"""Smallest sine of the angle between two edges. Below it their cross product is mostly rounding
-error."""
 UNSUSPECTED_SIZE, UNSUSPECTED_SINE = 1e-30, 2.0**-40
 """Edge length in metres, and sine of the angle between edges, above which the area of one of many
 shapes is not tested closely: they are far above `SMALLEST_SIZE` and `MIN_EDGE_SINE`."""
@@ -64,12 +79,6 @@ LARGEST_RATIO = 1e9
 """Largest ratio of sensor size to focal length and of a pixel's sides, the inverse ratios included,
 and largest shift of the camera. Beyond it the directions of neighbouring pixels cannot be
 distinguished in float64."""
-
-
-def vector_of(values: Iterable[float]) -> Vector:
-    """Return three numbers, such as an array (3,), as a tuple of floats."""
-    x, y, z = values
-    return (float(x), float(y), float(z))
 
 
 class SceneError(ValueError):
@@ -105,13 +114,6 @@ class Material:
 
 
 @dataclass(frozen=True)
-class Motion:
-    """Linear motion: displacement in metres from shutter open to shutter close."""
-
-    displacement: Vector
-
-
-@dataclass(frozen=True)
 class Sphere:
     """Sphere: centre and radius in metres. Shaded alike on both sides."""
 
@@ -124,10 +126,10 @@ class Sphere:
     def defect(self) -> str | None:
         """Return the reason why it cannot be rendered, or None."""
         return (
-            _vector_defect(self, "center")
-            or _motion_defect(self.motion)
+            vector_defect(self, "center")
+            or motion_defect(self.motion)
             or _color_defect(self.material)
-            or _radius_defect(self.radius)
+            or radius_defect(self.radius)
         )
 
     def numbers(self) -> NDArray[np.float64]:
@@ -149,10 +151,10 @@ class Quad:
     def defect(self) -> str | None:
         """Return the reason why it cannot be rendered, or None."""
         return (
-            _vector_defect(self, "corner", "edge_u", "edge_v")
-            or _motion_defect(self.motion)
+            vector_defect(self, "corner", "edge_u", "edge_v")
+            or motion_defect(self.motion)
             or _color_defect(self.material)
-            or _area_defect(self.edge_u, self.edge_v)
+            or area_defect(self.edge_u, self.edge_v)
         )
 
     def numbers(self) -> NDArray[np.float64]:
@@ -171,11 +173,11 @@ class Triangle:
 
     def defect(self) -> str | None:
         """Return the reason why it cannot be rendered, or None."""
-        if not all(map(_finite, self.vertices)):
+        if not all(map(is_finite, self.vertices)):
             return f"its vertices are not finite (or beyond {LARGEST_COORDINATE:g} m)"
         a, b, c = self.vertices
         edges = (vector_of(x - y for x, y in zip(end, a, strict=True)) for end in (b, c))
-        return _motion_defect(self.motion) or _color_defect(self.material) or _area_defect(*edges)
+        return motion_defect(self.motion) or _color_defect(self.material) or area_defect(*edges)
 
     def numbers(self) -> NDArray[np.float64]:
         """Return numbers (9, 1) that tell its place and size."""
@@ -243,7 +245,7 @@ class ShapeBatch(ABC):
 
     def suspects(self) -> NDArray[np.int64]:
         """Indices, ascending, of all shapes that may have a defect."""
-        if _motion_defect(self.motion) or any(map(_color_defect, self.materials)):
+        if motion_defect(self.motion) or any(map(_color_defect, self.materials)):
             return np.arange(self.count)
         with np.errstate(all="ignore"):
             fine, (u, v) = (abs(self.numbers()) <= LARGEST_COORDINATE).all(axis=0), self.edges()
@@ -313,156 +315,10 @@ class Triangles(ShapeBatch):
         return Triangle((a, b, c), self.materials[self.slot[index]], self.motion, self.name)
 
 
-@dataclass(frozen=True)
-class QuadLight:
-    """Parallelogram light: `center` + u * `half_u` + v * `half_v`, u and v in -1..1.
-
-    It emits `radiance` (W / m^2 / sr, RGB) on the side of cross(half_u, half_v) only.
-    """
-
-    center: Vector
-    half_u: Vector
-    half_v: Vector
-    radiance: Vector
-    motion: Motion | None = None
-    casts_shadow: bool = True
-    name: str = "Area"
-
-    def defect(self) -> str | None:
-        """Return the reason why it cannot be rendered, or None."""
-        return (
-            _vector_defect(self, "center", "half_u", "half_v", "radiance")
-            or _motion_defect(self.motion)
-            or _area_defect(self.half_u, self.half_v)
-        )
-
-    def brightened(self, factor: float) -> QuadLight:
-        """Return the light so many times as bright."""
-        return replace(self, radiance=_times(self.radiance, factor))
-
-
-@dataclass(frozen=True)
-class SphereLight:
-    """Spherical light of uniform `radiance` (W / m^2 / sr, RGB). It blocks no light."""
-
-    center: Vector
-    radius: float
-    radiance: Vector
-    motion: Motion | None = None
-    casts_shadow: bool = True
-    name: str = "Point"
-
-    def defect(self) -> str | None:
-        """Return the reason why it cannot be rendered, or None."""
-        return (
-            _vector_defect(self, "center", "radiance")
-            or _motion_defect(self.motion)
-            or _radius_defect(self.radius)
-        )
-
-    def brightened(self, factor: float) -> SphereLight:
-        """Return the light so many times as bright."""
-        return replace(self, radiance=_times(self.radiance, factor))
-
-
-@dataclass(frozen=True)
-class DiskLight:
-    """Blender's soft point light: a disk of `radius` that always faces the shaded point."""
-
-    center: Vector
-    radius: float
-    radiance: Vector
-    motion: Motion | None = None
-    casts_shadow: bool = True
-    name: str = "Point"
-
-    def defect(self) -> str | None:
-        """Return the reason why it cannot be rendered, or None."""
-        return (
-            _vector_defect(self, "center", "radiance")
-            or _motion_defect(self.motion)
-            or _radius_defect(self.radius)
-        )
-
-    def brightened(self, factor: float) -> DiskLight:
-        """Return the light so many times as bright."""
-        return replace(self, radiance=_times(self.radiance, factor))
-
-
-@dataclass(frozen=True)
-class PointLight:
-    """Point light of radiant `intensity` (W / sr, RGB)."""
-
-    center: Vector
-    intensity: Vector
-    motion: Motion | None = None
-    casts_shadow: bool = True
-    name: str = "Point"
-
-    def defect(self) -> str | None:
-        """Return the reason why it cannot be rendered, or None."""
-        return _vector_defect(self, "center", "intensity") or _motion_defect(self.motion)
-
-    def brightened(self, factor: float) -> PointLight:
-        """Return the light so many times as bright."""
-        return replace(self, intensity=_times(self.intensity, factor))
-
-
-@dataclass(frozen=True)
-class SunLight:
-    """A disk of uniform radiance at infinity, which shines along `direction`, of any length.
-
-    It is seen in a cone of `angle` radians from side to side, 0 for a light without penumbrae, and
-    gives surfaces that face it the `irradiance` (W / m^2, RGB). It does not move.
-    """
-
-    direction: Vector
-    irradiance: Vector
-    angle: float = 0.00918
-    motion: None = None
-    casts_shadow: bool = True
-    name: str = "Sun"
-
-    def defect(self) -> str | None:
-        """Return the reason why it cannot be rendered, or None."""
-        if not 0.0 <= self.angle <= math.pi:
-            return f"its angle is {self.angle:g} radians; it must be within 0 to pi"
-        if _finite(self.direction) and math.hypot(*self.direction) < SMALLEST_SIZE:
-            return "its direction has no length"
-        return _vector_defect(self, "direction", "irradiance")
-
-    def brightened(self, factor: float) -> SunLight:
-        """Return the light so many times as bright."""
-        return replace(self, irradiance=_times(self.irradiance, factor))
-
-
 Shape: TypeAlias = Sphere | Quad | Triangle
 """Record of one shape."""
 ShapeRecord: TypeAlias = Shape | ShapeBatch
 """Record of one shape, or of several."""
-
-
-class Light(Protocol):
-    """A record of a light, of a kind that `lights.registry` knows.
-
-    Attributes
-    ----------
-    name : the light's name.  motion : its linear motion, or None.
-    casts_shadow : whether objects hide it.
-    """
-
-    @property
-    def name(self) -> str: ...
-    @property
-    def motion(self) -> Motion | None: ...
-    @property
-    def casts_shadow(self) -> bool: ...
-
-    def defect(self) -> str | None:
-        """Return the reason why it cannot be rendered, or None."""
-
-    def brightened(self, factor: float) -> Light:
-        """Return the light so many times as bright."""
 
 
 @dataclass(frozen=True)
@@ -530,7 +386,7 @@ def validate(scene: Scene) -> Scene:
     shapes = tuple(_renderable_shapes(scene.shapes, issues))
     lights = tuple(_renderable_items(scene.lights, issues))
     background = scene.background
-    if not _finite(background):
+    if not is_finite(background):
         issues.append(
             Issue(
                 "World",
@@ -596,61 +452,9 @@ def _renderable_batch(batch: Batch, issues: list[Issue]) -> Batch:
     return batch if kept.all() else batch.take(kept)
 
 
-def _vector_defect(record: object, *names: str) -> str | None:
-    """Return what is wrong with the vectors of these names, or None."""
-    for name in names:
-        if not _finite(getattr(record, name)):
-            return f"its {name} is not finite (or beyond {LARGEST_COORDINATE:g} m)"
-    return None
-
-
-def _motion_defect(motion: Motion | None) -> str | None:
-    """Return what is wrong with a motion, or None."""
-    if motion is not None and not _finite(motion.displacement):
-        return f"its motion is not finite (or beyond {LARGEST_COORDINATE:g} m)"
-    return None
-
-
 def _color_defect(material: Material) -> str | None:
     """Return what is wrong with a material, or None."""
-    return None if _finite(material.color) else "its colour is not finite"
-
-
-def _radius_defect(radius: float) -> str | None:
-    """Return what is wrong with a radius, or None."""
-    if not math.isfinite(radius) or not 0.0 < radius < LARGEST_COORDINATE:
-        return f"its radius is {radius:g}; it must be a positive number"
-    if radius < SMALLEST_SIZE:
-        return f"its radius is {radius:g} m, less than {SMALLEST_SIZE:g} m"
-    return None
-
-
-def _area_defect(u: Vector, v: Vector) -> str | None:
-    """Return what is wrong with the edges that span an area, or None."""
-    return None if _has_area(u, v) else "it has no area"
-
-
-def _times(color: Vector, factor: float) -> Vector:
-    """Return a colour times a factor."""
-    return (color[0] * factor, color[1] * factor, color[2] * factor)
-
-
-def _finite(vector: Vector) -> bool:
-    """Whether a vector has three components of magnitude up to `LARGEST_COORDINATE`."""
-    return len(vector) == 3 and all(abs(x) <= LARGEST_COORDINATE for x in vector)
-
-
-def _has_area(u: Vector, v: Vector) -> bool:
-    """Whether two edges span a parallelogram large enough and wide enough to have a normal."""
-    size = math.hypot(*u), math.hypot(*v)
-    if min(size) < SMALLEST_SIZE:
-        return False
-    u, v = vector_of(x / size[0] for x in u), vector_of(x / size[1] for x in v)
-    sine = math.hypot(
-        u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]
-    )
-    # the normal's length is squared once more
-    return sine > MIN_EDGE_SINE and sine * size[0] * size[1] > SMALLEST_SIZE * SMALLEST_SIZE
+    return None if is_finite(material.color) else "its colour is not finite"
 
 
 def _check_camera(camera: Camera) -> None:
@@ -670,7 +474,7 @@ def _check_camera(camera: Camera) -> None:
     turn = (y[1] * z[2] - y[2] * z[1], y[2] * z[0] - y[0] * z[2], y[0] * z[1] - y[1] * z[0])
     if not abs(x[0] * turn[0] + x[1] * turn[1] + x[2] * turn[2]) > 1.0 / LARGEST_RATIO:
         raise SceneError("The camera is squashed flat: check the scale and shear of its parents")
-    if camera.motion is not None and not _finite(camera.motion.displacement):
+    if camera.motion is not None and not is_finite(camera.motion.displacement):
         raise SceneError("The camera's motion is not finite: check its keyframes")
     if min(camera.resolution) < 1:
         raise SceneError("The picture has no pixels: raise the resolution or its percentage")

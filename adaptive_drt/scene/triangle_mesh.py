@@ -11,7 +11,8 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from .description import LARGEST_COORDINATE, Material, Motion, ShapeBatch
+from .description import Material, Motion, ShapeBatch
+from .values import LARGEST_COORDINATE
 
 __all__ = ["TriangleMesh"]
 

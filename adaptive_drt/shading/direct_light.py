@@ -105,21 +105,30 @@ def shade(
         else:
             shadow, pairs = known[index]
         candidates.append(pairs)
-        whole = _unoccluded_factors(plan, surface, light, time)
+        to = light.to_center(surface.point, time)
+        whole = unoccluded_factor(light, plan.as_shadow_caster(light), to, surface)
         with progress_range(2.0 * SHADOW_STEP, VARIATION_END):
-            varies = _variation(plan, surface, light, time, patch, shadow, pairs, whole)
+            varies = _variation(plan, surface, light, to, time, patch, shadow, pairs, whole)
         with progress_range(VARIATION_END, 1.0):
             weight = rms(brdf * light.power[:, None])
             most = _allowed_error(plan, whole, weight, allowed)
             seen, off = _shadowed_factors(plan, surface, light, time, shadow, whole, most)
         factors.append(seen)
         with np.errstate(over="ignore", invalid="ignore"):
-            spread += weight * varies
+            varies *= weight
+            spread += varies
             error += weight * off
-    # an estimate that overflows counts as a large one
-    spread = np.minimum(np.nan_to_num(spread, copy=False, nan=0.0), MAX_DEVIATION)
+    _limit_deviations(spread)
     color = irradiance(plan.lights, factors, surface.item.size) * brdf
     return DirectLight(color, spread, np.minimum(error, MAX_DEVIATION), tuple(candidates))
+
+
+def _limit_deviations(deviation: Array) -> None:
+    """Replace deviations that overflow by large ones, and undefined ones by 0, in place."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        if not np.isfinite(deviation.sum()):
+            np.nan_to_num(deviation, copy=False, nan=0.0)
+    np.minimum(deviation, MAX_DEVIATION, out=deviation)
 
 
 def shade_with_candidates(
@@ -213,7 +222,7 @@ def _shadowed_factors(
     error = np.zeros_like(whole)
     if not light.casts_shadow:
         return whole, error
-    factor = np.where(shadow.blocked, 0.0, whole)
+    factor = np.where(shadow.hidden, 0.0, whole)
     if plan.as_shadow_caster(light).extended:
         live = shadow.pairs.take(factor[shadow.pairs.pixel] > 0.0)
         apply_occluders(plan, surface, light, live, time, factor, error, allowed)
@@ -236,6 +245,7 @@ def _variation(
     plan: Plan,
     surface: Surface,
     light: Emitter,
+    to: Array,
     time: Array | float,
     patch: Patch,
     shadow: LightVisibility,
@@ -244,11 +254,11 @@ def _variation(
 ) -> Array:
     """Deviations (4, 3, n) of a light's irradiance factors from their means over patches.
 
-    pairs : candidate occluders for the patches.  whole : irradiance factors (n,) without shadows.
+    to : (3, n) metres, vectors to the light's centre.  pairs : candidate occluders for the patches.
+    whole : irradiance factors (n,) without shadows.
     """
     # estimates may overflow: see `shade`
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        to = light.to_center(surface.point, time)
         varies = unoccluded_deviations(light, to, surface, patch, whole)
         if light.coplanar is not None:
             varies[..., light.edge_on(surface.item)] = 0.0
@@ -260,8 +270,9 @@ def _variation(
     varies[..., hidden] = 0.0
     # no shadow edge at the point, only beside it: differences between points do not show a smooth
     # edge there, so it counts as a kink
-    aside = (~shadow.partial).nonzero()[0]
-    shadows[KINK_KIND][:, aside] += columns(shadows[SMOOTH_KIND], aside)
-    shadows[SMOOTH_KIND][:, aside] = 0.0
-    varies += whole * shadows
+    aside, smooth, kink = ~shadow.partial, shadows[SMOOTH_KIND], shadows[KINK_KIND]
+    np.add(kink, smooth, out=kink, where=aside)
+    np.copyto(smooth, 0.0, where=aside)
+    shadows *= whole
+    varies += shadows
     return varies

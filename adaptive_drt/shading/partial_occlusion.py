@@ -9,6 +9,9 @@ inside an occluder or inside a spherical light, and for occluders that intersect
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from itertools import pairwise
+
 import numpy as np
 
 from ..geometry.occluder_outline import CIRCLE, HIDDEN_PART_KINDS, NOTHING, RAYS
@@ -16,6 +19,7 @@ from ..geometry.polygon.clipping import clip_polygons, concatenate_polygons
 from ..lights.emitter import Emitter
 from ..lights.occluded_form_factor import visible_factor
 from ..numerics.arrays import Array, Ints
+from ..numerics.error_coefficients import SECTION_ERROR_FRACTION
 from ..numerics.gather import columns
 from ..parallel.call_progress import progress_range, report_progress
 from ..tracing.compile import Plan
@@ -29,12 +33,6 @@ __all__ = ["apply_occluders"]
 NESTED_WORK = 0.3
 """Fraction of the work on partly hidden lights, for the progress bar, that finding nested outlines
 takes."""
-POLYGON_REFINEMENT_GAIN = 2.0
-"""Ratio of the difference between the results of polygons with half as many corners and with all,
-and the error that is stated. A polygon of N corners is off by some N^-2 where another outline
-crosses it, which gives 3 on average, and by N^-4 where none does, which gives 15; both differences
-vary with where the crossings lie, so less is counted on."""
-
 SECTION_CORNERS = 48
 """Number of corners of the polygon that replaces an occluder that is cut by a light's plane."""
 
@@ -101,26 +99,43 @@ def _occluded_factors(
     # arcs intersect each other: the work grows with the square of their number
     work = np.bincount(chosen.pixel, minlength=count).astype(np.float64) ** 2 + 1.0
     done, most = 0.0, float(work.sum())
-    for group in np.unique(key):
+    for rows, mine, place in _groups_by_key(key, chosen.pixel):
         plan.raise_if_cancelled()
         report_progress(NESTED_WORK + (1.0 - NESTED_WORK) * done / most)
-        rows = (key == group).nonzero()[0]
         done += float(work[rows].sum())
-        if group < 0:
+        if rays[rows[0]]:
             own, when = pairs.for_pixels(rows, count), _times_at(time, rows)
             factor[rows], error[rows] = sampled_factors(
                 plan, surface.take(rows), light, own, when, allowed[rows]
             )
             continue
-        number = np.full(count, -1)
-        number[rows] = np.arange(rows.size)
-        mine = (number[chosen.pixel] >= 0).nonzero()[0]
-        own = Pairs(number[chosen.pixel[mine]], chosen.item[mine])
+        own = Pairs(place, chosen.item[mine])
         part = surface.take(rows)
         factor[rows], error[rows] = _closed_form_factors(
             plan, part, light, own, kind[mine], _times_at(time, rows)
         )
     return factor, error
+
+
+def _groups_by_key(key: Ints, pixel: Ints) -> Iterator[tuple[Ints, Ints, Ints]]:
+    """Group points by their keys (n,) and pairs by those of their points, `pixel` (m,).
+
+    Yields
+    ------
+    The points of each key, its pairs, and the positions of their points among those, all ascending.
+    """
+    order = np.argsort(key, kind="stable")
+    starts = [0, *(np.diff(key[order]).nonzero()[0] + 1).tolist(), key.size]
+    place, group = np.empty((2, key.size), dtype=np.int64)
+    for number, (first, end) in enumerate(pairwise(starts)):
+        rows = order[first:end]
+        place[rows], group[rows] = np.arange(rows.size), number
+    own = group[pixel]
+    pairs, position = np.argsort(own, kind="stable"), place[pixel]
+    ends = [0, *np.cumsum(np.bincount(own, minlength=len(starts) - 1)).tolist()]
+    for points, part in zip(pairwise(starts), pairwise(ends), strict=True):
+        mine = pairs[slice(*part)]
+        yield order[slice(*points)], mine, position[mine]
 
 
 def _closed_form_factors(
@@ -129,7 +144,7 @@ def _closed_form_factors(
     """Factors (n,) in closed form, of points with equally many occluders of each treatment.
 
     Returns with them their errors (n,): those of the polygons that stand for spheres cut by the
-    light's plane, 0 where there is none.
+    light's plane, and for elliptic lights; 0 where there is none.
     """
     n = surface.item.size
     when = time if isinstance(time, np.ndarray) else np.full(n, time)
@@ -152,16 +167,22 @@ def _closed_form_factors(
         if cut.size:
             for part, number in zip(sections, (SECTION_CORNERS, SECTION_CORNERS // 2), strict=True):
                 part.append(shapes.outline_in_plane(cut, point, when, plane, number))
-    circles, outline = (np.concatenate(centers), np.concatenate(radii)), light.silhouette(to)
+    circles, outline = (
+        (np.concatenate(centers), np.concatenate(radii)),
+        light.silhouette(to, surface.normal),
+    )
 
     def visible(part: list[Array]) -> Array:
         hidden = concatenate_polygons([*polygons, *part], n)
-        return visible_factor(outline, surface.normal, circles, hidden)
+        return visible_factor(outline, surface.normal, circles, hidden, light.profile)
 
-    factor = visible(sections[0])
-    if not sections[0]:
-        return factor, np.zeros(n)
-    return factor, np.abs(visible(sections[1]) - factor) / POLYGON_REFINEMENT_GAIN
+    factor, error = visible(sections[0]), np.zeros(n)
+    off = light.outline_error(to, surface.normal)
+    if off is not None:
+        error += off
+    if sections[0]:
+        error += SECTION_ERROR_FRACTION * np.abs(visible(sections[1]) - factor)
+    return factor, error
 
 
 def _group_keys(plan: Plan, pairs: Pairs, kind: Ints, count: int) -> Ints:

@@ -16,7 +16,6 @@ from ..lights.emitter import Emitter, LightContact
 from ..numerics.arrays import Array, Ints
 from ..numerics.axes import TIME
 from ..numerics.error_coefficients import (
-    FALLOFF_COEFFICIENT,
     FALLOFF_KINK_RATIO,
     FALLOFF_ROOT_RATIO,
 )
@@ -27,8 +26,10 @@ from ..tracing.intersect import Surface
 from .variation import (
     KINK_KIND,
     ROOT_KIND,
+    SMOOTH_COEFFICIENT,
     SMOOTH_KIND,
     STEP_COEFFICIENT,
+    STEP_EXTENT,
     STEP_KIND,
     zero_variation,
 )
@@ -36,6 +37,10 @@ from .variation import (
 __all__ = ["unoccluded_deviations"]
 
 
+FALLOFF_COEFFICIENT = 0.5
+"""Deviation of the irradiance factor by falloff, as a fraction of the factor times |5 a^2 - s^2|
+over the squared distance to the light: see `_add_falloff`. Derived: a third, the mean of the
+squares from -1 to 1, of the coefficient 3/2 of second order."""
 MIN_PEAK_DISTANCE = 0.3
 """Least distance to the light anywhere in a patch with such a steep falloff, as a fraction of the
 distance at its middle. Chosen, not fitted: it bounds the estimate where the peak of the light may
@@ -57,12 +62,20 @@ radius^(1/2): a sixth of the second derivative of 2 (2 gap / radius)^(1/2)."""
 GRAZING_EXTENTS = 8.0
 """Distance from a ball of light, in half extents of the patch, up to which that is considered;
 farther away the falloff with the distance is more."""
+HIDDEN_WITHIN = 3.0**-0.5
+"""Jump of the irradiance factor at the surface of a ball of light that other shapes reach into, as
+a fraction of the factor: they hide light from within the ball, but not its near side from outside.
+Derived: the RMS of a hidden fraction that may have any value from 0 to 1."""
 LIMB_RATIO = 0.3
 """Ratio of half a patch's extent and twice its distance from the limb of a sphere (0.5: the patch
 reaches the limb), from which the normal, which turns with a square root there, is not well
 approximated by a parabola. Of the centroid's deviation the nodes of the cubature leave 0.04 at 0.25
 and 0.18 at 0.5, and less with the gains of `limb_correction`: as of a power of 3/2. Chosen, not
 fitted."""
+
+PROFILE_MARGIN = 2.0
+"""Distance of a patch from the edge of a light's profile, in half extents, within which that counts
+with `MARGIN_WEIGHT`."""
 
 
 def unoccluded_deviations(
@@ -74,6 +87,8 @@ def unoccluded_deviations(
     ----------
     to : (3, n) metres, vectors to the light's centre.  factor : (n,) unoccluded irradiance factors.
     """
+    if light.surrounds:
+        return zero_variation(factor.size)
     square = np.maximum(dot(to, to), TINY)
     distance = np.sqrt(square)
     half = light.half_angle(distance)
@@ -82,7 +97,7 @@ def unoccluded_deviations(
     most = head_on if front is None else np.minimum(head_on * np.maximum(front, 0.0), np.pi)
     result = zero_variation(factor.size)
     clear = np.maximum(distance - light.radius, 0.25 * distance)
-    moves, turns = np.zeros((3, factor.size)), np.zeros((3, factor.size))
+    moves, turns, curves = np.zeros((3, 3, factor.size))
     relative = {}
     for axis in patch.axes:
         step = patch.steps[axis]
@@ -90,48 +105,99 @@ def unoccluded_deviations(
             step = step - light.displacement * patch.half_time
         relative[axis] = step
         moves[axis] = np.sqrt(dot(step, step)) / clear
+        curves[axis] = np.abs(5.0 * (dot(step, to) / (distance * clear)) ** 2 - moves[axis] ** 2)
         turns[axis] = patch.surface_steps[axis] * patch.curvature
     bent, turns = turns, turns + moves
     sine = dot(surface.normal, to) / distance
     risen = sine > -(np.sqrt(dot(turns, turns)) + np.sin(half))
     near = np.sqrt(dot(moves, moves)) * clear / distance
-    _add_falloff(result, factor * FALLOFF_COEFFICIENT * moves**2, near, sine)
-    result[SMOOTH_KIND] += np.where(risen, most * CURVATURE_COEFFICIENT, 0.0) * np.minimum(
-        bent * bent, 1.0
-    )
-    rows = (risen & (patch.curvature > 0.0)).nonzero()[0]
-    _add_limb(result, rows, patch, to, surface, most, bent)
+    _add_falloff(result, factor * FALLOFF_COEFFICIENT, (curves, moves**2), near, sine)
+    bend = np.where(risen, most * CURVATURE_COEFFICIENT, 0.0)
+    result[SMOOTH_KIND] += bend * np.minimum(bent * bent, 1.0)
+    curved = (risen & (patch.curvature > 0.0)).nonzero()[0]
+    _add_limb(result, curved, patch, to, surface, most, bent)
     _add_plane_crossing(result, sine, half, most, turns)
     if front is not None:
-        _add_plane_crossing(result, front, np.zeros_like(half), np.minimum(head_on, np.pi), moves)
+        _add_plane_crossing(result, front, 0.0 * half, np.minimum(head_on, np.pi), moves)
+    _add_profile_edge(result, light, to, most * risen, moves)
     if light.touched is not None:
         rows = light.touched[surface.item].nonzero()[0]
         part = columns(result, rows, -1)
         steps = {axis: columns(step, rows) for axis, step in relative.items()}
-        _add_contact(
-            part, light, columns(to, rows), columns(surface.normal, rows), steps, patch.margin
-        )
+        points = columns(to, rows), columns(surface.normal, rows), factor[rows]
+        _add_contact(part, light, points, steps, patch.margin)
         result[..., rows] = part
     return result
 
 
+def _contact_jump(light: Emitter, contact: LightContact, factor: Array) -> Array:
+    """Return by how much irradiance factors (n,) jump at the light's surface, hidden parts too."""
+    if light.solid and light.casts_shadow and light.touched is not None and light.touched.sum() > 1:
+        return np.maximum(contact.step, HIDDEN_WITHIN * factor)
+    return contact.step
+
+
+def _add_profile_edge(result: Array, light: Emitter, to: Array, most: Array, moves: Array) -> None:
+    """Add deviations by the edge of a light's profile that crosses patches, in place.
+
+    Parameters
+    ----------
+    most : (n,) largest irradiance factors.  moves : (3, n) radians by which the points move, seen
+        from the light, over the half extents.
+    """
+    edge = light.profile_edge(to)
+    if edge is None:
+        return
+    across = np.sqrt(dot(moves, moves))
+    rows = ((edge.gap < PROFILE_MARGIN * across) & (most > 0.0)).nonzero()[0]
+    if not rows.size:
+        return
+    gap, width, across = edge.gap[rows], np.maximum(edge.width[rows], TINY), across[rows]
+    square = columns(moves, rows) ** 2 / np.maximum(across * across, TINY)
+    size = most[rows] * np.where(gap < across, 1.0, MARGIN_WEIGHT)
+    bend = SMOOTH_COEFFICIENT * (across / width) ** 2
+    step = across >= STEP_EXTENT * width
+    # where it begins or ends the profile is not smooth: its second derivative jumps
+    root = ~step & (edge.onset[rows] < PROFILE_MARGIN * across)
+    # no centre of a pixel around may see a change that only touches this patch: differences
+    # between them must not override it, as they do for all but steps
+    aside = root & (gap > 0.0)
+    result[SMOOTH_KIND][:, rows] += np.where(step | root, 0.0, size * bend) * square
+    result[ROOT_KIND][:, rows] += np.where(root & ~aside, size * bend, 0.0) * square
+    size *= np.where(step, STEP_COEFFICIENT, bend)
+    result[STEP_KIND][:, rows] += np.where(step | aside, size, 0.0) * square
+
+
 def _add_contact(
-    result: Array, light: Emitter, to: Array, normal: Array, steps: dict[int, Array], margin: float
+    result: Array,
+    light: Emitter,
+    points: tuple[Array, Array, Array],
+    steps: dict[int, Array],
+    margin: float,
 ) -> None:
     """Add deviations where the surface of the light itself passes through patches, in place.
 
     Parameters
     ----------
+    points : (3, n) vectors to the light's centre, metres; (3, n) normals; (n,) irradiance factors.
     steps : (3, n) metres, motion of the points relative to the light over half the patch, by axis.
     margin : see `Patch`.
     """
+    to, normal, factor = points
     contact = light.contact(to, normal)
     if contact is None:
         return
+    jump = _contact_jump(light, contact, factor)
     shifts, reach = np.zeros((3, contact.gap.size)), np.zeros(contact.gap.size)
-    for axis, step in steps.items():
-        shifts[axis] = np.abs(dot(step, contact.away))
+    for step in steps.values():
         reach += np.sqrt(dot(step, step))
+    for axis, step in steps.items():
+        along = dot(step, contact.away)
+        shifts[axis] = np.abs(along)
+        if light.solid:
+            # the surface of a ball curves away from the plane that touches it
+            aside = np.sqrt(np.maximum(dot(step, step) - along * along, 0.0))
+            shifts[axis] += 0.5 * aside * reach / (light.radius + np.maximum(contact.gap, 0.0))
     across = shifts.sum(axis=0)
     if light.solid:
         # the light fills the hemispheres of all points within: pi, whatever the patch
@@ -143,7 +209,7 @@ def _add_contact(
         result[kind][:, beside] = 0.0
     rows = beside[(np.abs(contact.gap) <= margin * across)[beside] & (across > 0.0)[beside]]
     inner = (np.abs(contact.gap) <= across) & (contact.clearance <= reach)
-    weight = STEP_COEFFICIENT * contact.step * np.where(inner, 1.0, MARGIN_WEIGHT)
+    weight = STEP_COEFFICIENT * jump * np.where(inner, 1.0, MARGIN_WEIGHT)
     square = columns(shifts, rows) ** 2
     result[STEP_KIND][:, rows] += weight[rows] * square / square.sum(axis=0)
     if light.solid:
@@ -168,19 +234,27 @@ def _add_grazing(
     result[KINK_KIND][:, rows] += GRAZING_COEFFICIENT * sine * square / (gap**1.5 * radius**0.5)
 
 
-def _add_falloff(result: Array, size: Array, near: Array, sine: Array) -> None:
+def _add_falloff(
+    result: Array, scale: Array, curves: tuple[Array, Array], near: Array, sine: Array
+) -> None:
     """Add deviations by the falloff of light with distance, in place.
+
+    A step s of the point changes (n.w) / |w|^3 by the fraction 3/2 (5 a^2 - s^2) / |w|^2 in second
+    order, where a is the part of s along w: less than 0 across the light's direction, and four
+    times as much along it. Where the peak of the light may lie in the patch, s^2 counts at least.
 
     Parameters
     ----------
-    size : (3, n) deviations, for the distance and factor at the centroids.  near : (n,) half the
-    patch's extent over the distance to the light.  sine : (n,) of the light's elevation over the
-    surface.
+    scale : (n,) coefficient times factor at the centroids.  curves : (3, n) of |5 a^2 - s^2| and of
+    s^2, by axis, over the squared distance to the light.  near : (n,) half the patch's extent over
+    the distance to the light.  sine : (n,) of the light's elevation over the surface.
     """
     steep = near >= FALLOFF_ROOT_RATIO
+    size = scale * curves[0]
     if not steep.any():
         result[SMOOTH_KIND] += size
         return
+    size = np.where(steep, scale * np.maximum(*curves), size)
     # the peak may be within the patch: bound the least distance by the height over the plane
     least = np.maximum(np.maximum(np.abs(sine), 1.0 - near), MIN_PEAK_DISTANCE)
     size = np.where(steep, size / (least * least), size)

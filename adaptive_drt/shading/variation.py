@@ -10,6 +10,7 @@ has hit it.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import fields
 
 import numpy as np
@@ -20,7 +21,6 @@ from ..geometry.shadow_edges import MAX_SHARPNESS, ShadowEdges
 from ..lights.emitter import Emitter
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.floats import TINY
-from ..numerics.gather import columns
 from ..parallel.call_progress import report_progress
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs, Surface, cache_sized_chunks
@@ -28,8 +28,10 @@ from ..tracing.intersect import Pairs, Surface, cache_sized_chunks
 __all__ = [
     "KINK_KIND",
     "ROOT_KIND",
+    "SMOOTH_COEFFICIENT",
     "SMOOTH_KIND",
     "STEP_COEFFICIENT",
+    "STEP_EXTENT",
     "STEP_KIND",
     "pair_receivers",
     "shadow_variation",
@@ -138,10 +140,13 @@ def shadow_variation(
             chosen = rows[some]
             report_progress(chosen[0] / pairs.item.size)
             receivers = pair_receivers(surface, patch, pairs.take(chosen), _at(time, chosen))
-            found.append(shapes.shadow_edges(index[some], receivers, light))
-        shadow, pixel = _concatenate(found), pairs.pixel[rows]
-        hidden[pixel[shadow.hides_all]] = True
-        _accumulate(total, pixel, shadow)
+            edges = shapes.shadow_edges(index[some], receivers, light)
+            pixel = pairs.pixel[chosen]
+            hidden[pixel[edges.hides_all]] = True
+            live = (edges.depth > 0.0).nonzero()[0]
+            found.append((pixel[live], edges.take(live)))
+        pixels, shadows = zip(*found, strict=True)
+        _accumulate(total, np.concatenate(pixels), _concatenate(shadows))
     total[..., hidden] = 0.0
     return total, hidden
 
@@ -163,8 +168,10 @@ def pair_receivers(
     return ShadedPatches(place, normal, surface.inside, patch, pairs.pixel, own, time)
 
 
-def _concatenate(parts: list[ShadowEdges]) -> ShadowEdges:
+def _concatenate(parts: Sequence[ShadowEdges]) -> ShadowEdges:
     """Concatenate shadows of several batches."""
+    if len(parts) == 1:
+        return parts[0]
     each = (
         np.concatenate([getattr(part, one.name) for part in parts], axis=-1)
         for one in fields(ShadowEdges)
@@ -173,18 +180,17 @@ def _concatenate(parts: list[ShadowEdges]) -> ShadowEdges:
 
 
 def _accumulate(total: Array, pixel: Ints, shadow: ShadowEdges) -> None:
-    """Add the deviations caused by shadows to those of their points, in place."""
-    live = (shadow.depth > 0.0).nonzero()[0]
-    pixel, depth, shifts = pixel[live], shadow.depth[live], columns(shadow.shifts, live)
-    width = np.maximum(shadow.width[live], shifts.max(axis=0) / MAX_SHARPNESS)
+    """Add the deviations caused by shadows, whose depths are above 0, to those of their points."""
+    shifts = shadow.shifts
+    width = np.maximum(shadow.width, shifts.max(axis=0) / MAX_SHARPNESS)
     square = (shifts / np.maximum(width, TINY)) ** 2
     across = square.sum(axis=0)
     step = across >= STEP_EXTENT * STEP_EXTENT
     extent = np.sqrt(across)
-    coefficient = shadow.coefficient[live]
-    away = shadow.bound_distance[live] / np.maximum(width, TINY)
+    coefficient = shadow.coefficient
+    away = shadow.bound_distance / np.maximum(width, TINY)
     round_ = np.isfinite(coefficient)
-    kinked = shadow.has_kink[live] & ~step
+    kinked = shadow.has_kink & ~step
     # a power of 3/2 where that gives less than a ramp
     root = ROOT_COEFFICIENT * coefficient * np.sqrt(extent)
     kink = kinked & ~(root < KINK_COEFFICIENT)
@@ -198,7 +204,7 @@ def _accumulate(total: Array, pixel: Ints, shadow: ShadowEdges) -> None:
     bend = np.where(
         kinked, np.where(round_, root, np.maximum(root, SMOOTH_COEFFICIENT * across)), bend
     )
-    share = depth * np.minimum(bend, STEP_COEFFICIENT) * square / np.maximum(across, TINY)
+    share = shadow.depth * np.minimum(bend, STEP_COEFFICIENT) * square / np.maximum(across, TINY)
     count = total.shape[2]
     kinds = (
         (SMOOTH_KIND, ~(kinked | step)),

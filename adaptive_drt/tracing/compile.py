@@ -39,6 +39,13 @@ objects that have proxies.
 Embree's proxies are inflated by the light's radius, so a ray towards a large light intersects many
 of them, and each hit costs one call."""
 
+MAX_BATCH_PAIRS = 1 << 22
+"""Largest number of pairs of pixels and objects in a batch under a light that surrounds the scene.
+
+Every object above a point's horizon then is a candidate occluder, with some 100 bytes."""
+MIN_BATCH = 256
+"""Least number of pixels in a batch; the time of a call is lost in the work on so many."""
+
 
 @dataclass(frozen=True)
 class Plan:
@@ -160,7 +167,7 @@ def make_plan(scene: Scene, settings: Settings) -> Plan:
     origin = lens.origin[:, None]
     table = _make_shape_table(records, origin, displacement)
     return Plan(
-        settings=settings,
+        settings=_with_feasible_batches(settings, lights, sum(counts)),
         lens=lens,
         region=camera.region,
         resolution=camera.resolution,
@@ -272,6 +279,8 @@ def _make_emitters(
 
 def _with_touched_shapes(light: Emitter, table: ShapeTable) -> Emitter:
     """The light, which then knows which shapes it may reach into, by balls and planes."""
+    if light.surrounds:
+        return light
     parts = []
     for shapes in table.sets:
         center, radius = shapes.bounding_spheres
@@ -301,13 +310,24 @@ def _with_coplanar_faces(light: Emitter, table: ShapeTable, origin: Array) -> Em
     return replace(light, coplanar=coplanar) if coplanar.any() else light
 
 
+def _with_feasible_batches(settings: Settings, lights: Sequence[Emitter], objects: int) -> Settings:
+    """The settings with batches so small that all pairs of their pixels and objects fit memory."""
+    if not any(light.surrounds for light in lights):
+        return settings
+    most = max(MIN_BATCH, MAX_BATCH_PAIRS // max(objects, 1))
+    return replace(settings, batch=min(settings.batch, most))
+
+
 def _has_penumbra(
     settings: Settings, lights: Sequence[Emitter], objects: int, skipped: list[dict[str, str]]
 ) -> bool:
     """Whether penumbrae are computed. If not, the reason is added to `skipped`."""
     sized = any(light.extended and light.casts_shadow for light in lights)
+    hard = "switched off: lights shadow from their centres"
+    if any(light.surrounds for light in lights):
+        hard += ", and what surrounds the scene casts no shadows"
     for absent, why in (
-        (not settings.use_penumbra, "switched off: lights shadow from their centres"),
+        (not settings.use_penumbra, hard),
         (not objects, "there is no object"),
         (not sized, "no light with a size casts shadows"),
     ):

@@ -18,7 +18,7 @@ import numpy as np
 from ..geometry.light_protocol import ViewCone
 from ..geometry.planar_faces import NO_SOLID
 from ..geometry.shape_table import ShapeTable
-from ..geometry.sphere.kernels import cone_overlap, surface_tolerance
+from ..geometry.sphere.kernels import cone_touches, surface_tolerance
 from ..lights.bounds import LightBounds
 from ..lights.emitter import Emitter
 from ..numerics.arrays import Array, Ints, Mask
@@ -37,9 +37,10 @@ BLOCK_SIZES = (256, 32, 8)
 """Numbers of points, consecutive in Morton order, that share one culling test at each level."""
 LEVEL_COUNT = len(BLOCK_SIZES) + 1
 """Number of levels of tests, with that of single points. All take about the same time."""
-MORTON_BITS = 10
-MORTON_CELLS = 1 << MORTON_BITS
+MORTON_CELLS = 1 << 10
 """Number of cells of the Morton curve along each axis."""
+MORTON_SPREADS = ((16, 0x030000FF), (8, 0x0300F00F), (4, 0x030C30C3), (2, 0x09249249))
+"""Shifts and masks that move the bits of a number below `MORTON_CELLS` three places apart."""
 MAX_PAIRS_WITHOUT_BLOCKS = 6_144
 """Largest number of pairs of points and objects that are all tested in one call, without blocks.
 
@@ -57,6 +58,13 @@ POINTS_PER_CHUNK = 1 << 16
 
 Chunks of 8,192 stay in the cache and are a tenth faster on one thread, but a fifth slower on two,
 which wait for each other at every call (300 x 300)."""
+FEW_POINTS = 0.5
+"""Largest fraction of the points of such a chunk that are gathered to be tested alone."""
+MANY_PAIRS = 0.9
+"""Fraction of the pairs of a chunk from which all are tested, instead of gathering some."""
+FLAGS_PER_PAIR = 64
+"""Largest ratio of possible pairs and pairs found at which these are sorted by a table of flags, of
+all possible pairs, and not by comparisons."""
 
 
 class Occluders:
@@ -70,12 +78,12 @@ class Occluders:
         self.radius = radius if d is None else radius + 0.5 * np.sqrt(dot(d, d))
         self._planes = _FacePlanes.make(plan.shapes)
         self._balls = _enclosing_balls(plan.shapes)
-        self._proxies: dict[str, ProxyScene] = {}
+        self._proxies: dict[float, ProxyScene] = {}  # by the inflation of the spheres
         proxied = plan.shapes.proxied
         for light in plan.lights:
             if plan.uses_embree(light):
                 reach = plan.as_shadow_caster(light).occluder_inflation
-                self._proxies[_light_key(light)] = ProxyScene(
+                self._proxies[reach] = ProxyScene(
                     self.center[:, :proxied], self.radius[:proxied] + reach
                 )
 
@@ -100,7 +108,7 @@ class Occluders:
             return Pairs(none, none)
         reach = np.broadcast_to(np.asarray(reach, dtype=np.float64), (count,))
         sight = _LightView.make(light, surface, reach, curvature(self._plan, surface))
-        pairs = self._planes.needed(sight, self._all_candidates(light, sight))
+        pairs = self._planes.without_redundant_faces(sight, self._all_candidates(light, sight))
         return _without_coplanar_faces(light, self._by_enclosing_balls(sight, pairs))
 
     def _by_enclosing_balls(self, sight: _LightView, pairs: Pairs) -> Pairs:
@@ -127,9 +135,10 @@ class Occluders:
         larger = -(-count // BLOCK_SIZES[0])
         block = np.repeat(np.arange(larger), radius.size)
         ball = np.tile(np.arange(radius.size), larger)
-        for size, smaller in zip((*BLOCK_SIZES, 1), (*BLOCK_SIZES[1:], 1, 0), strict=True):
-            middle, span = _block_balls(point, reach, size)
-            test = partial(_balls_may_occlude, bounds, (center, radius))
+        levels = zip((*BLOCK_SIZES, 1), (*BLOCK_SIZES[1:], 1, 0), strict=True)
+        balls = (*_block_balls(point, reach), (point, reach))
+        for (middle, span), (size, smaller) in zip(balls, levels, strict=True):
+            test = partial(_balls_hide_from_blocks, bounds, (center, radius))
             some = _passing_pairs(partial(_test_blocks, test, middle, span), block, ball)
             block, ball = block[some], ball[some]
             if not smaller:
@@ -150,7 +159,7 @@ class Occluders:
         """The candidate pairs, including faces of solids that `needed` removes."""
         surface, reach = sight.surface, sight.reach
         count = reach.size
-        proxies = None if (reach > 0.0).any() else self._proxies.get(_light_key(light))
+        proxies = None if (reach > 0.0).any() else self._proxies.get(light.occluder_inflation)
         if proxies is None and count * self.radius.size <= MAX_PAIRS_WITHOUT_BLOCKS:
             return self._filter_by_point(sight, _all_pairs(count, self.radius.size))
         first = 0
@@ -166,7 +175,7 @@ class Occluders:
             parts += self._pairs_by_object(sight, first)
         else:
             parts.append(self._filter_by_point(sight, self._pairs_by_shafts(sight, first)))
-        return _merge_pairs(parts, self.radius.size)
+        return _merge_pairs(parts, count, self.radius.size)
 
     def _near_proxies(self, sight: _LightView, proxies: ProxyScene) -> Pairs:
         """Pairs whose point lies within the object's proxy, where embree may miss it."""
@@ -187,9 +196,22 @@ class Occluders:
         for begin in range(0, count, POINTS_PER_CHUNK):
             rows = slice(begin, min(begin + POINTS_PER_CHUNK, count))
             for item in range(first, self.radius.size):
-                pixel = begin + self._may_occlude(sight, rows, item).nonzero()[0]
+                pixel = self._points_before(sight, rows, item)
                 parts.append(Pairs(pixel, np.full(pixel.size, item)))
         return parts
+
+    def _points_before(self, sight: _LightView, rows: slice, item: int) -> Ints:
+        """Those of the points `rows`, ascending, from which an object may occlude a light."""
+        chosen = np.array([item])
+        if self._planes.planar[item]:
+            apart: Ints = self._planes.may_separate(sight, rows, chosen).nonzero()[0] + rows.start
+            if apart.size <= FEW_POINTS * (rows.stop - rows.start):
+                return apart[self._balls_may_occlude(sight, apart, chosen)]
+            kept = self._balls_may_occlude(sight, rows, chosen)
+            apart = apart[kept[apart - rows.start]]
+            return apart
+        found: Ints = self._balls_may_occlude(sight, rows, chosen).nonzero()[0] + rows.start
+        return found
 
     def _filter_by_point(self, sight: _LightView, pairs: Pairs) -> Pairs:
         """The pairs that pass the test of single points."""
@@ -200,43 +222,53 @@ class Occluders:
     def _pairs_by_shafts(self, sight: _LightView, first_item: int) -> Pairs:
         """Candidate pairs of objects `first_item` and higher, by tests of blocks of points."""
         center, radius = self.center[:, first_item:], self.radius[first_item:]
-        bounds = sight.bounds
+        bounds, planar = sight.bounds, self._planes.planar[first_item:]
 
         def seen(middle: Array, span: Array, item: Ints) -> Mask:
             self._plan.raise_if_cancelled()
-            return _balls_may_occlude(bounds, (center, radius), middle, span, item)
+            before = _balls_hide_from_blocks(bounds, (center, radius), middle, span, item)
+            flat = (before & planar[item]).nonzero()[0]
+            if flat.size:
+                chosen, ends = item[flat] + first_item, (columns(middle, flat), span[flat])
+                before[flat] = self._planes.part_balls(bounds, *ends, chosen)
+            return before
 
         pairs = _pairs_by_blocks(sight, radius.size, seen)
         return Pairs(pairs.pixel, pairs.item + first_item)
 
-    def _may_occlude(self, sight: _LightView, at: Ints | slice, item: Ints | int) -> Mask:
-        """Whether objects (one, or one for each point) may occlude a light from points `at`."""
+    def _may_occlude(self, sight: _LightView, at: Ints, item: Ints) -> Mask:
+        """Whether objects, one for each of the points `at`, may occlude a light from them."""
+        flat = self._planes.planar[item].nonzero()[0]
+        if not flat.size:
+            return self._balls_may_occlude(sight, at, item)
+        keep = np.ones(item.size, dtype=np.bool_)
+        keep[flat] = self._planes.may_separate(sight, at[flat], item[flat])
+        rows = keep.nonzero()[0]
+        if rows.size > MANY_PAIRS * item.size:
+            return keep & self._balls_may_occlude(sight, at, item)
+        keep[rows] = self._balls_may_occlude(sight, at[rows], item[rows])
+        return keep
+
+    def _balls_may_occlude(self, sight: _LightView, at: Ints | slice, item: Ints) -> Mask:
+        """Whether objects (one, or one for each point) may, by their bounding spheres alone."""
         self._plan.raise_if_cancelled()
         surface, cone = sight.surface, sight.cone
-        chosen = np.atleast_1d(item)
-        center, radius = columns(self.center, chosen), self.radius[chosen] + sight.reach[at]
-        point = columns(surface.point, at)
-        if isinstance(item, int) and self._planes.planar[item]:
-            apart = self._planes.part(sight, at, np.atleast_1d(item))
-            if not apart.any():
-                return apart
-        v = center - point
+        center, radius = columns(self.center, item), self.radius[item] + sight.reach[at]
+        v = center - columns(surface.point, at)
         vv = dot(v, v)
-        touch, _, _ = cone_overlap(
-            columns(cone.axis, at), cone.cosine[at], cone.sine[at], v, radius
-        )
+        axis, cosine, sine = columns(cone.axis, at), cone.cosine[at], cone.sine[at]
+        keep = cone_touches(axis, cosine, sine, v, radius, vv)
         # drop objects beyond the light, but not those that contain the point
         limit = cone.far[at] + radius
-        keep: Mask = ((vv < limit * limit) & touch) | (vv <= radius * radius)
+        keep &= vv < limit * limit
+        keep |= vv <= radius * radius
         # an object below the point's horizon occludes only light that does not reach the surface
         # (within `reach`, the normal of a sphere of radius r turns by reach / r)
         lowest = -radius
-        if sight.spread:
-            lowest = lowest - sight.bend[at] * sight.reach[at] * np.sqrt(vv)
+        if sight.any_reach:
+            lowest = lowest - sight.curvature[at] * sight.reach[at] * np.sqrt(vv)
         keep &= dot(columns(surface.normal, at), v) > lowest
-        keep &= sight.front(center, radius)
-        if not isinstance(item, int) or self._planes.planar[item]:
-            keep &= self._planes.part(sight, at, chosen)
+        keep &= sight.before_light_plane(center, radius)
         # a convex object does not occlude light from itself, except on its inner side
         keep &= (item != surface.item[at]) | surface.inside[at]
         return keep
@@ -250,14 +282,15 @@ class _FacePlanes:
     ----------
     planar : (objects,) whether the object lies in a plane.
     normal : (3, objects) unit, 0 for other objects.  offset : (objects,) metres from the origin.
-    slack : (objects,) metres that the plane moves along its normal either way during the shutter.
+    shift_bound : (objects,) metres that the plane moves along its normal either way during the
+        shutter.
     solid : (objects,) the closed solid that each is a face of: normals point out of it.
     """
 
     planar: Mask
     normal: Array
     offset: Array
-    slack: Array
+    shift_bound: Array
     solid: Ints
 
     @classmethod
@@ -274,31 +307,51 @@ class _FacePlanes:
                 slack[own] = 0.5 * np.abs(dot(faces.normal, faces.displacement))
         return cls(table.planar, normal, offset, slack, table.solid)
 
-    def part(self, sight: _LightView, at: Ints | slice, item: Ints) -> Mask:
-        """Whether the plane of an object may separate points from some of the light."""
-        bounds = sight.bounds
+    def may_separate(self, sight: _LightView, at: Ints | slice, item: Ints) -> Mask:
+        """Whether the planes of planar objects may separate points from some of the light."""
+        place, reach = self._signed_distances(sight, at, item)
+        return self._separates(sight.bounds, place, reach, item)
+
+    def part_balls(self, bounds: LightBounds, middle: Array, span: Array, item: Ints) -> Mask:
+        """Return whether `may_separate` may be true of a point in balls around blocks of points.
+
+        middle : (3, k) metres.  span : (k,) metres, the radii, which include the points' reach.
+        """
+        offset = self.offset[item]
+        place = dot(columns(self.normal, item), middle) - offset
+        # twice the tolerance, as distances in the ball are rounded as well
+        graze = 2.0 * surface_tolerance(middle, np.abs(offset) + span)
+        return self._separates(bounds, place, self.shift_bound[item] + span + graze, item)
+
+    def _separates(self, bounds: LightBounds, place: Array, reach: Array, item: Ints) -> Mask:
+        """Whether places at signed distances, known to within `reach`, may be apart from a light.
+
+        place, reach : (k,) metres from the planes of objects `item`.
+        """
         light = bounds.height_over_planes(columns(self.normal, item), self.offset[item])
-        place, reach = self._places(sight, at, item)
-        margin = bounds.radius + self.slack[item]
+        margin = bounds.radius + self.shift_bound[item]
         parts: Mask = (light <= margin) | (place < reach)
         parts &= (light >= -margin) | (place > -reach)
-        parts |= ~self.planar[item]
         return parts
 
-    def _places(self, sight: _LightView, at: Ints | slice, item: Ints) -> tuple[Array, Array]:
+    def _signed_distances(
+        self, sight: _LightView, at: Ints | slice, item: Ints
+    ) -> tuple[Array, Array]:
         """Signed distances (metres) of points from planes, and bounds on their changes."""
         point, offset = columns(sight.surface.point, at), self.offset[item]
         place = dot(columns(self.normal, item), point) - offset
         # a point within rounding of the plane may lie on either side of it
-        return place, self.slack[item] + sight.reach[at] + surface_tolerance(point, np.abs(offset))
+        return place, self.shift_bound[item] + sight.reach[at] + surface_tolerance(
+            point, np.abs(offset)
+        )
 
-    def needed(self, sight: _LightView, pairs: Pairs) -> Pairs:
+    def without_redundant_faces(self, sight: _LightView, pairs: Pairs) -> Pairs:
         """The pairs without faces of closed solids that occlude only what other faces do."""
         rows = (self.solid[pairs.item] != NO_SOLID).nonzero()[0]
         if not rows.size:
             return pairs
         at, item = pairs.pixel[rows], pairs.item[rows]
-        place, reach = self._places(sight, at, item)
+        place, reach = self._signed_distances(sight, at, item)
         solid = np.unique(at * self.solid.size + self.solid[item], return_inverse=True)[1]
         outside = np.zeros(solid.max() + 1, dtype=np.bool_)
         outside[solid[place > reach]] = True
@@ -317,8 +370,8 @@ class _LightView:
     """A light and n points, with bounds that hold during the whole shutter.
 
     `bounds` enclose the light and its path, `cone` is the cone of directions to them from each
-    point. `reach` (n,) metres and `bend` (n,) 1 / m are the extent and the curvature of
-    the surfaces around the points; `spread` is whether any reach is larger than 0.
+    point. `reach` (n,) metres and `curvature` (n,) 1 / m are the extent and the curvature of
+    the surfaces around the points; `any_reach` is whether any reach is larger than 0.
     """
 
     light: Emitter
@@ -326,8 +379,8 @@ class _LightView:
     cone: ViewCone
     surface: Surface
     reach: Array
-    bend: Array
-    spread: bool
+    curvature: Array
+    any_reach: bool
 
     @classmethod
     def make(cls, light: Emitter, surface: Surface, reach: Array, bend: Array) -> _LightView:
@@ -348,10 +401,10 @@ class _LightView:
             cone=cone,
             surface=self.surface.take(rows),
             reach=self.reach[rows],
-            bend=self.bend[rows],
+            curvature=self.curvature[rows],
         )
 
-    def front(self, center: Array, radius: Array) -> Mask | np.bool_:
+    def before_light_plane(self, center: Array, radius: Array) -> Mask | np.bool_:
         """Whether spheres reach before a light that emits to one side."""
         behind = self.light.is_behind(self.light.to_center(center), radius, path=True)
         return np.logical_not(behind)
@@ -370,14 +423,14 @@ def _enclosing_balls(table: ShapeTable) -> dict[int, tuple[Array, Array]]:
     return found
 
 
-def _balls_may_occlude(
+def _balls_hide_from_blocks(
     bounds: LightBounds, balls: tuple[Array, Array], middle: Array, span: Array, number: Ints
 ) -> Mask:
     """Whether balls (k,), by number, may occlude a light from blocks of points (k,)."""
     cone = bounds.view_cone(bounds.to_center(middle))
     v, wide = columns(balls[0], number) - middle, balls[1][number] + span
-    touch, _, _ = cone_overlap(cone.axis, cone.cosine, cone.sine, v, wide)
     vv = dot(v, v)
+    touch = cone_touches(cone.axis, cone.cosine, cone.sine, v, wide, vv)
     before: Mask = (vv <= wide * wide) | (touch & (np.sqrt(vv) - wide < cone.far))
     return before
 
@@ -393,13 +446,11 @@ def _pairs_by_blocks(sight: _LightView, objects: int, test: BallTest) -> Pairs:
     order = _morton_order(sight.surface.point)
     point, reach = columns(sight.surface.point, order), sight.reach[order]
     count = order.size
-    larger = -(-count // BLOCK_SIZES[0])
+    larger, balls = -(-count // BLOCK_SIZES[0]), _block_balls(point, reach)
     block, item = np.repeat(np.arange(larger), objects), np.tile(np.arange(objects), larger)
     for level, (size, smaller) in enumerate(zip(BLOCK_SIZES, (*BLOCK_SIZES[1:], 1), strict=True)):
         with progress_range(level / LEVEL_COUNT, (level + 1) / LEVEL_COUNT):
-            kept = _passing_pairs(
-                partial(_test_blocks, test, *_block_balls(point, reach, size)), block, item
-            )
+            kept = _passing_pairs(partial(_test_blocks, test, *balls[level]), block, item)
         first = block[kept] * (size // smaller)
         inside = np.minimum(first + size // smaller, -(-count // smaller)) - first
         block = run_indices(first, inside)
@@ -420,13 +471,18 @@ def _passing_pairs(test: Callable[[Ints, Ints], Mask], number: Ints, item: Ints)
     return np.concatenate(kept)
 
 
-def _block_balls(point: Array, reach: Array, size: int) -> tuple[Array, Array]:
-    """Centres (3, b) and radii (b,) of balls around blocks of `size` points and their reach."""
-    starts = np.arange(0, reach.size, size)
-    low = np.minimum.reduceat(point, starts, axis=1)
-    high = np.maximum.reduceat(point, starts, axis=1)
-    span = 0.5 * np.sqrt(dot(high - low, high - low)) + np.maximum.reduceat(reach, starts)
-    return 0.5 * (low + high), span
+def _block_balls(point: Array, reach: Array) -> list[tuple[Array, Array]]:
+    """Centres (3, b) and radii (b,) of balls around blocks of points and their reach, by level."""
+    balls, low, high, far, before = [], point, point, reach, 1
+    for size in reversed(BLOCK_SIZES):
+        # of the blocks of the level below: bounds of bounds are the same numbers
+        starts = np.arange(0, far.size, size // before)
+        low = np.minimum.reduceat(low, starts, axis=1)
+        high = np.maximum.reduceat(high, starts, axis=1)
+        far, before = np.maximum.reduceat(far, starts), size
+        gap = high - low
+        balls.append((0.5 * (low + high), 0.5 * np.sqrt(dot(gap, gap)) + far))
+    return balls[::-1]
 
 
 def _morton_order(point: Array) -> Ints:
@@ -434,19 +490,23 @@ def _morton_order(point: Array) -> Ints:
     low = point.min(axis=1, keepdims=True)
     size = float((point.max(axis=1, keepdims=True) - low).max()) or 1.0
     cell = ((point - low) * (MORTON_CELLS / size)).astype(np.int64)
-    cell = np.minimum(cell, MORTON_CELLS - 1)
-    key = np.zeros(point.shape[1], dtype=np.int64)
-    for bit in range(MORTON_BITS):
-        for axis in range(3):
-            key |= ((cell[axis] >> bit) & 1) << (3 * bit + axis)
-    return np.argsort(key, kind="stable")
+    np.minimum(cell, MORTON_CELLS - 1, out=cell)
+    for shift, mask in MORTON_SPREADS:
+        cell |= cell << shift
+        cell &= mask
+    x, y, z = cell
+    return np.argsort(x | (y << 1) | (z << 2), kind="stable")
 
 
-def _merge_pairs(parts: list[Pairs], objects: int) -> Pairs:
+def _merge_pairs(parts: list[Pairs], points: int, objects: int) -> Pairs:
     """The union of lists of pairs, each pair once, sorted by point and then by object."""
     pixel = np.concatenate([part.pixel for part in parts])
     key = pixel * objects + np.concatenate([part.item for part in parts])
-    return Pairs(*np.divmod(np.unique(key), objects))
+    if points * objects > FLAGS_PER_PAIR * key.size:
+        return Pairs(*np.divmod(np.unique(key), objects))
+    found = np.zeros(points * objects, dtype=np.bool_)
+    found[key] = True
+    return Pairs(*np.divmod(found.nonzero()[0], objects))
 
 
 def find_group_candidates(
@@ -501,7 +561,3 @@ def _all_pairs(points: int, objects: int) -> Pairs:
     """All pairs of points and objects, sorted by point and then by object."""
     pair = np.arange(points * objects)
     return Pairs(*np.divmod(pair, objects))
-
-
-def _light_key(light: Emitter) -> str:
-    return light.name + repr(light.center.tolist())

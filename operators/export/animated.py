@@ -22,7 +22,7 @@ from .links import GROUPS
 from .listing import left_out, plain, same
 from .material import material_of
 from .nodes import called
-from .world import background_of
+from .world import world_of
 
 Key = tuple[str, str]
 """Kind of a datablock, as an issue names it, and its full name."""
@@ -160,7 +160,9 @@ def _material(material: Any) -> _State:
 
 def _world(world: Any) -> _State:
     issues: list[Issue] = []
-    return _State({"colour": background_of(world, issues)}, issues)
+    found = world_of(world, issues)
+    light = None if found.light is None else found.light.radiance
+    return _State({"colour": (found.background, light)}, issues)
 
 
 READERS = {

@@ -7,7 +7,6 @@ PLAIN = frozenset(
     (
         "GeometryNodeInputSceneTime",
         "NodeJoinBundle",
-        "ShaderNodeAddShader",
         "ShaderNodeBlackbody",
         "ShaderNodeBrightContrast",
         "ShaderNodeBsdfRayPortal",
@@ -26,8 +25,6 @@ PLAIN = frozenset(
         "ShaderNodeInvert",
         "ShaderNodeLayerWeight",
         "ShaderNodeLightFalloff",
-        "ShaderNodeLightPath",
-        "ShaderNodeMixShader",
         "ShaderNodeNewGeometry",
         "ShaderNodeNormal",
         "ShaderNodeObjectInfo",

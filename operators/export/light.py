@@ -12,11 +12,13 @@ import numpy as np
 
 from ...adaptive_drt.scene.description import (
     DiskLight,
+    EllipseLight,
     Issue,
     Light,
     PointLight,
     QuadLight,
     SphereLight,
+    SpotLight,
     SunLight,
     Vector,
     vector_of,
@@ -27,7 +29,7 @@ from ...adaptive_drt.scene.units import (
     point_intensity,
     sphere_radiance,
 )
-from .light_table import BY_TYPE, CYCLES_LIGHT, LIGHT
+from .light_table import BY_TYPE, CYCLES_LIGHT
 from .links import surface_of
 from .listing import left_out
 from .nodes import called, node_called, uses_nodes
@@ -36,6 +38,15 @@ from .shutter import TURNED, Matrix, Track, path_of
 
 SQUARE = 1e-5
 """Cosine between an area light's axes: less is float32's rounding."""
+
+UNEVEN = 1e-5
+"""Relative difference of the scales along a spot's axes: less is float32's rounding."""
+
+ROUND = ("DISK", "ELLIPSE")
+"""Shapes of area lights whose sizes are diameters."""
+
+AREAS = {QuadLight: 4.0, EllipseLight: math.pi}
+"""Areas in units of the product of their half edges or half axes."""
 
 WHITE: Vector = (1.0, 1.0, 1.0)
 
@@ -67,10 +78,12 @@ class Lamp:
 
 def lamp_of(light: Any, issues: list[Issue]) -> Lamp:
     """Return what an evaluated light datablock says, and append what of it is simplified."""
+    if light.type not in BY_TYPE:  # of a Blender to come
+        return Lamp(missing=(f"lights of type {light.type.title()} are left out",))
     # a change of an add-on's settings does not reach the evaluated copy
     cycles = getattr(light.original, "cycles", None)
     found = [
-        *left_out(BY_TYPE.get(light.type, LIGHT), light),
+        *left_out(BY_TYPE[light.type], light),
         *left_out(CYCLES_LIGHT, cycles),
     ]
     missing = tuple(reason for reason, is_missing in found if is_missing)
@@ -104,6 +117,8 @@ def light_of(thing: Any, lamp: Lamp, track: Track, name: str, issues: list[Issue
         return _point(light, lamp.power, track, tell)
     if light.type == "SUN":
         return _sun(light, lamp.power, track, tell)
+    if light.type == "SPOT":
+        return _spot(light, lamp.power, track, tell)
     return _area(light, lamp.power, track, tell)
 
 
@@ -165,13 +180,49 @@ def _point(
     return kind(path.position, radius, radiance, path.motion, shadow, name)
 
 
-def _area(light: Any, power: Vector, track: Track, tell: _Teller) -> QuadLight | None:
+def _spot(light: Any, power: Vector, track: Track, tell: _Teller) -> SpotLight | None:
+    linear = track.middle[:3, :3]
+    size = np.linalg.norm(linear, axis=0)
+    if not size.all():
+        tell("its scale is zero along an axis; such spot lights are left out", missing=True)
+        return None
+    if float(size.max() - size.min()) > UNEVEN * float(size.max()) or _sheared(linear):
+        tell(
+            "it is scaled unevenly; spot lights whose cone that squeezes are left out", missing=True
+        )
+        return None
+    path = path_of(track, shape=np.array([[0.0, 0.0, -1.0]]).T)
+    tell(path.reason)
+    normalize, radius = getattr(light, "normalize", True), float(light.shadow_soft_size)
+    intensity = point_intensity(power, normalize)
+    if radius:
+        area = math.pi * radius * radius
+        r, g, b = sphere_radiance(power, radius, normalize)
+        intensity = (r * area, g * area, b * area)
+    return SpotLight(
+        path.position,
+        vector_of(-linear[:, 2]),
+        intensity,
+        min(float(light.spot_size), math.pi),  # pi as a float32 is more
+        float(light.spot_blend),
+        radius,
+        bool(getattr(light, "use_soft_falloff", False)),
+        path.motion,
+        bool(light.use_shadow),
+        tell.name,
+    )
+
+
+def _area(
+    light: Any, power: Vector, track: Track, tell: _Teller
+) -> QuadLight | EllipseLight | None:
     size_x = float(light.size)
-    size_y = size_x if light.shape == "SQUARE" else float(light.size_y)
+    size_y = size_x if light.shape in ("SQUARE", "DISK") else float(light.size_y)
+    kind = EllipseLight if light.shape in ROUND else QuadLight
     # the light shines along its own -Z, and cross(X, -Y) = -Z
     half = np.array([[size_x, 0.0, 0.0], [0.0, -size_y, 0.0]]).T / 2.0
     half_u, half_v = (track.middle[:3, :3] @ half).T
-    area = 4.0 * float(np.linalg.norm(np.cross(half_u, half_v)))
+    area = AREAS[kind] * float(np.linalg.norm(np.cross(half_u, half_v)))
     flat = not float(np.linalg.norm(track.middle[:3, 2]))
     if area == 0.0 or flat:  # measured: Cycles renders no light of either
         what = "scale along its Z axis" if flat else "size"
@@ -186,7 +237,7 @@ def _area(light: Any, power: Vector, track: Track, tell: _Teller) -> QuadLight |
     path = path_of(track, shape=half)
     tell(path.reason)
     radiance = area_radiance(power, area, getattr(light, "normalize", True))
-    return QuadLight(
+    return kind(
         path.position,
         vector_of(half_u),
         vector_of(half_v),

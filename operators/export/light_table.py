@@ -10,11 +10,7 @@ from .datablock_table import GROUP, ID
 
 LIGHT: Table = {
     **ID,
-    "type": Listed(
-        ("POINT", "AREA", "SUN"),
-        "{value} lights are left out; use an Area, Point or Sun light",
-        missing=True,
-    ),
+    "type": Use.RENDERED,
     **dict.fromkeys(("color", "use_shadow", "use_nodes", "node_tree"), Use.RENDERED),
     **dict.fromkeys(("use_temperature", "temperature", "exposure", "normalize"), Use.RENDERED),
     # Blender's reading of `temperature`
@@ -51,12 +47,7 @@ POINT: Table = {
 AREA: Table = {
     **LIGHT,
     **SHADOWS,
-    **dict.fromkeys(("energy", "size", "size_y"), Use.RENDERED),
-    "shape": Listed(
-        ("SQUARE", "RECTANGLE"),
-        "Area lights of shape {value} are left out; use a rectangle",
-        missing=True,
-    ),
+    **dict.fromkeys(("energy", "shape", "size", "size_y"), Use.RENDERED),
     "spread": Listed(
         (math.pi,),
         "its spread is {degrees}: area lights of a spread below 180° are left out",
@@ -69,16 +60,11 @@ AREA: Table = {
 SPOT: Table = {
     **LIGHT,
     **SHADOWS,
-    # spot lights are left out
     **dict.fromkeys(
-        (
-            *("energy", "shadow_soft_size", "use_soft_falloff", "use_square", "spot_blend"),
-            "spot_size",
-        ),
-        Use.COVERED,
+        ("energy", "shadow_soft_size", "use_soft_falloff", "spot_blend", "spot_size"), Use.RENDERED
     ),
-    # drawn by the viewport
-    "show_cone": Use.NO_EFFECT,
+    # drawn by the viewport; measured: Cycles has no square cones
+    **dict.fromkeys(("show_cone", "use_square"), Use.NO_EFFECT),
 }
 
 SUN: Table = {

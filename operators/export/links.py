@@ -9,6 +9,7 @@ none; 5.0 and later take them out of the tree before Cycles sees it.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -65,6 +66,10 @@ class Source:
     passed: tuple[str, ...] = ()
 
 
+Known = Callable[[Source], Value | None]
+"""Returns the value of a node's output, or None where it is not constant."""
+
+
 def output_node(tree: Any) -> Any | None:
     """Return the output node that Cycles takes, or None."""
     node = tree.get_output_node("CYCLES") or tree.get_output_node("ALL")
@@ -80,15 +85,23 @@ def surface_of(tree: Any) -> Source:
     return Input(output.inputs["Surface"]).source()
 
 
-def value_of(fed: Input) -> Value | None:
-    """Return a socket's constant value, or None when a node decides that is not understood."""
+def nothing_known(source: Source) -> Value | None:
+    """Return None: no node is understood but those of constants."""
+    return None
+
+
+def value_of(fed: Input, known: Known = nothing_known) -> Value | None:
+    """Return a socket's constant value, or None when a node decides that is not understood.
+
+    known : returns the values of further nodes' outputs.
+    """
     source = fed.source()
     if source.node is None:
         value = (0.0,) if source.socket is None else _own_value(source.socket)
     elif source.node.type in ("RGB", "VALUE"):
         value = _own_value(source.socket)
     else:
-        return None
+        value = known(source)
     for kind in (*reversed(source.passed), fed.socket.type):
         if value is None:
             return None
@@ -96,15 +109,15 @@ def value_of(fed: Input) -> Value | None:
     return value
 
 
-def number_of(fed: Input) -> float | None:
+def number_of(fed: Input, known: Known = nothing_known) -> float | None:
     """Return the number that a socket gets, or None when it is not constant."""
-    value = value_of(fed)
+    value = value_of(fed, known)
     return value[0] if value is not None and len(value) == 1 else None
 
 
-def color_of(fed: Input) -> Vector | None:
+def color_of(fed: Input, known: Known = nothing_known) -> Vector | None:
     """Return the colour that a socket gets, scene-linear, or None when it is not constant."""
-    value = value_of(fed)
+    value = value_of(fed, known)
     return None if value is None or len(value) != 3 else (value[0], value[1], value[2])
 
 

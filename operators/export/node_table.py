@@ -92,6 +92,10 @@ RENDERED: dict[str, Table] = {
     "ShaderNodeEmission": {},
     "ShaderNodeRGB": {},
     "ShaderNodeValue": {},
+    # of worlds; in materials a line says that they are left out
+    "ShaderNodeAddShader": {},
+    "ShaderNodeLightPath": {},
+    "ShaderNodeMixShader": {},
     "ShaderNodeOutputMaterial": ACTIVE,
     "ShaderNodeOutputWorld": ACTIVE,
     "ShaderNodeOutputLight": ACTIVE,
@@ -196,7 +200,12 @@ WORLD_OUTPUT: Table = {
     "Volume": Listed(UNLINKED, VOLUME),
 }
 
+MIXER: Table = dict.fromkeys(("Fac", "Factor", "Shader", "Shader_001"), Use.RENDERED)
+
 INPUTS: dict[str, Table] = {
+    "ShaderNodeAddShader": MIXER,
+    "ShaderNodeMixShader": MIXER,
+    "ShaderNodeLightPath": {},
     "ShaderNodeBsdfPrincipled": PRINCIPLED,
     "ShaderNodeBsdfDiffuse": DIFFUSE,
     "ShaderNodeBackground": EMITTER,

@@ -36,7 +36,7 @@ from .mesh import Form, Layout, is_stretched, layout_of, mesh_form, shapes_of, w
 from .shading import shading_left_out
 from .shutter import Matrix, Shutter, Track, blurs, matrix_of, shutter_of
 from .triangle_mesh import MeshForm, placed_mesh, triangle_form
-from .world import background_of
+from .world import world_of
 
 CAMERA_KEY = "camera"
 
@@ -174,12 +174,12 @@ def export_scene(
     camera = _camera(depsgraph, camera_object, gathered)
     gathered.issues.extend(scene_issues(depsgraph))
     _gather(depsgraph, gathered, draws_strokes)
-    world = _world(depsgraph)
-    background = background_of(world, gathered.issues)
+    world, background = _world(depsgraph, gathered)
     lens = camera_object.evaluated_get(depsgraph).data
     gathered.issues.extend(clipped(lens, camera, gathered.shapes, animated.clip(lens)))
     gathered.issues.extend(animated.changes(depsgraph, _used(gathered, lens, world)))
-    lights, background = exposed(gathered.lights, background, exposure_of(depsgraph.scene_eval))
+    exposure = exposure_of(depsgraph.scene_eval)
+    lights, background = exposed(gathered.lights, background, exposure)
     return gathered.scene(camera, lights, background, bool(scene.render.film_transparent))
 
 
@@ -222,9 +222,14 @@ def _camera(depsgraph: Any, camera: Any, gathered: _Export) -> Camera:
     return camera_of(thing, track, depsgraph.scene.original.render, gathered.issues)
 
 
-def _world(depsgraph: Any) -> Any | None:
+def _world(depsgraph: Any, gathered: _Export) -> tuple[Any | None, Vector]:
+    """Return the world of the view layer and its radiance that is seen, and gather its light."""
     layer = depsgraph.view_layer_eval
-    return (layer.world_override or depsgraph.scene_eval.world) if layer.use_sky else None
+    world = (layer.world_override or depsgraph.scene_eval.world) if layer.use_sky else None
+    found = world_of(world, gathered.issues)
+    if found.light is not None:
+        gathered.lights.append(found.light)
+    return world, found.background
 
 
 def _gather(depsgraph: Any, gathered: _Export, draws_strokes: bool) -> None:

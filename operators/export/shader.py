@@ -7,7 +7,17 @@ from typing import Any
 
 from ...adaptive_drt.scene.description import Vector
 from .coverage import Listed
-from .links import Input, Source, color_of, number_of, own_color, own_number, value_of
+from .links import (
+    Input,
+    Known,
+    Source,
+    color_of,
+    nothing_known,
+    number_of,
+    own_color,
+    own_number,
+    value_of,
+)
 from .listing import same
 from .node_table import INPUTS, UNLINKED
 from .nodes import node_called
@@ -17,27 +27,31 @@ EMITTERS = ("ShaderNodeEmission", "ShaderNodeBackground")
 
 
 class Shader:
-    """Reads the inputs of a node of `INPUTS` by their identifiers."""
+    """Reads the inputs of a node of `INPUTS` by their identifiers.
 
-    def __init__(self, source: Source) -> None:
+    known : values of nodes' outputs beside those of constants.
+    """
+
+    def __init__(self, source: Source, known: Known = nothing_known) -> None:
         self._node: Any = source.node
+        self._known = known
         # read once: a Principled BSDF has thirty, and each look at one of Blender's takes time
         self._inputs = {s.identifier: Input(s, source.groups) for s in source.node.inputs}
 
     def number(self, name: str) -> float | None:
         """Return the number of an input, or None when it is not constant or not there."""
         found = self._inputs.get(name)
-        return None if found is None else number_of(found)
+        return None if found is None else number_of(found, self._known)
 
     def color(self, name: str) -> Vector | None:
         """Return the colour of an input, or None when it is not constant or not there."""
         found = self._inputs.get(name)
-        return None if found is None else color_of(found)
+        return None if found is None else color_of(found, self._known)
 
     def rendered_color(self, name: str, left_out: list[str]) -> Vector:
         """Return the colour of an input; where it is not constant the input's own, and say so."""
         found = self._inputs[name]
-        color = color_of(found)
+        color = color_of(found, self._known)
         if color is None:
             left_out.append(self._linked(found))
             return own_color(found)
@@ -46,7 +60,7 @@ class Shader:
     def rendered_number(self, name: str, left_out: list[str]) -> float:
         """Return the number of an input; where it is not constant the input's own, and say so."""
         found = self._inputs[name]
-        number = number_of(found)
+        number = number_of(found, self._known)
         if number is None:
             left_out.append(self._linked(found))
             return own_number(found)
@@ -68,7 +82,7 @@ class Shader:
             if entry.neutral == UNLINKED:
                 neutral = fed.source().node is None
             else:
-                value = value_of(fed)
+                value = value_of(fed, self._known)
                 single = value[0] if value is not None and len(value) == 1 else value
                 neutral = any(same(single, x) for x in entry.neutral)
             if not neutral and (entry.when is None or entry.when(self)):

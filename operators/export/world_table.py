@@ -41,8 +41,9 @@ CYCLES_WORLD: Table = {
     **GROUP,
     # how rays are spent
     **dict.fromkeys(("sampling_method", "sample_map_resolution", "max_bounces"), Use.NO_EFFECT),
-    # of the light that it throws on surfaces, which has a line
-    **dict.fromkeys(("is_caustics_light", "use_shadows"), Use.COVERED),
+    # of light that mirrors and glass send on, which have lines
+    "is_caustics_light": Use.COVERED,
+    "use_shadows": Use.RENDERED,
     # of its volume, which has a line
     **dict.fromkeys(
         ("homogeneous_volume", "volume_sampling", "volume_interpolation", "volume_step_size"),
@@ -52,7 +53,7 @@ CYCLES_WORLD: Table = {
 
 VISIBILITY: Table = {
     **GROUP,
-    # whether it is seen, and whether it throws light on surfaces, which is left out
+    # whether it is seen, and whether it throws light on surfaces
     **dict.fromkeys(("camera", "diffuse"), Use.RENDERED),
     # of rays that mirrors, glass and volumes send on, which have lines
     **dict.fromkeys(("glossy", "transmission", "scatter"), Use.COVERED),

@@ -70,6 +70,8 @@ LIGHTS = {
     "color": ("POINT", ((1.0, 1.0, 1.0), (1.0, 0.0, 0.0))),
     "shadow_soft_size": ("POINT", (0.1, 0.5)),
     "size": ("AREA", (0.1, 0.5)),
+    "spot_size": ("SPOT", (0.3, 0.9)),
+    "spot_blend": ("SPOT", (0.1, 0.9)),
 }
 
 
@@ -91,7 +93,7 @@ def test_a_light_s_nodes(export, shutter):
 
 
 def test_a_light_that_is_left_out_is_not_rendered_at_the_middle(export, shutter):
-    things.keyed(things.light("SPOT").data, "energy", 1.0, 5.0)
+    things.keyed(things.light("AREA", spread=1.0).data, "energy", 1.0, 5.0)
     assert _told(export, "LIGHT") == []
 
 

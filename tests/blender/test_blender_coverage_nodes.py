@@ -49,7 +49,6 @@ def test_the_factory_scene_misses_nothing(addon):
     assert not any(issue.missing for issue in issues)
     assert {(i.name, i.reason) for i in issues} == {
         ('Material "Material"', "Specular is left out: only its base colour is used"),
-        ('World "World"', "the light it throws on surfaces is left out; it is only seen"),
     }
 
 

@@ -54,6 +54,19 @@ def _soft_point(soft=True):
     lamp.location = (2.5, -2.0, 4.0)
 
 
+def _round_area(shape, **settings):
+    lamp = things.light("AREA", energy=300.0, shape=shape, size=1.6, size_y=0.7, **settings)
+    lamp.location, lamp.rotation_euler = (-1.5, -1.0, 4.0), (0.2, -0.3, 0.1)
+
+
+def _spot(radius, soft=True, blend=0.3, **settings):
+    lamp = things.light(
+        "SPOT", energy=600.0, shadow_soft_size=radius, use_soft_falloff=soft,
+        spot_size=math.radians(55.0), spot_blend=blend, **settings
+    )  # fmt: skip
+    lamp.location, lamp.rotation_euler = (1.5, -2.5, 4.5), (0.45, 0.25, 0.3)
+
+
 def _sun(degrees):
     things.light("SUN", energy=3.0, angle=math.radians(degrees)).rotation_euler = (0.6, 0.5, 0.3)
 
@@ -88,7 +101,43 @@ def _torus():
     torus.data.materials.append(_matt("Torus", 0.3, 0.6, 0.8))
 
 
+def _wall():
+    things.plane("Wall", size=6.0).data.materials.append(_matt("Wall", 0.7, 0.7, 0.7))
+    wall = bpy.data.objects["Wall"]
+    wall.location, wall.rotation_euler = (0.0, 3.0, 3.0), (math.pi / 2.0, 0.0, 0.2)
+
+
+def _world(moves=False):
+    """Balls, a cube and a wall under a grey world alone."""
+    _moving() if moves else _cube()
+    bpy.data.objects.remove(next(x for x in bpy.data.objects if x.type == "LIGHT"))
+    _wall()
+    world = bpy.context.scene.world = bpy.data.worlds.new("Grey")
+    world.use_nodes = True
+    node = next(n for n in world.node_tree.nodes if n.type == "BACKGROUND")
+    node.inputs["Color"].default_value = (0.4, 0.5, 0.6, 1.0)
+
+
+def _seen_apart():
+    """A world that the camera sees in another colour than that of its light."""
+    _world()
+    tree = bpy.context.scene.world.node_tree
+    node = next(n for n in tree.nodes if n.type == "BACKGROUND")
+    output = next(n for n in tree.nodes if n.type == "OUTPUT_WORLD")
+    mix, path, other = (
+        tree.nodes.new(f"ShaderNode{kind}") for kind in ("MixShader", "LightPath", "Background")
+    )
+    other.inputs["Color"].default_value, other.inputs["Strength"].default_value = (1, 0, 0, 1), 0.3
+    tree.links.new(path.outputs["Is Camera Ray"], mix.inputs[0])
+    tree.links.new(node.outputs[0], mix.inputs[1])
+    tree.links.new(other.outputs[0], mix.inputs[2])
+    tree.links.new(mix.outputs[0], output.inputs["Surface"])
+
+
 SCENES = {
+    "world that is seen in another colour": _seen_apart,
+    "world": _world,
+    "moving under a world": lambda: _world(True),
     "area": _area,
     "cube": _cube,
     "torus": _torus,
@@ -96,6 +145,13 @@ SCENES = {
     "sphere point": lambda: _soft_point(False),
     "point": lambda: setattr(things.light("POINT", energy=200.0), "location", (2.5, -2.0, 4.0)),
     "moving": _moving,
+    "disk": lambda: _round_area("DISK"),
+    "ellipse": lambda: _round_area("ELLIPSE"),
+    "spot": lambda: _spot(0.4),
+    "spot that is a ball": lambda: _spot(0.4, False),
+    "spot that is a point": lambda: _spot(0.0),
+    "spot of a hard cone": lambda: _spot(0.2, blend=0.0),
+    "spot of a soft cone": lambda: _spot(0.3, blend=1.0),
     "sun of 0.526 degrees": lambda: _sun(0.526),
     "sun of 20 degrees": lambda: _sun(20.0),
     "sun that is a point": lambda: _sun(0.0),

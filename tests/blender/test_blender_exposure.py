@@ -36,7 +36,7 @@ def test_all_light_is_multiplied(stage, export):
     stage.cycles.film_exposure = 2.5
     after = export()
     assert after.background == pytest.approx([2.5 * c for c in before.background])
-    assert len(after.lights) == 3 and any(before.background)
+    assert len(after.lights) == 4 and any(before.background)
     for one, other in zip(before.lights, after.lights, strict=True):
         assert _strength(other) == pytest.approx([2.5 * c for c in _strength(one)])
 

@@ -78,10 +78,10 @@ def test_cycles_overrides_alike(export, tmp_path):
 
 def test_environment_off_leaves_no_sky(export):
     bpy.context.scene.world = _world("Blue", BLUE)
-    assert any(export().background)
+    assert any(export().background) and export().lights
     bpy.context.view_layer.use_sky = False
     scene = export()
-    assert scene.background == (0.0, 0.0, 0.0) and scene.issues == ()
+    assert scene.background == (0.0, 0.0, 0.0) and scene.issues == () and scene.lights == ()
 
 
 def test_surfaces_off_leaves_none(export):

@@ -127,6 +127,60 @@ def test_a_sun_that_turns_during_the_shutter_is_told(export):
     assert all(light.motion is None for light in scene.lights)
 
 
+def test_round_area_lights(export, core):
+    disk = things.light("AREA", "Disk", energy=2.0, shape="DISK", size=1.0, size_y=9.0)
+    disk.scale = (2.0, 3.0, 1.0)
+    things.light("AREA", "Ellipse", energy=2.0, shape="ELLIPSE", size=1.0, size_y=3.0)
+    scene = export()
+    one, two = sorted(scene.lights, key=lambda light: light.name)
+    assert type(one) is type(two) is core.EllipseLight and scene.issues == ()
+    for light, x, y in ((one, 2.0, 3.0), (two, 1.0, 3.0)):
+        assert light.half_u == pytest.approx((x / 2.0, 0.0, 0.0))
+        assert light.half_v == pytest.approx((0.0, -y / 2.0, 0.0))
+        # P / (pi A), of A = pi x y / 4
+        assert light.radiance[0] == pytest.approx(2.0 / (PI * PI * x * y / 4.0))
+
+
+SPOT = {"energy": 4.0 * PI, "spot_size": 0.8, "spot_blend": 0.25}
+
+
+def test_a_spot_without_radius(export):
+    lamp = things.light("SPOT", shadow_soft_size=0.0, **SPOT)
+    lamp.location, lamp.rotation_euler, lamp.scale = (1, 2, 3), (0.0, PI / 2.0, 0.0), (2, 2, -2)
+    (light,) = export().lights
+    assert light.intensity == pytest.approx((1.0, 1.0, 1.0)) and light.radius == 0.0
+    assert light.center == pytest.approx((1.0, 2.0, 3.0))
+    assert light.direction == pytest.approx((2.0, 0.0, 0.0), abs=1e-6)
+    assert light.angle == pytest.approx(0.8) and light.blend == pytest.approx(0.25)
+
+
+@pytest.mark.parametrize("soft", [True, False])
+def test_a_spot_with_a_radius(export, soft):
+    things.light("SPOT", shadow_soft_size=0.5, use_soft_falloff=soft, **SPOT)
+    scene = export()
+    (light,) = scene.lights
+    # as that of a point light: of its radiance P / (4 pi^2 r^2), seen as a disk of pi r^2
+    assert light.intensity == pytest.approx((1.0, 1.0, 1.0))
+    assert light.radius == 0.5 and light.faces is soft and scene.issues == ()
+
+
+@pytest.mark.parametrize("scale", [(1.0, 1.0, 2.0), (1.0, 3.0, 1.0), (1.0, 0.0, 1.0)])
+def test_a_spot_of_an_uneven_cone_is_left_out(export, scale):
+    things.light("SPOT", "Odd", **SPOT).scale = scale
+    scene = export()
+    (issue,) = scene.issues
+    assert scene.lights == () and issue.missing and "left out" in issue.reason
+
+
+def test_a_spot_that_turns_is_told(export):
+    turning, rolling = (things.light("SPOT", name) for name in ("Turning", "Rolling"))
+    things.keyed(turning, "rotation_euler", (0.0, 0.0, 0.0), (0.8, 0.0, 0.0))
+    things.keyed(rolling, "rotation_euler", (0.0, 0.0, 0.0), (0.0, 0.0, 0.8))
+    bpy.context.scene.render.use_motion_blur = True
+    bpy.context.scene.frame_set(6)
+    assert list(things.reasons(export())) == ["Turning"]
+
+
 def test_without_shadow(export):
     things.light("POINT", use_shadow=False)
     (light,) = export().lights
@@ -146,9 +200,6 @@ def test_emission_nodes_multiply(export):
 @pytest.mark.parametrize(
     "kind, settings, said",
     [
-        ("SPOT", {}, "Spot"),
-        ("AREA", {"shape": "DISK"}, "Disk"),
-        ("AREA", {"shape": "ELLIPSE"}, "Ellipse"),
         ("AREA", {"spread": 1.0}, "spread"),
         ("AREA", {"size": 0.0}, "size is zero"),
     ],
@@ -177,7 +228,7 @@ def test_a_depth_of_zero_gives_no_light(export):
 
 
 def test_a_light_that_is_left_out_is_missing(export):
-    lamp = things.light("SPOT", "Lamp")
+    lamp = things.light("AREA", "Lamp", spread=1.0)
     parent = things.link(bpy.data.objects.new("Parent", None))
     lamp.parent = parent
     (issue,) = export().issues

@@ -207,6 +207,54 @@ def test_a_muted_frame_mutes_nothing_in_it(export, world, tmp_path):
     _compare(export, tmp_path)
 
 
+def _by_camera_ray(tree, output, name="Is Camera Ray", kind="ShaderNodeMixShader"):
+    """Two shaders of worlds, mixed by an output of a Light Path node."""
+    mix, path = tree.node(kind), tree.node("ShaderNodeLightPath")
+    for socket, color in ((mix.inputs[-2], FED), (mix.inputs[-1], OWN)):
+        part = tree.node("ShaderNodeBackground")
+        part.inputs["Color"].default_value, part.inputs["Strength"].default_value = color, 2.0
+        tree.link(part.outputs[0], socket)
+    if kind == "ShaderNodeMixShader":
+        tree.link(path.outputs[name], mix.inputs[0])
+    tree.link(mix.outputs[0], output.inputs["Surface"])
+
+
+def test_a_world_that_is_seen_in_another_colour(export, world, tmp_path):
+    tree = Tree(world.node_tree)
+    _by_camera_ray(tree, _background(tree)[1])
+    scene = export()
+    assert scene.issues == ()
+    assert scene.background == pytest.approx([2.0 * x for x in OWN[:3]])
+    assert scene.lights[0].radiance == pytest.approx([2.0 * x for x in FED[:3]])
+    assert _compare(export, tmp_path) == {}
+
+
+def test_a_world_whose_strength_asks_for_camera_rays(export, world, tmp_path):
+    tree = Tree(world.node_tree)
+    node, _ = _background(tree)
+    tree.link(tree.node("ShaderNodeLightPath").outputs["Is Camera Ray"], node.inputs["Strength"])
+    scene = export()
+    assert scene.background == pytest.approx(OWN[:3]) and scene.lights == ()
+    assert _compare(export, tmp_path) == {}
+
+
+def test_the_sum_of_two_worlds(export, world, tmp_path):
+    tree = Tree(world.node_tree)
+    _by_camera_ray(tree, _background(tree)[1], kind="ShaderNodeAddShader")
+    both = [2.0 * (a + b) for a, b in zip(FED[:3], OWN[:3], strict=True)]
+    assert export().lights[0].radiance == pytest.approx(both)
+    assert _compare(export, tmp_path) == {}
+
+
+def test_other_rays_are_named(export, world):
+    """What Cycles makes of diffuse rays depends on how it samples the world."""
+    tree = Tree(world.node_tree)
+    _by_camera_ray(tree, _background(tree)[1], "Is Diffuse Ray")
+    scene = export()
+    assert scene.lights == ()
+    assert "linked to its Factor is left out" in things.reasons(scene)['World "World"'][0]
+
+
 def test_what_is_not_understood_is_named(export, world):
     tree = Tree(world.node_tree)
     node, _ = _background(tree)
@@ -217,6 +265,7 @@ def test_what_is_not_understood_is_named(export, world):
     assert scene.background == pytest.approx(OWN[:3])
     reason = things.reasons(scene)['World "World"'][0]
     assert 'Noise Texture node "Clouds" linked to its Color is left out' in reason
+    assert "and the light that it throws" in reason and scene.lights == ()
 
 
 @pytest.mark.parametrize("kind", ["Emission", "Background"])

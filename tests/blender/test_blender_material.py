@@ -112,11 +112,13 @@ def _world(color, strength):
 
 
 def test_world(export):
-    assert export().background == (0.0, 0.0, 0.0)
+    assert export().background == (0.0, 0.0, 0.0) and export().lights == ()
     _world(COLOR, 2.0)
     scene = export()
     assert scene.background == pytest.approx((0.2, 0.4, 0.6))
-    assert "left out" in things.reasons(scene)['World "World"'][0]
+    (sky,) = scene.lights
+    assert sky.radiance == pytest.approx((0.2, 0.4, 0.6)) and sky.casts_shadow
+    assert scene.issues == ()
 
 
 def test_world_that_the_camera_does_not_see(export):
@@ -125,11 +127,20 @@ def test_world_that_the_camera_does_not_see(export):
         return
     world.cycles_visibility.camera = False
     scene = export()
-    assert scene.background == (0.0, 0.0, 0.0)
-    told = things.reasons(scene)['World "World"']
-    assert told == ["the light it throws on surfaces is left out"]
+    assert scene.background == (0.0, 0.0, 0.0) and scene.issues == ()
+    assert scene.lights[0].radiance == pytest.approx((0.2, 0.4, 0.6))
     world.cycles_visibility.diffuse = False
-    assert export().issues == ()
+    assert export().lights == () and export().issues == ()
+
+
+def test_world_that_is_only_seen(export):
+    world = _world(COLOR, 2.0)
+    if not hasattr(world, "cycles_visibility"):
+        return
+    world.cycles_visibility.diffuse = False
+    scene = export()
+    assert scene.background == pytest.approx((0.2, 0.4, 0.6))
+    assert scene.lights == () and scene.issues == ()
 
 
 def test_volume_without_a_surface(export):
@@ -153,7 +164,9 @@ def test_principled_that_reflects_nothing(export):
 
 def test_issues_say_which_datablock_they_are_about(export):
     things.uv_sphere().data.materials.append(things.material("Gold"))
-    _world(COLOR, 1.0)
+    tree = _world(COLOR, 1.0).node_tree
+    node = next(n for n in tree.nodes if n.type == "BACKGROUND")
+    tree.links.new(tree.nodes.new("ShaderNodeTexNoise").outputs[0], node.inputs["Color"])
     found = {(i.kind, i.target) for i in export().issues}
     assert found == {("MATERIAL", "Gold"), ("WORLD", "World")}
 
@@ -161,7 +174,7 @@ def test_issues_say_which_datablock_they_are_about(export):
 def test_black_world_leaves_nothing_out(export):
     _world((0.0, 0.0, 0.0, 1.0), 1.0)
     scene = export()
-    assert scene.background == (0.0, 0.0, 0.0) and scene.issues == ()
+    assert scene.background == (0.0, 0.0, 0.0) and scene.issues == () and scene.lights == ()
 
 
 def test_world_without_nodes(export):
@@ -171,6 +184,7 @@ def test_world_without_nodes(export):
     if bpy.app.version < (5, 0, 0):
         world.use_nodes = False
         assert export().background == pytest.approx(COLOR[:3])
+        assert export().lights[0].radiance == pytest.approx(COLOR[:3])
 
 
 def test_names_in_the_list(export):

@@ -57,7 +57,7 @@ def test_under_another_name(switched_off, name, monkeypatch):
 def test_its_processes_end_with_it(switched_off):
     switched_off.register()
     module = importlib.import_module(f"{switched_off.__name__}.adaptive_drt.parallel.pool")
-    module.worker_pool.muster(1)
+    module.worker_pool.start_workers(1)
     (worker,) = module.worker_pool._idle
     switched_off.unregister()
     assert not worker.alive

@@ -46,18 +46,18 @@ def test_centroids_that_are_known_are_not_shaded_again():
         return estimate_means(plan, occluders, parts, empty_fragments(), nothing, np.inf)
 
     light = sampled(bare).light
-    starred = replace(bare, star=~no, stake=np.full(m, 1e3 / light.color.mean()))
+    starred = replace(bare, multi_node=~no, error_weight=np.full(m, 1e3 / light.color.mean()))
     known = np.arange(m) % 2 == 0
     kept = light.color[:, known], light.deviation[..., known]
     fresh = sampled(starred)
     again = sampled(
         replace(
-            starred, known=known, color=kept[0], deviation=kept[1], sampling=np.zeros(known.sum())
+            starred, shaded=known, color=kept[0], deviation=kept[1], sampling=np.zeros(known.sum())
         )
     )
-    assert (fresh.points[known] > 1).mean() > 0.2
-    np.testing.assert_array_equal(again.points, fresh.points - known)
-    np.testing.assert_array_equal(again.vain, fresh.vain)
+    assert (fresh.shaded_count[known] > 1).mean() > 0.2
+    np.testing.assert_array_equal(again.shaded_count, fresh.shaded_count - known)
+    np.testing.assert_array_equal(again.split_anyway, fresh.split_anyway)
     size = {"rtol": 1e-12, "atol": 1e-12 * light.color.mean()}
     np.testing.assert_allclose(again.light.color, fresh.light.color, **size)
     np.testing.assert_allclose(again.light.deviation, fresh.light.deviation, **size)

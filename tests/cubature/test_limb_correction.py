@@ -36,10 +36,10 @@ def boxes(axes, reach, rng):
         return np.sqrt(0.5 + beyond[box] + (slope[:, box] * offset).sum(axis=0))
 
     every = np.arange(BOXES)
-    center, v = slant(0.0 * place, every), slant(arms.offset, arms.region)
-    weight = (1.0 - arms.middle[arms.region]) / arms.count[arms.region]
-    gain = limb_gains(v, center, weight, np.ones(v.size), arms.region, wide.sum(axis=0))
-    off = np.bincount(arms.region, weight * (v - center[arms.region]))
+    center, v = slant(0.0 * place, every), slant(arms.offset, arms.subdomain)
+    weight = (1.0 - arms.centroid_weight[arms.subdomain]) / arms.count[arms.subdomain]
+    gain = limb_gains(v, center, weight, np.ones(v.size), arms.subdomain, wide.sum(axis=0))
+    off = np.bincount(arms.subdomain, weight * (v - center[arms.subdomain]))
     x, w = np.polynomial.legendre.leggauss(NODES)
     grid = np.stack(np.meshgrid(*[0.5 * x] * axes, *[[0.0]] * (3 - axes), indexing="ij"))
     share = np.stack(np.meshgrid(*[0.5 * w] * axes, *[[1.0]] * (3 - axes), indexing="ij"))

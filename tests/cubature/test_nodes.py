@@ -24,8 +24,8 @@ def volume_above(slope, place):
 
 def mean_over(arms, values, center):
     """What `stars` makes of samples' values (k,) and a centroid's."""
-    mean = np.bincount(arms.region, values) / arms.count
-    return (1.0 - arms.middle) * mean + arms.middle * center
+    mean = np.bincount(arms.subdomain, values) / arms.count
+    return (1.0 - arms.centroid_weight) * mean + arms.centroid_weight * center
 
 
 def box_arms(wide, time=0.3, box=True, turn=0):
@@ -89,7 +89,7 @@ def test_an_edge_through_many_cells_meets_stars_of_both_signs():
         off = []
         for slope in ((1.0, 0.5, 0.25), (1.0, 1.0, 0.5), (0.25, 1.0, 0.5)):
             for place in np.linspace(0.9, 1.3, 9):
-                lit = (np.array(slope) @ (cells[:, arms.region] + arms.offset) > place) * 1.0
+                lit = (np.array(slope) @ (cells[:, arms.subdomain] + arms.offset) > place) * 1.0
                 center = (np.array(slope) @ cells > place) * 1.0
                 off.append(mean_over(arms, lit, center).mean() - volume_above(slope, place))
         ratio.append(np.sqrt(np.mean(np.square(off))))
@@ -119,6 +119,8 @@ def test_kinks_and_steps_at_random_places_leave_what_is_said(power, wide, most):
         / points.shape[1]
     )
     center = ramp(np.zeros((2, 1)))[:, 0]
-    mean = (1.0 - arms.middle) * ramp(arms.offset[:2]).mean(axis=1) + arms.middle * center
+    mean = (1.0 - arms.centroid_weight) * ramp(arms.offset[:2]).mean(
+        axis=1
+    ) + arms.centroid_weight * center
     left, before = (np.sqrt(((value - truth) ** 2).mean()) for value in (mean, center))
     assert left < most * before

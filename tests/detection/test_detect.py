@@ -30,8 +30,8 @@ def test_centre_rays_hit_what_is_nearest(seed):
     still = np.array([shape.motion is None for shape in sorted_shapes(scene)])
     if scene.camera.motion is None and still.any():
         front = np.where(still[:, None], far, np.inf).min(axis=0)
-        same = np.isfinite(front) & np.isfinite(center.depth_still)
-        np.testing.assert_allclose((center.depth_still * length)[same], front[same], rtol=1e-7)
+        same = np.isfinite(front) & np.isfinite(center.depth_at_rest)
+        np.testing.assert_allclose((center.depth_at_rest * length)[same], front[same], rtol=1e-7)
 
 
 def sorted_shapes(scene):
@@ -73,7 +73,7 @@ def test_stages_are_told_and_lights_have_their_shadows():
     assert told and len(flags.visibilities) == len(flags.candidates) == len(plan.lights)
     for shadow in flags.visibilities:
         assert shadow.dark.size == center.rows.size
-        assert not (shadow.blocked & shadow.partial).any()
+        assert not (shadow.hidden & shadow.partial).any()
 
 
 def test_effects_that_are_switched_off_are_flagged_nowhere():

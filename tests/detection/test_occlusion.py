@@ -56,11 +56,11 @@ def test_lights_are_open_hidden_or_in_part(seed, order):
         assert not weight[found.dark].any(), f"seed {seed}"
         hidden = blocked_by(plan, scene, points, to, 0.0)
         if not light.casts_shadow:
-            assert not found.blocked.any() and not found.partial.any()
+            assert not found.hidden.any() and not found.partial.any()
             continue
         open_ = (weight > 0.0) & ~hidden.any(axis=0)
-        assert not (open_ & found.blocked[:, None]).any(), f"seed {seed}"
-        sure = ~(found.dark | found.blocked | found.partial)
+        assert not (open_ & found.hidden[:, None]).any(), f"seed {seed}"
+        sure = ~(found.dark | found.hidden | found.partial)
         lost = (weight > 0.0) & hidden.any(axis=0) & sure[:, None]
         # a ray along an outline may fall on either side
         assert lost.mean() < 1e-4, f"seed {seed}"

@@ -35,9 +35,9 @@ def brute(point, blocks):
 
 def factor(point, balls, quads):
     to = LIGHT.center - point[:, None]
-    outline = LIGHT.silhouette(to)
     none = np.zeros((0, 3, 1)), np.zeros((0, 1))
     up = np.array([[0.0], [0.0], [1.0]])
+    outline = LIGHT.silhouette(to, up)
     plane = LIGHT.plane(to)
     if balls is not None:
         center, radius = balls

@@ -10,7 +10,7 @@ from adaptive_drt.geometry.silhouettes import (
     CircularSilhouette,
     circular_silhouette,
     make_polygon_silhouettes,
-    quad_silhouette,
+    polygon_silhouette,
 )
 
 DIRECTIONS = 4_000
@@ -45,8 +45,8 @@ def test_quad_lights_above_the_horizon(seed):
     cut = corners[:, 2].min() < 0.0
     if corners[:, 2].max() < 0.0:
         return
-    found = quad_silhouette(corners[:, :, None], normal[:, None], bool(cut))
-    assert found.edges.half.shape[0] == (5 if cut else 4) and found.cone is None
+    found = polygon_silhouette(corners[:, :, None], normal[:, None], bool(cut))
+    assert found.edges.half_angle.shape[0] == (5 if cut else 4) and found.cone is None
     w = directions_near(rng, found.center[:, 0], found.reach[0])
     inside, margin = meets(corners, w)
     planes = found.edges.planes.normal[:, :, 0]
@@ -61,9 +61,9 @@ def test_quad_lights_above_the_horizon(seed):
     assert not away.size or away.max() <= found.reach[0] * (1 + 1e-12)
     # edges below the horizon are none; the others begin and end on it or above
     arcs = found.edges
-    for phi in (-arcs.half, arcs.half):
+    for phi in (-arcs.half_angle, arcs.half_angle):
         ends = np.cos(phi) * arcs.middle + np.sin(phi) * arcs.along
-        assert not cut or ends[2][arcs.half > 0.0].min() > -1e-12
+        assert not cut or ends[2][arcs.half_angle > 0.0].min() > -1e-12
 
 
 @pytest.mark.parametrize("seed", range(10))
@@ -77,12 +77,15 @@ def test_round_lights_that_the_horizon_cuts(seed):
     arc = found.edges
     ends = [
         np.cos(phi) * arc.middle[:, 0, 0] + np.sin(phi) * arc.along[:, 0, 0]
-        for phi in (-arc.half[0, 0], arc.half[0, 0])
+        for phi in (-arc.half_angle[0, 0], arc.half_angle[0, 0])
     ]
     for end in ends:  # where the circle and the horizon cross
         assert end[2] == pytest.approx(0.0, abs=1e-14)
         assert end @ axis == pytest.approx(np.cos(half), abs=1e-12)
-    assert circular_silhouette(light, np.array([[0.0], [0.0], [1.0]]), False).edges.half.size == 0
+    assert (
+        circular_silhouette(light, np.array([[0.0], [0.0], [1.0]]), False).edges.half_angle.size
+        == 0
+    )
 
 
 @pytest.mark.parametrize("seed", range(20))
@@ -91,11 +94,11 @@ def test_occluders_are_to_the_left_of_their_edges(seed):
     quads = np.array([quad_at(rng, 1.5), quad_at(rng, 2.5)])
     center = np.array([0.0, 0.0, 1.0])
     found = make_polygon_silhouettes(quads[..., None], center[:, None])
-    assert not found.flat.any()
+    assert not found.edge_on.any()
     for k, corners in enumerate(quads):
         w = directions_near(rng, corners.mean(axis=0) / np.linalg.norm(corners.mean(axis=0)), 0.3)
         inside, margin = meets(corners, w)
-        planes = found.segments.planes.normal[:, found.rows_of(k), 0]
+        planes = found.segments.planes.normal[:, found.edge_rows(k), 0]
         clear = margin > 1e-9
         np.testing.assert_array_equal((w @ planes > 0).all(axis=1)[clear], inside[clear], f"{seed}")
 
@@ -104,4 +107,4 @@ def test_polygons_seen_edge_on_are_flat():
     corners = np.array([(1.0, 0.0, 0.0), (2.0, 0.0, 0.0), (2.0, 1.0, 0.0), (1.0, 1.0, 0.0)])
     quads = np.array([corners, corners + np.array([0.0, 0.0, 0.1])])
     found = make_polygon_silhouettes(quads[..., None], np.array([[0.0], [0.0], [1.0]]))
-    assert found.flat[:, 0].tolist() == [True, False]
+    assert found.edge_on[:, 0].tolist() == [True, False]

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from adaptive_drt.geometry.spherical_curves import (
+    Circles,
     GreatCircleArcs,
     HalfSpaces,
     arcs_inside_cones,
@@ -89,7 +90,7 @@ def test_arcs_inside_cones(seed):
     start, end = unit(rng, 2).T
     arc, circle = arc_between(start, end), cone(unit(rng), rng.uniform(0.1, 1.5), start)
     low, high = (part[0, 0, 0] for part in arcs_inside_cones(arc, circle))
-    half = arc.half[0, 0]
+    half = arc.half_angle[0, 0]
     phi = np.linspace(-half, half, POINTS)
     np.testing.assert_allclose(on_arc(arc, phi)[[0, -1]], [start, end], atol=1e-14)
     cosine = on_arc(arc, phi) @ circle.axis[:, 0, 0] - circle.cosine[0, 0]
@@ -145,15 +146,109 @@ def test_arcs_inside_triangles(seed):
     planes = HalfSpaces(
         np.concatenate([edge.planes.normal for edge in edges], axis=1), np.full((3, 1), 1e-15)
     )
-    parts = (joined(name) for name in ("middle", "along", "half", "u", "w"))
+    parts = (joined(name) for name in ("middle", "along", "half_angle", "u", "w"))
     outline = GreatCircleArcs(planes, *parts, None)
     arc = arc_between(*unit(rng, 2).T)
     low, high = arcs_inside_outline(arc, outline, np.zeros((1, 1), dtype=bool), np.ones(1))
-    phi = np.linspace(-arc.half[0, 0], arc.half[0, 0], POINTS)
+    phi = np.linspace(-arc.half_angle[0, 0], arc.half_angle[0, 0], POINTS)
     height = on_arc(arc, phi) @ planes.normal[:, :, 0]
     clear = (np.abs(height) > MARGIN).all(axis=1)
     within = (low[0, 0] < phi) & (phi < high[0, 0])
     np.testing.assert_array_equal(within[clear], (height > 0.0).all(axis=1)[clear])
+
+
+def beside(axis, angle, rng):
+    """A unit vector at an angle from another one, in a random direction."""
+    across = np.cross(axis, unit(rng))
+    return np.cos(angle) * axis + np.sin(angle) * across / np.linalg.norm(across)
+
+
+def side_by_side(*cones):
+    """Cones of one region each, as one batch (k = 1, n of them)."""
+    names = ("axis", "u", "w", "sine", "cosine", "versine")
+    return Circles(*(np.concatenate([getattr(c, name) for c in cones], axis=-1) for name in names))
+
+
+@pytest.mark.parametrize("size", [1e-9, 1e-3, 0.5, 1.4])
+def test_of_circles_that_coincide_one_counts_as_inside(size):
+    axis = unit(np.random.default_rng(3))
+    circle = cone(axis, size, axis)
+    for wins, width in ((1.0, np.pi), (-1.0, 0.0)):
+        _, inside, outside = circles_inside_cones(circle, circle, np.full((1, 1), wins))
+        assert (inside, outside) == (width, np.pi - width)
+
+
+@pytest.mark.parametrize("wins", [-1.0, 1.0])
+@pytest.mark.parametrize("size", [1e-6, 1e-3, 0.5, 1.4])
+def test_circles_about_one_axis_do_not_coincide(size, wins):
+    axis = unit(np.random.default_rng(4))
+    small, large = cone(axis, size, axis), cone(axis, size * (1.0 + 1e-12), axis)
+    assert circles_inside_cones(small, large, np.full((1, 1), wins))[1] == np.pi
+    assert circles_inside_cones(large, small, np.full((1, 1), wins))[1] == 0.0
+
+
+@pytest.mark.parametrize("wins", [-1.0, 1.0])
+def test_equal_circles_about_nearly_one_axis_cross_a_quarter_turn_away(wins):
+    rng = np.random.default_rng(5)
+    axis = unit(rng)
+    one, other = cone(axis, 0.5, axis), cone(beside(axis, 1e-9, rng), 0.5, axis)
+    _, inside, _ = circles_inside_cones(one, other, np.full((1, 1), wins))
+    assert inside == pytest.approx(np.pi / 2, abs=1e-6)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_crossings_of_tiny_cones_with_wide_ones(seed):
+    """Against 50 digits, in one batch with a pair of which no cone is tiny."""
+    rng = np.random.default_rng(seed)
+    tiny, wide = 10.0 ** rng.uniform(-7.0, -1.5), rng.uniform(0.2, 1.5)
+    axis = unit(rng)
+    far = beside(axis, wide + tiny * rng.uniform(-0.9, 0.9), rng)
+    small, large = cone(far, tiny, far), cone(axis, wide, far)
+    near = cone(beside(axis, 0.3, rng), 0.8, axis)
+    first, second = side_by_side(small, large, near), side_by_side(large, small, large)
+    inside = circles_inside_cones(first, second, np.ones((1, 1)))[1][0]
+    with mpmath.workdps(50):
+        exact = [mpmath.matrix(vector.tolist()) for vector in (axis, far)]
+        exact = [vector / mpmath.norm(vector) for vector in exact]
+        apart = mpmath.acos((exact[0].T * exact[1])[0])
+        for k, (own, its) in enumerate([(tiny, wide), (wide, tiny)]):
+            cosine = mpmath.cos(its) - mpmath.cos(own) * mpmath.cos(apart)
+            want = mpmath.acos(cosine / (mpmath.sin(own) * mpmath.sin(apart)))
+            # the axes are known to rounding: an angle against the tiny cone's size
+            assert inside[k] == pytest.approx(float(want), rel=1e-14 / tiny + 1e-13)
+    alone = circles_inside_cones(near, large, np.ones((1, 1)))[1]
+    assert inside[2] == alone[0, 0]
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_arcs_in_the_plane_of_an_edge(seed):
+    """Those against the edge are inside; those along it are if they are told to be."""
+    rng = np.random.default_rng(seed)
+    start = unit(rng)
+    end, third = beside(start, 0.7, rng), beside(start, 0.5, rng)
+    if np.linalg.det([start, end, third]) < 0.0:
+        start, end = end, start
+    edge = arc_between(start, end)
+    along, against = arc_between(start, end), arc_between(end, start)
+    for arc, alike, inside in ((against, False, True), (along, True, True), (along, False, False)):
+        low, high = arcs_inside_outline(arc, edge, np.full((1, 1), alike), np.ones(1))
+        whole = low[0, 0] <= -arc.half_angle[0, 0] and high[0, 0] >= arc.half_angle[0, 0]
+        empty = max(low[0, 0], -arc.half_angle[0, 0]) >= min(high[0, 0], arc.half_angle[0, 0])
+        assert (whole, empty) == (inside, not inside)
+
+
+@pytest.mark.parametrize("turn", [1e-9, 1e-3])
+def test_arcs_that_cross_an_edge_at_a_small_angle_are_cut(turn):
+    """Their planes differ by more than the rounding of either."""
+    start, end = np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0])
+    edge = arc_between(start, end)
+    lifted = [
+        np.array([np.cos(a), np.sin(a), h]) / np.hypot(1.0, h)
+        for a, h in ((0.2, -turn), (1.3, turn))
+    ]
+    arc = arc_between(*lifted)
+    low, high = arcs_inside_outline(arc, edge, np.ones((1, 1), dtype=bool), np.ones(1))
+    assert low[0, 0] == pytest.approx(0.0, abs=1e-6) and high[0, 0] >= arc.half_angle[0, 0]
 
 
 @pytest.mark.parametrize("half", [1e-6, 1e-3, 0.3, 1.2])
@@ -174,7 +269,7 @@ def test_integrals_along_arcs_are_those_of_quadrature(seed):
     start, end, normal, center = unit(rng, 4).T
     arc = arc_between(start, end)
     potential = make_antiderivative(normal[:, None], center[:, None], arc)
-    low, high = np.sort(rng.uniform(-arc.half[0, 0], arc.half[0, 0], 2))
+    low, high = np.sort(rng.uniform(-arc.half_angle[0, 0], arc.half_angle[0, 0], 2))
     found = boundary_integral(potential, (np.full((1, 1, 1), low), np.full((1, 1, 1), high)))[0]
     plane = arc.planes.normal[:, 0, 0]
     # n.(w x dw) is n.plane dphi on a great circle; about a centre c it is n.((w - c) x dw)

@@ -5,15 +5,20 @@ from dataclasses import replace
 
 from adaptive_drt.scene.description import (
     DiskLight,
+    EllipseLight,
     PointLight,
     Quad,
     QuadLight,
+    SkyLight,
     Sphere,
     SphereLight,
+    SpotLight,
     SunLight,
+    Triangle,
 )
 
 from .case import BALL, BULB, CAMERA, DOT, FLOOR, LAMP, LIGHTS, SPOT, box, case, look_at, wall
+from .shapes import crowd
 
 __all__ = ["LIGHT_CASES"]
 
@@ -22,6 +27,10 @@ WALL = wall(-2.5, 1.5, 3.0, 2.0)
 SMALL = look_at((0.3, -8.0, 4.0), (0.1, 0.0, 0.5), resolution=(16, 12))
 SUN = (1e3, 1e3, 1e3)
 DOWN = (-0.4, 0.3, -1.0)
+SKY = SkyLight((0.6, 0.8, 1.0))
+CONE = SpotLight((1.5, -3.0, 4.5), (-0.3, 0.6, -1.0), (60.0, 50.0, 40.0), 0.7, 0.3, 0.3)
+ROUND = EllipseLight((1.0, -1.0, 4.0), (0.7, 0.0, 0.2), (0.0, -0.4, 0.1), (12.0, 11.0, 10.0))
+TRIANGLE = Triangle(((-2.5, -1.0, 0.5), (-1.0, -1.5, 0.6), (-1.8, -0.5, 2.0)))
 
 
 def _unshadowed(light):
@@ -158,6 +167,30 @@ LIGHT_CASES = {
         last_bits=1e-11,
     ),
     "a wide sun": case((FLOOR, BALL, WALL), (SunLight(DOWN, (2.0, 1.5, 1.0), 0.5), DOT)),
+    "a sky": case((FLOOR, BALL), (SKY,), tolerance=1e-3),
+    "a sky, quads and triangles": case((FLOOR, WALL, *BLOCK, TRIANGLE), (SKY,)),
+    "a sky, a crowd of spheres": case((FLOOR, *crowd(3, 30, 0.2, 0.5)), (SKY,)),
+    "a sky and other lights": case(
+        (FLOOR, BALL, WALL, TRIANGLE), (SKY, LAMP, SunLight(DOWN, (2.0,) * 3, 0.3))
+    ),
+    "a disk light that is fixed": case(
+        (FLOOR, BALL, WALL, TRIANGLE),
+        (replace(ROUND, half_u=(0.5, 0.0, 0.0), half_v=(0.0, -0.5, 0.0)),),
+        tolerance=1e-3,
+    ),
+    "an elliptic light": case((FLOOR, BALL, WALL, *BLOCK), (ROUND,)),
+    "an elliptic light that planes cut": case(
+        (FLOOR, BALL, Sphere((1.2, -1.0, 4.0), 0.3)),
+        (ROUND, replace(ROUND, center=(2.0, 0.5, 0.3), half_u=(0.0, 0.4, 0.5))),
+        SMALL,
+    ),
+    "a spot": case((FLOOR, BALL, WALL, TRIANGLE), (CONE,), tolerance=1e-3),
+    "a spot that is a ball": case((FLOOR, BALL, WALL), (replace(CONE, faces=False),)),
+    "a spot that is a point": case((FLOOR, BALL, WALL), (replace(CONE, radius=0.0),)),
+    "spots of a hard and a soft cone": case(
+        (FLOOR, BALL),
+        (replace(CONE, blend=0.0), replace(CONE, blend=1.0, center=(-2.0, -2.0, 4.0))),
+    ),
     "a sun without size": case((FLOOR, BALL, WALL, *BLOCK), (SunLight(DOWN, (2.0,) * 3, 0.0),)),
 }
 """Name: case."""

@@ -3,7 +3,15 @@
 
 from dataclasses import replace
 
-from adaptive_drt.scene.description import Motion, Quad, Sphere, SunLight
+from adaptive_drt.scene.description import (
+    EllipseLight,
+    Motion,
+    Quad,
+    SkyLight,
+    Sphere,
+    SpotLight,
+    SunLight,
+)
 
 from .case import BALL, BULB, CAMERA, DOT, FLOOR, LAMP, LIGHTS, SPOT, box, case, look_at, wall
 from .shapes import crowd
@@ -37,6 +45,11 @@ MOTION_CASES = {
         ),
         last_bits=1e-11,
     ),
+    "a moving sphere under a sky": case(
+        (FLOOR, moving(BALL, 0.6, 0.0, 0.0), wall(-1.5, 1.5, 2.0, 1.5)),
+        (SkyLight((0.6, 0.8, 1.0)),),
+        SMALL,
+    ),
     "a moving quad": case((FLOOR, moving(wall(-1.5, 0.0, 2.0, 1.5), 0.5, 0.1, 0.2)), (SPOT,)),
     "a moving box": case(
         (
@@ -53,6 +66,32 @@ MOTION_CASES = {
     "a quad light moves": case((FLOOR, BALL), (moving(LAMP, 1.0, 0.5, 0.0),)),
     "a spherical light moves": case((FLOOR, BALL), (moving(BULB, 0.0, 1.0, -0.5),)),
     "a disk light moves": case((FLOOR, BALL, wall(1, 1, 1, 1)), (moving(SPOT, 0.5, 0.0, 0.5),)),
+    "an elliptic light moves": case(
+        (FLOOR, BALL),
+        (
+            EllipseLight(
+                (1.0, -1.0, 4.0),
+                (0.7, 0.0, 0.2),
+                (0.0, -0.4, 0.1),
+                (12.0,) * 3,
+                motion=Motion((0.6, 0.3, 0.0)),
+            ),
+        ),
+    ),
+    "a spot moves": case(
+        (FLOOR, BALL),
+        (
+            SpotLight(
+                (1.5, -3.0, 4.5),
+                (-0.3, 0.6, -1.0),
+                (60.0,) * 3,
+                0.7,
+                0.3,
+                0.3,
+                motion=Motion((0.5, 0.5, 0.0)),
+            ),
+        ),
+    ),
     "a point light moves": case((FLOOR, BALL), (moving(DOT, 0.5, 0.5, 0.0),)),
     "the camera moves": case(
         (FLOOR, BALL, wall(-2.5, 1.5, 3.0, 2.0)),

@@ -3,7 +3,7 @@
 
 from dataclasses import replace
 
-from adaptive_drt.scene.description import Motion, Scene, Sphere, SunLight
+from adaptive_drt.scene.description import Motion, Scene, SkyLight, Sphere, SpotLight, SunLight
 
 from .case import BALL, BULB, CAMERA, DOT, FLOOR, LAMP, LIGHTS, SPOT, case, look_at, wall
 from .shapes import crowd
@@ -49,6 +49,13 @@ WAY_CASES = {
     "rays, a sun": replace(
         case(SHAPES, (SunLight((-0.4, 0.3, -1.0), (2.0,) * 3, 0.1),), WIDE, **RAYS),
         last_bits=1e-11,
+    ),
+    "rays, a sky": case(SHAPES, (SkyLight((0.6, 0.8, 1.0)),), **RAYS),
+    "rays, a spot": case(
+        SHAPES,
+        (SpotLight((1.5, -3.0, 4.5), (-0.3, 0.6, -1.0), (60.0,) * 3, 0.7, 0.3, 0.3),),
+        WIDE,
+        **RAYS,
     ),
     "rays, order 1": case(SHAPES, LIGHTS, WIDE, order=1, **RAYS),
     "rays, nothing kept": case(SHAPES, LIGHTS, WIDE, reuse=False, **RAYS),

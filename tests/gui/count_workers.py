@@ -11,9 +11,9 @@ PACKAGE = "bl_ext.user_default.adaptive_drt"
 PATIENCE = 60.0
 
 module = importlib.import_module(f"{PACKAGE}.adaptive_drt.parallel.pool")
-module.worker_pool.muster(1)
+module.worker_pool.start_workers(1)
 end = time.monotonic() + PATIENCE
-while not module.worker_pool.ready and time.monotonic() < end:
+while not module.worker_pool.ready_count and time.monotonic() < end:
     time.sleep(0.05)
 pid = module.CallGroup().make(module.Call(os.getpid, module.SharedArguments(()), ()))
 print("a worker of its own:", pid != os.getpid())

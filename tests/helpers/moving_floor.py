@@ -34,13 +34,13 @@ def points_of(function):
     found.known[:] = True
     found.wanted = frame.inner()
     frame.visibility_key = np.ones(frame.item.size, dtype=np.int64)
-    found.left = np.zeros(frame.item.size)
-    found.rough = lambda spacing: found.left
+    found.remaining_steps = np.zeros(frame.item.size)
+    found.predicted_deviation = lambda spacing: found.remaining_steps
     return found
 
 
 def settled(level):
-    assert level.ask().size == 0
+    assert level.missing_pixels().size == 0
     level.settle()
     frame = level.points.frame
     return frame.settled.reshape(frame.height, frame.width)

@@ -22,7 +22,7 @@ def wait_for(condition):
 def mustered(monkeypatch, count):
     """The crew with so many workers, used for pictures of any size."""
     monkeypatch.setattr(render_module, "WORKERS_PIXELS", 0)
-    worker_pool.muster(count)
-    wait_for(lambda: worker_pool.ready == count)
+    worker_pool.start_workers(count)
+    wait_for(lambda: worker_pool.ready_count == count)
     yield worker_pool
     worker_pool.stop()

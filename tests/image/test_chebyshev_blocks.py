@@ -90,7 +90,7 @@ def test_squares_are_cut_down_to_each_pixel_once(region):
     rough = coarse_plan(plan, side)
     squares = PixelBlocks.of_tile(rough, side, screen_bounds(rough), Tile.make(rough, 0, 1))
     for smaller in (*SIDES[1:], 1):
-        squares = squares.cut(np.arange(squares.x.size), smaller, region)
+        squares = squares.subdivide(np.arange(squares.x.size), smaller, region)
     left, bottom, right, top = region
     width = right - left
     number = np.sort((squares.y - bottom) * width + squares.x - left)

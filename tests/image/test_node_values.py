@@ -45,7 +45,7 @@ def test_values_are_known_where_nothing_moves_or_all_is_settled(frame):
 
 @pytest.mark.parametrize("spacing", [1, 2, 4])
 def test_predicted_deviations_grow_with_the_spacing_by_their_kinds(frame, spacing):
-    found = NodeValues(frame, Goal(0.5, 1.0)).rough(spacing)
+    found = NodeValues(frame, Goal(0.5, 1.0)).predicted_deviation(spacing)
     across = frame.deviation[:, 0] + frame.deviation[:, 1]
     want = (
         spacing**1.5 * across[ROOT_KIND] + spacing * across[KINK_KIND] + across[STEP_KIND]

@@ -26,7 +26,7 @@ from random_scenes import random_scene
 def test_a_worker_may_get_ready_while_parts_are_cut(monkeypatch):
     plan = make_plan(random_scene(207), Settings(threads=2))
     work, ready = Scheduler(plan, Occluders(plan)), iter((0, 1, 1, 1))
-    monkeypatch.setattr(WorkerPool, "ready", property(lambda _: next(ready)))
+    monkeypatch.setattr(WorkerPool, "ready_count", property(lambda _: next(ready)))
     assert work.background_pixels_per_call(5_000, 1.0) == 0
     assert work.background_pixels_per_call(5_000, 1.0) == 5_000
     # what has much in it is cut up

@@ -30,8 +30,8 @@ def test_crosses_ask_only_beside_pixels_that_see_the_same():
     found.known[:] = False
     found.wanted[:] = False
     found.wanted[20 * width + 20] = True
-    assert StencilMeans(found).ask().size == 9
+    assert StencilMeans(found).missing_pixels().size == 9
     found.frame.visibility_key[20 * width + 22] = 2
-    assert StencilMeans(found).ask().size == 8
+    assert StencilMeans(found).missing_pixels().size == 8
     found.frame.visibility_key[20 * width + 21] = 2
-    assert StencilMeans(found).ask().size == 0
+    assert StencilMeans(found).missing_pixels().size == 0

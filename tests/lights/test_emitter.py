@@ -14,20 +14,25 @@ from adaptive_drt.lights.registry import LIGHTS, make_emitter
 from adaptive_drt.numerics.low_discrepancy import low_discrepancy_points
 from adaptive_drt.scene.description import (
     DiskLight,
+    EllipseLight,
     Motion,
     PointLight,
     QuadLight,
+    SkyLight,
     SphereLight,
+    SpotLight,
     SunLight,
 )
 
 CENTER, POWER = (0.4, -0.3, 2.5), (1.0, 2.0, 3.0)
 RECORDS = {
     QuadLight: QuadLight(CENTER, (0.5, 0.1, 0.2), (0.0, -0.7, 0.3), POWER),
+    EllipseLight: EllipseLight(CENTER, (0.5, 0.1, 0.2), (0.0, -0.7, 0.3), POWER),
     SphereLight: SphereLight(CENTER, 0.6, POWER),
     DiskLight: DiskLight(CENTER, 0.6, POWER),
     PointLight: PointLight(CENTER, POWER),
 }
+FLAT = (QuadLight, EllipseLight)
 EXTENDED = [kind for kind in RECORDS if kind is not PointLight]
 AT_REST = LightMotion(np.zeros(3), np.zeros(3))
 COUNT = 400
@@ -51,6 +56,11 @@ def places(record, rng, point):
         a[:, :4], b[:, :4] = [1.0, 1.0, -1.0, -1.0], [1.0, -1.0, 1.0, -1.0]
         u, v = (np.array(half)[:, None, None] for half in (record.half_u, record.half_v))
         return center + a * u + b * v
+    if isinstance(record, EllipseLight):
+        turn, size = rng.uniform(0.0, 2.0 * np.pi, (n, COUNT)), np.sqrt(rng.random((n, COUNT)))
+        size[:, : COUNT // 2] = 1.0
+        u, v = (np.array(half)[:, None, None] for half in (record.half_u, record.half_v))
+        return center + size * np.cos(turn) * u + size * np.sin(turn) * v
     offset = rng.normal(size=(3, n, COUNT))
     if isinstance(record, DiskLight):
         axis = center - point[:, :, None]
@@ -77,7 +87,7 @@ def test_extent_is_the_largest_product(kind):
     most = np.abs(products).max(axis=1)
     assert np.all(most <= extent + 1e-12)
     # points on spheres are drawn at random; a disk's extent holds for all points that it faces
-    share = {QuadLight: 1.0 - 1e-12, PointLight: 0.0, SphereLight: 0.95, DiskLight: 0.0}[kind]
+    share = {QuadLight: 1.0 - 1e-12, EllipseLight: 0.99, SphereLight: 0.95}.get(kind, 0.0)
     assert np.all(most >= share * extent)
 
 
@@ -179,12 +189,12 @@ def test_balls_behind_a_light_hide_nothing_of_it(kind):
     emitter = emitter_of(kind)
     radius = rng.uniform(0.05, 0.5, POINTS)
     behind = np.broadcast_to(emitter.is_behind(emitter.to_center(place), radius), POINTS)
-    assert behind.any() == (kind is QuadLight)
+    assert behind.any() == (kind in FLAT)
     spot = rng.normal(size=(3, POINTS))
     spot = place + radius * spot / np.sqrt((spot * spot).sum(axis=0))
     to = emitter.to_center(spot)
     front = emitter.front_sine(to, np.sqrt((to * to).sum(axis=0)))
-    assert (front is None) == (kind is not QuadLight)
+    assert (front is None) == (kind not in FLAT)
     if front is not None:
         assert np.all(front[behind] <= 1e-12)
 
@@ -231,8 +241,9 @@ def test_clear_distance_and_falloff():
 
 
 def test_every_kind_is_tested_here():
-    """Suns have a test file of their own, since they have no place."""
-    assert {record for record, _ in LIGHTS} == {*RECORDS, SunLight}
+    """Suns and skies have test files of their own, since they have no place, and spots, whose cones
+    have more to be asked."""
+    assert {record for record, _ in LIGHTS} == {*RECORDS, SunLight, SkyLight, SpotLight}
 
 
 def test_an_unknown_record_is_refused():
@@ -247,7 +258,18 @@ def test_an_unknown_record_is_refused():
 )
 def test_no_other_file_knows_kinds_of_lights(path):
     text = path.read_text(encoding="utf-8")
-    for module in ("quad_light", "sphere_light", "disk_light", "point_light", "sun_light"):
-        assert module not in text
-    for record in (*RECORDS, SunLight):
+    for module in (
+        "quad",
+        "ellipse",
+        "flat",
+        "sphere",
+        "disk",
+        "point",
+        "sun",
+        "sky",
+        "distant",
+        "spot",
+    ):
+        assert f"{module}_light" not in text
+    for record in (*RECORDS, SunLight, SkyLight, SpotLight):
         assert record.__name__ not in text

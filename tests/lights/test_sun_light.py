@@ -101,7 +101,7 @@ def test_partly_occluded_suns_do_not_cancel(half, size, apart):
     point, up = np.zeros((3, 1)), np.array([[0.0], [0.0], [1.0]])
     v = np.array([math.sin(lean), 0.0, math.cos(lean)])
     radius = np.array([[math.sin(other)]])
-    outline = sun.silhouette(sun.to_center(point))
+    outline = sun.silhouette(sun.to_center(point), up)
     none = np.zeros((0, 4, 3, 1))
     got = sun.power[0] * visible_factor(outline, up, (v[None, :, None], radius), none)[0]
     with mpmath.workdps(40):
@@ -180,9 +180,10 @@ def test_shadows_agree_with_brute_force(angle, blocker):
     want, error = reference(scene, 1024)
     noise, mean = np.sqrt((error**2).mean()), want.mean()
     exact, rays = (render_image(scene, settings).color for settings in (EXACT, RAYS))
-    # the tolerance is an RMS: few pixels may be beyond it
-    off = (np.abs(exact - want) > 7.0 * error + 5e-3 * mean).any(axis=0)
-    assert off.mean() < 1e-2, np.argwhere(off).tolist()
+    # the tolerance is an RMS: a pixel may be beyond it
+    off = np.abs(exact - want) / (7.0 * error + 5e-3 * mean)
+    assert (off > 1.0).any(axis=0).sum() <= 1, np.argwhere(off > 1.0).tolist()
+    assert off.max() < 2.0
     assert np.sqrt(((exact - want) ** 2).mean()) < 1.5 * noise + 1e-3 * mean
     # rays do not average over a pixel in a penumbra
     assert np.sqrt(((rays - want) ** 2).mean()) < 1.5 * noise + 0.02 * mean

@@ -3,26 +3,61 @@
 
 import numpy as np
 
-from adaptive_drt.scene.description import PointLight, QuadLight, SphereLight, SunLight
+from adaptive_drt.scene.description import (
+    DiskLight,
+    EllipseLight,
+    PointLight,
+    QuadLight,
+    SkyLight,
+    SphereLight,
+    SpotLight,
+    SunLight,
+)
 
 from .trace import dot, moved, norm
 
 __all__ = ["aim", "emitted", "facing", "is_area", "is_dark", "place", "power_of", "source"]
 
 FAR = 1e6
-"""Metres from a point at which it sees a sun: beyond all shapes of a test."""
+"""Metres from a point at which it sees a sun or a sky: beyond all shapes of a test."""
 
 TINY = 1e-30
 """Replaces a length of zero in a quotient whose result is then not used, or clamped."""
 
 
+def without_cone(light):
+    """A spot light as the point, disk or ball that shines to all sides; others as they are."""
+    if not isinstance(light, SpotLight):
+        return light
+    common = (light.motion, light.casts_shadow, light.name)
+    if not light.radius:
+        return PointLight(light.center, light.intensity, *common)
+    radiance = tuple(x / (np.pi * light.radius**2) for x in light.intensity)
+    kind = DiskLight if light.faces else SphereLight
+    return kind(light.center, light.radius, radiance, *common)
+
+
+def in_cone(light, p, t, point):
+    """How much (n,) of a spot's light goes from its points (n, 3) towards p (n, 3)."""
+    way = p - point
+    axis = np.array(light.direction) / np.linalg.norm(light.direction)
+    cosine = way @ axis / np.maximum(norm(way), TINY)
+    edge = np.cos(light.angle / 2.0)
+    width = np.maximum((1.0 - edge) * light.blend, 1e-9)
+    x = np.clip((cosine - edge) / width, 0.0, 1.0)
+    held = norm(moved(light, light.center, t) - p) <= (0.0 if light.faces else light.radius)
+    return np.where(held, 1.0, x * x * (3.0 - 2.0 * x))
+
+
 def is_area(light):
     """Whether it has an extent."""
+    light = without_cone(light)
     return not isinstance(light, PointLight) and getattr(light, "angle", 1.0) > 0.0
 
 
 def power_of(light):
     """What `emitted` is multiplied by: radiance, radiant intensity or irradiance."""
+    light = without_cone(light)
     for name in ("radiance", "intensity", "irradiance"):
         if hasattr(light, name):
             return getattr(light, name)
@@ -33,6 +68,8 @@ def source(light, q):
     """Where the centre of a light is at mid-shutter, for things near a place q (3,)."""
     if isinstance(light, SunLight):
         return np.asarray(q) - FAR * np.array(light.direction) / np.linalg.norm(light.direction)
+    if isinstance(light, SkyLight):
+        return np.asarray(q) + FAR * np.array([0.0, 0.0, 1.0])
     return np.array(light.center, dtype=float)
 
 
@@ -64,8 +101,8 @@ def _axis(light, p, t):
 
 
 def facing(light, p, t):
-    """Height in metres of p over the front of a quad light; infinite for all others."""
-    if not isinstance(light, QuadLight):
+    """Height in metres of p over the front of a flat light; infinite for all others."""
+    if not isinstance(light, QuadLight | EllipseLight):
         return np.full(len(p), np.inf)
     normal = np.cross(light.half_u, light.half_v)
     normal = normal / np.linalg.norm(normal)
@@ -76,9 +113,15 @@ def place(light, p, t, uv):
     """Points (n, 3) of a light at time t: uv (n, 2) in the square -1..1, or in the unit disk.
 
     For a disk and a sphere the points are those that face p; a sphere's uv is the sine of the
-    angle from the axis to its centre, as a share of its outline's.
+    angle from the axis to its centre, as a share of its outline's. A sky's is the whole sphere of
+    directions, by Lambert's projection, below the horizon, too.
     """
-    if isinstance(light, QuadLight):
+    light = without_cone(light)
+    if isinstance(light, SkyLight):
+        square = np.minimum((uv**2).sum(axis=1, keepdims=True), 1.0)
+        side = 2.0 * np.sqrt(1.0 - square) * uv
+        return p + FAR * np.concatenate([side, 1.0 - 2.0 * square], axis=1)
+    if isinstance(light, QuadLight | EllipseLight):
         return moved(light, light.center, t) + uv @ np.array([light.half_u, light.half_v])
     if isinstance(light, PointLight):
         return moved(light, light.center, t)
@@ -100,10 +143,15 @@ def place(light, p, t, uv):
 
 def aim(light, p, t, q):
     """The uv (n, 2) of the light's point that lies nearest the line from p through q (n, 3)."""
-    toward = q - p
+    toward, light = q - p, without_cone(light)
     if not is_area(light):
         return np.zeros((len(p), 2))
-    if isinstance(light, QuadLight):
+    if isinstance(light, SkyLight):
+        way = toward / np.maximum(norm(toward), TINY)[:, None]
+        rho = np.sqrt(np.maximum(1.0 - way[:, 2], 0.0) / 2.0)
+        side = np.hypot(way[:, 0], way[:, 1])
+        return way[:, :2] * (rho / np.maximum(side, TINY))[:, None]
+    if isinstance(light, QuadLight | EllipseLight):
         u, v = np.array(light.half_u), np.array(light.half_v)
         columns = np.stack([np.broadcast_to(u, p.shape), np.broadcast_to(v, p.shape), -toward], 2)
         flat = np.abs(np.linalg.det(columns)) < np.finfo(float).tiny
@@ -112,6 +160,8 @@ def aim(light, p, t, q):
         # columns . (u, v, s) = p - center, as center + u U + v V = p + s toward
         uvs = np.linalg.solve(columns, start[:, :, None])[:, :, 0]
         uvs[flat | (uvs[:, 2] < 0.0)] = 0.0
+        if isinstance(light, EllipseLight):
+            return uvs[:, :2] / np.maximum(norm(uvs[:, :2]), 1.0)[:, None]
         return np.clip(uvs[:, :2], -1.0, 1.0)
     axis, distance, first, second, sine = _axis(light, p, t)
     ahead = dot(toward, axis)
@@ -132,8 +182,13 @@ def emitted(light, p, normals, t, square):
     `square` (n, 2) in 0..1 chooses the point; the mean over the square is the irradiance of the
     unoccluded light.
     """
+    if isinstance(light, SpotLight):
+        point, share = emitted(without_cone(light), p, normals, t, square)
+        return point, share * in_cone(light, p, t, point)
     if isinstance(light, SphereLight):
         return _emitted_sphere(light, p, normals, t, square)
+    if isinstance(light, SkyLight):
+        return p + FAR * _above(normals, square), np.full(len(p), np.pi)
     if isinstance(light, SunLight):
         if is_area(light):
             point, share = _emitted_sphere(light, p, normals, t, square)
@@ -147,6 +202,8 @@ def emitted(light, p, normals, t, square):
         rho, phi = np.sqrt(square[:, :1]), 2.0 * np.pi * square[:, 1:]
         uv = rho * np.concatenate([np.cos(phi), np.sin(phi)], axis=1)
         area = np.pi * getattr(light, "radius", 0.0) ** 2
+        if isinstance(light, EllipseLight):
+            area = np.pi * np.linalg.norm(np.cross(light.half_u, light.half_v))
     point = place(light, p, t, uv)
     toward = point - p
     distance2 = dot(toward, toward)
@@ -154,11 +211,19 @@ def emitted(light, p, normals, t, square):
     cosine = np.maximum(dot(toward, normals) / distance, 0.0)
     if isinstance(light, PointLight):
         return point, cosine / distance2
-    if isinstance(light, QuadLight):
+    if isinstance(light, QuadLight | EllipseLight):
         height = facing(light, p, t)
     else:
         height = norm(moved(light, light.center, t) - p)
     return point, area * cosine * np.maximum(height / distance, 0.0) / distance2
+
+
+def _above(normals, square):
+    """Directions (n, 3) above horizons, in proportion to the cosine with the normals."""
+    first, second = _basis(normals)
+    rho, phi = np.sqrt(square[:, :1]), 2.0 * np.pi * square[:, 1:]
+    aside = np.cos(phi) * first + np.sin(phi) * second
+    return rho * aside + np.sqrt(np.maximum(1.0 - square[:, :1], 0.0)) * normals
 
 
 def _emitted_sphere(light, p, normals, t, square):

@@ -6,7 +6,7 @@ Each function takes pixels (n, 2), their lower left corners, and returns (n,) bo
 
 import numpy as np
 
-from adaptive_drt.scene.description import QuadLight, Sphere
+from adaptive_drt.scene.description import QuadLight, SkyLight, Sphere
 
 from .camera import project
 from .lights import aim, facing, is_area, is_dark, place
@@ -48,7 +48,7 @@ def masks(scene, use_penumbra=True, use_motion=True, use_edges=True):
 def light_states(scene, light, p, normals, own, inside, t, uv, which=None):
     """BLOCKED, OPEN or UNSURE for a light's points uv (n, 2) seen from p (n, 3) at t (n,).
 
-    Below p's horizon counts as BLOCKED.
+    Below p's horizon counts as BLOCKED, but of a sky as UNSURE: p sees what is above it.
     """
     margin = MARGIN * extent(scene)
     point = place(light, p, t, uv)
@@ -57,7 +57,8 @@ def light_states(scene, light, p, normals, own, inside, t, uv, which=None):
         state = states(scene, p, point, t, own, normals, inside, which)
     else:
         state = np.full(len(p), OPEN)
-    state = np.where(height < -margin, BLOCKED, state)
+    below = UNSURE if isinstance(light, SkyLight) else BLOCKED
+    state = np.where(height < -margin, below, state)
     return np.where(np.abs(height) <= margin, np.where(state == BLOCKED, BLOCKED, UNSURE), state)
 
 
@@ -153,7 +154,8 @@ def _changes(scene, spots, use_penumbra, dense):
     p, normals = base.points[rest], base.normals[rest]
     own, inside = base.ids[rest], base.inside[rest]
     for light in scene.lights:
-        if not is_dark(light):
+        # without penumbrae a sky casts no shadows
+        if not is_dark(light) and (use_penumbra or not isinstance(light, SkyLight)):
             args = (scene, light, p, normals, own, inside, use_penumbra, shifted[rest], dense)
             changed[rest] |= _light_changes(*args)
     return changed
@@ -310,6 +312,8 @@ def _shadow_edges(scene, pixels, use_penumbra):
     n = len(pixels)
     result = np.zeros(n, dtype=bool)
     lights = [x for x in scene.lights if x.casts_shadow and not is_dark(x)]
+    # some of a sky is open from everywhere outside of shapes, so it has no such edges
+    lights = [x for x in lights if not isinstance(x, SkyLight)]
     if not lights or not n:
         return result
     spots = [pixels + offset for offset in pixel_grid(5)]

@@ -77,21 +77,21 @@ def test_a_render_after_one_that_was_cancelled(workers):
     next(steps)
     steps.close()
     assert not workers._busy
-    workers.muster(2)
-    wait_for(lambda: workers.ready == 2)
+    workers.start_workers(2)
+    wait_for(lambda: workers.ready_count == 2)
     again, alone = render_image(scene, settings), render_image(scene, replace(settings, threads=1))
     assert np.array_equal(again.color, alone.color)
 
 
 def test_one_that_was_killed_counts_no_more_at_once(workers):
     """Its process may take a while to end: who asked for workers just then got one too few."""
-    worker = workers.borrow()
+    worker = workers.acquire()
     worker.kill()
     assert not worker.alive
-    workers.give_back(worker)
-    workers.muster(2)
+    workers.release(worker)
+    workers.start_workers(2)
     assert worker not in workers._idle and len(workers._idle) == 2
-    wait_for(lambda: workers.ready == 2)
+    wait_for(lambda: workers.ready_count == 2)
 
 
 def test_a_call_is_broken_off(workers):
@@ -107,7 +107,7 @@ def test_a_call_is_broken_off(workers):
     thread = threading.Thread(target=call)
     thread.start()
     wait_for(lambda: workers._busy)
-    shift.break_off()
+    shift.cancel()
     thread.join()
     assert outcome and time.monotonic() - began < LONG
     with pytest.raises(RenderCancelled):
@@ -137,15 +137,15 @@ def test_the_call_of_a_worker_that_dies_is_made_here(workers):
     assert outcome == [None]
     # it is not called again
     assert CallGroup().make(Call(os.getpid, SharedArguments(()), ())) != os.getpid()
-    workers.muster(2)
-    wait_for(lambda: workers.ready == 2)
+    workers.start_workers(2)
+    wait_for(lambda: workers.ready_count == 2)
 
 
 def test_nothing_is_left_behind(workers):
     processes = [worker._process for worker in workers._idle]
     workers.stop()
     assert all(process.poll() is not None for process in processes)
-    assert workers.ready == 0 and workers.concurrency(4) == 4
+    assert workers.ready_count == 0 and workers.concurrency(4) == 4
 
 
 def test_an_idle_worker_ends_and_leaves_no_zombie(monkeypatch):
@@ -164,9 +164,9 @@ def test_an_idle_worker_ends_and_leaves_no_zombie(monkeypatch):
         wait_for(gone)
         # the next render gets another
         monkeypatch.undo()
-        assert workers.ready == 0
-        workers.muster(1)
-        wait_for(lambda: workers.ready == 1)
+        assert workers.ready_count == 0
+        workers.start_workers(1)
+        wait_for(lambda: workers.ready_count == 1)
 
 
 def test_a_worker_tells_how_far_a_call_is(workers):
@@ -179,8 +179,8 @@ def test_a_worker_tells_how_far_a_call_is(workers):
 def test_they_end_with_the_process_that_started_them(tmp_path):
     program = (
         "import os, sys, time; from adaptive_drt.parallel.pool import worker_pool as pool\n"
-        "pool.muster(1)\n"
-        "while not pool.ready: time.sleep(0.01)\n"
+        "pool.start_workers(1)\n"
+        "while not pool.ready_count: time.sleep(0.01)\n"
         "print(pool._idle[0]._process.pid, flush=True); os._exit(0)"
     )
     root = Path(crew_module.__file__).resolve().parents[2]
@@ -208,8 +208,8 @@ def test_they_end_with_the_process_that_started_them(tmp_path):
 def test_without_a_python_there_are_none(monkeypatch, tmp_path, program):
     monkeypatch.setattr(sys, "executable", program and str(tmp_path / program))
     none = WorkerPool()
-    none.muster(2)
-    none.muster(2)
+    none.start_workers(2)
+    none.start_workers(2)
     assert not none._idle and none.concurrency(3) == 3
 
 
@@ -219,8 +219,8 @@ def test_a_python_that_fails_is_tried_once(monkeypatch, tmp_path):
     broken.chmod(0o755)
     monkeypatch.setattr(sys, "executable", str(broken))
     none = WorkerPool()
-    none.muster(2)
+    none.start_workers(2)
     wait_for(lambda: all(worker.failed and not worker.alive for worker in none._idle))
-    assert none.ready == 0 and none.borrow() is None
-    none.muster(2)
+    assert none.ready_count == 0 and none.acquire() is None
+    none.start_workers(2)
     assert not none._idle

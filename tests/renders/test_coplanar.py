@@ -158,8 +158,8 @@ def test_a_tenth_of_a_millimetre_is_no_contact(case, gap):
         (emitter,) = make_plan(validate(other), WAYS["EXACT"]).lights
         assert emitter.coplanar is None
         if gap > 0.0:
-            # pixels may be off by more than the RMS that is asked for
-            check_alike(scene, other, WAYS["EXACT"], f"seed {seed}", 2.0 * CLOSE)
+            # a pixel may be off by more than the RMS that is asked for
+            check_alike(scene, other, WAYS["EXACT"], f"seed {seed}", 1.3 * CLOSE)
         else:
             assert not render_image(other, WAYS["EXACT"]).color.any(), f"seed {seed}"
 

@@ -61,13 +61,13 @@ def test_the_bar_moves(name, method):
 def test_the_bar_moves_in_a_heap_of_balls(method, monkeypatch):
     """However few calls a picture is, and from within them. Asked often: a second is soon over."""
     monkeypatch.setattr(threads_module, "POLL_INTERVAL", 0.002)
-    parts, note = [], threads_module._Job.note
+    parts, note = [], threads_module._Job.update_progress
 
     def noted(job, part):
         parts.append(part)
         note(job, part)
 
-    monkeypatch.setattr(threads_module._Job, "note", noted)
+    monkeypatch.setattr(threads_module._Job, "update_progress", noted)
     settings = Settings(
         method=method, tolerance=0.01, light_rays=16, pixel_rays=4, threads=1, batch=2_000
     )

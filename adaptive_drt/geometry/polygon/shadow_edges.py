@@ -30,8 +30,10 @@ from ..shadow_edges import (
     largest_shift,
     outline_rates,
     outline_shifts,
+    shadow_edges_around,
+    shifts_around,
 )
-from .kernels import distance_at_closest_approach
+from .kernels import distance_at_closest_approach, distance_to_edge
 from .standing import shadowing_edges
 from .view import PolygonView
 
@@ -58,6 +60,8 @@ def polygon_shadow_edges(
     view : the polygons as seen from the middles of the patches.
     distance, bounding_ball : those of `PolygonSet` for polygons of this kind.
     """
+    if light.surrounds:
+        return _shadow_edges_around(view, motion, receivers, light, distance, bounding_ball)
     to = light.to_center(receivers.places, receivers.time)
     shadows = _shadow_edges(view, to, motion, receivers, light)
     own, height, normal = receivers.own, view.height, view.normal
@@ -90,6 +94,64 @@ def polygon_shadow_edges(
         # the polygon itself cuts the patch, which is lit on one side and dark on the other: a step
         depth[cut], width[cut], shifts[:, cut] = 1.0, 0.0, columns(through, ~walls)
     return shadows
+
+
+def _shadow_edges_around(
+    view: PolygonView,
+    motion: Array | None,
+    receivers: ShadedPatches,
+    light: AreaLight,
+    distance: Callable[[Array, Array, Array], Array],
+    bounding_ball: Callable[[Array, Array, Array], tuple[Array, Array]],
+) -> ShadowEdges:
+    """`polygon_shadow_edges` under a light that surrounds the points: all edges lie on it.
+
+    An edge's term of the irradiance varies over lengths of its distance, the less the nearer the
+    edge is to the horizon, whose light is weighted with a cosine of 0.
+    """
+    normal = columns(receivers.normal, receivers.row)
+    center, wide = bounding_ball(view.corner, view.edge_u, view.edge_v)
+    away = np.maximum(norm(center), TINY)
+    sine = np.minimum(wide / away, 1.0)
+    depth = sine * sine * np.clip(dot(normal, center) / away + 0.5 * sine, 0.0, 1.0)
+    near = np.full(away.size, np.inf)
+    for start, edge in zip(view.starts, view.edges, strict=True):
+        end = start + edge
+        rise = [dot(normal, each) / np.maximum(norm(each), TINY) for each in (start, end)]
+        lever = np.sqrt(np.clip(np.maximum(*rise), 0.0, 1.0))
+        near = np.minimum(near, distance_to_edge(start, edge) / np.maximum(lever, TINY))
+    near = np.maximum(near, away * MIN_RELATIVE_DISTANCE)
+    depth[receivers.own | ~(view.height > 0.0)] = 0.0
+    nowhere = np.zeros(away.size, dtype=np.bool_)
+    shadows = shadow_edges_around(depth, shifts_around(receivers, light, motion, near), nowhere)
+    _update_cut_patches(view, motion, receivers, light, distance, shadows)
+    return shadows
+
+
+def _update_cut_patches(
+    view: PolygonView,
+    motion: Array | None,
+    receivers: ShadedPatches,
+    light: AreaLight,
+    distance: Callable[[Array, Array, Array], Array],
+    shadows: ShadowEdges,
+) -> None:
+    """Replace shadows, in place, of polygons that cut patches: each side sees its own half of a
+    light that surrounds them. Where only one of the sides is visible, nothing changes."""
+    point_slack, _ = _normal_motion(motion, receivers, light, view.normal)
+    rows = (~(view.height > point_slack) & ~receivers.own).nonzero()[0]
+    near = distance(*(columns(side, rows) for side in (view.corner, view.edge_u, view.edge_v)))
+    rows = rows[near <= _motion_radius(_take(motion, rows), receivers.take(rows))]
+    if not rows.size:
+        return
+    part, seen, moved = receivers.take(rows), view.take(rows), _take(motion, rows)
+    size = np.sqrt(dot(seen.normal, seen.normal))
+    unit, height, drift = seen.normal / size, seen.height / size, _half_motion(moved, part)
+    through = _normal_extents(drift, part, unit)
+    walls, _ = shadowing_edges(part, (seen.starts, seen.edges), unit, height, drift, through)
+    cut = rows[~walls]
+    shadows.depth[cut], shadows.width[cut] = 0.5, 0.0
+    shadows.shifts[:, cut] = columns(through, ~walls)
 
 
 def _take(motion: Array | None, rows: Ints) -> Array | None:

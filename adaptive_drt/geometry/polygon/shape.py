@@ -120,7 +120,7 @@ class PolygonSet(ShapeSet):
     def corners_at(self, index: Ints, time: Array | float) -> Array:
         """First vertices (3, ...) of polygons `index` at shutter times that broadcast with it."""
         place: Array = columns(self.corner, index)
-        if self.displacement is None:
+        if self.displacement is None or (isinstance(time, float) and time == 0.0):
             return place
         return place + time * columns(self.displacement, index)
 
@@ -195,7 +195,7 @@ class PolygonSet(ShapeSet):
         return moves
 
     def implicit_surface(self, index: Ints) -> ImplicitPlane:
-        """See `ShapeSet.implicit_surface`."""
+        """See `ShapeSet.implicit_surface`: edge_u x edge_v and the corner."""
         normal = cross(columns(self.edge_u, index), columns(self.edge_v, index))
         return ImplicitPlane(normal, columns(self.corner, index))
 
@@ -362,11 +362,6 @@ class PolygonSet(ShapeSet):
             columns(self.edge_v, index),
         )
         return plane_hits(w, cross(u, v), q, self.vertices(q, u, v))
-
-    def plane(self, index: Ints) -> tuple[Array, Array]:
-        """See `ShapeSet.plane`: edge_u x edge_v and the corner."""
-        normal = cross(columns(self.edge_u, index), columns(self.edge_v, index))
-        return normal, columns(self.corner, index)
 
     def extent(self, index: Ints, direction: Array, time: Array | float) -> tuple[Array, Array]:
         """See `ShapeSet.extent`; from the vertices."""

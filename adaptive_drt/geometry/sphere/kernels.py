@@ -24,7 +24,9 @@ from ...numerics.vector import cross, dot, squared_norm
 
 __all__ = [
     "cone_overlap",
+    "cone_touches",
     "discriminant",
+    "discriminant_and_terms",
     "discriminant_rounding",
     "intersect_sphere",
     "origin_inside",
@@ -53,6 +55,12 @@ def discriminant(w: Array, v: Array, radius: Array | float) -> Array: ...
 def discriminant(w: Array | Jet, v: Array | Jet, radius: Array | float) -> Array | Jet:
     """D(w, v) (...), for arrays or jets, in the unit of w squared times metres squared."""
     return (radius * radius) * squared_norm(w) - squared_norm(cross(w, v))
+
+
+def discriminant_and_terms(w: Jet, v: Array, radius: Array) -> tuple[Jet, Array, Array]:
+    """Return D(w, v) as a jet, and of its terms the values of w.w and |w x v|^2: (...) each."""
+    square, side = squared_norm(w), squared_norm(cross(w, v))
+    return (radius * radius) * square - side, square.value, side.value
 
 
 def surface_tolerance(point: Array, size: Array | float) -> Array:
@@ -135,7 +143,12 @@ def sphere_blocks_segment(
 
 
 def cone_overlap(
-    axis: Array, cosine: Array | float, sine: Array | float, v: Array, radius: Array | float
+    axis: Array,
+    cosine: Array | float,
+    sine: Array | float,
+    v: Array,
+    radius: Array | float,
+    vv: Array | None = None,
 ) -> tuple[Mask, Mask, Array]:
     """Whether a sphere, seen from the origin, touches or covers a circular cone of directions.
 
@@ -144,7 +157,7 @@ def cone_overlap(
     axis : (3, ...) unit axis of the cone.
     cosine, sine : of the cone's half angle; (-1, 1) stands for all directions, a cone that every
         sphere touches and none covers.
-    v, radius : the sphere; the origin must lie outside it.
+    v, radius : the sphere; the origin must lie outside it.  vv : v.v, where it is known already.
 
     Returns
     -------
@@ -156,13 +169,46 @@ def cone_overlap(
     With alpha the sphere's half angle, |v| cos(alpha -+ lambda) = tangent cos -+ r sin, lambda the
     cone's half angle, so no trigonometric function is needed.
     """
-    vv = dot(v, v)
-    tangent = np.sqrt(np.maximum(vv - radius * radius, 0.0))
-    along = dot(axis, v)
-    # the square root loses half the digits where the origin is next to the surface
-    floor = np.sqrt(UNIT_ROUNDOFF * vv)
-    slack = (CONE_OPERATIONS * UNIT_ROUNDOFF) * vv / np.maximum(np.maximum(tangent, floor), TINY)
-    spread = radius * sine
-    touch = along > tangent * cosine - spread - slack
-    cover = (along >= tangent * cosine + spread + slack) & (radius * radius >= vv * sine * sine)
+    vv = dot(v, v) if vv is None else vv
+    square = radius * radius
+    tangent, slack = _tangent_and_slack(vv, square)
+    along, spread, edge = dot(axis, v), radius * sine, tangent * cosine
+    touch = along > edge - spread - slack
+    edge += spread
+    edge += slack
+    cover = (along >= edge) & (square >= vv * sine * sine)
     return touch, cover, tangent
+
+
+def cone_touches(
+    axis: Array,
+    cosine: Array | float,
+    sine: Array | float,
+    v: Array,
+    radius: Array | float,
+    vv: Array | None = None,
+) -> Mask:
+    """Return the mask `touch` of `cone_overlap` alone."""
+    tangent, slack = _tangent_and_slack(dot(v, v) if vv is None else vv, radius * radius)
+    tangent *= cosine
+    tangent -= radius * sine
+    tangent -= slack
+    touch: Mask = dot(axis, v) > tangent
+    return touch
+
+
+def _tangent_and_slack(vv: Array, square: Array | float) -> tuple[Array, Array]:
+    """Lengths (...) of tangents to spheres, and rounding bounds of comparisons with cones.
+
+    vv, square : (...) squared distances of the spheres' centres and squared radii.
+    """
+    tangent = np.maximum(vv - square, 0.0)
+    np.sqrt(tangent, out=tangent)
+    # the square root loses half the digits where the origin is next to the surface
+    floor = UNIT_ROUNDOFF * vv
+    np.sqrt(floor, out=floor)
+    np.maximum(tangent, floor, out=floor)
+    np.maximum(floor, TINY, out=floor)
+    slack = (CONE_OPERATIONS * UNIT_ROUNDOFF) * vv
+    slack /= floor
+    return tangent, slack

@@ -27,7 +27,9 @@ from ..light_protocol import LightBall, LightShape, LinearSpan
 from ..receivers import Receivers
 from .kernels import (
     cone_overlap,
+    cone_touches,
     discriminant,
+    discriminant_and_terms,
     discriminant_rounding,
     origin_inside,
     sphere_blocks_segment,
@@ -64,25 +66,37 @@ def sphere_occlusion(
     if not light.extended:
         block = sphere_blocks_segment(to, v, r, graze)
         return ~block, block
-    enclosed = receivers.own | origin_inside(dot(v, v), r, graze)
+    vv = dot(v, v)
+    enclosed = receivers.own | origin_inside(vv, r, graze)
     gap = light.to_center(center, time)
-    none, full = ball_occlusion(light, to, gap, v, r, enclosed, order)
-    away = norm(gap)
-    none = np.where(enclosed, away + light.radius <= r, none)
-    full = np.where(enclosed, away - light.radius >= r, full)
-    return none & ~full, full
+    none, full = ball_occlusion(light, to, gap, v, r, enclosed, order, vv)
+    rows = enclosed.nonzero()[0]
+    if rows.size:
+        away, size = norm(columns(gap, rows)), r[rows]
+        none[rows] = away + light.radius <= size
+        full[rows] = light.surrounds | (away - light.radius >= size)
+    none &= ~full
+    return none, full
 
 
 def ball_occlusion(
-    light: LightBall, to: Array, gap: Array, v: Array, r: Array, enclosed: Mask, order: int
+    light: LightBall,
+    to: Array,
+    gap: Array,
+    v: Array,
+    r: Array,
+    enclosed: Mask,
+    order: int,
+    vv: Array | None = None,
 ) -> tuple[Mask, Mask]:
     """Whether balls certainly hide nothing of an extended light, or certainly all of it: (m,) each.
 
     enclosed : (m,) whether the point is inside its ball; both answers are then undefined.
+    vv : (m,) v.v, where it is known already.
     """
-    cone = light.view_cone(to)
-    touch, cover, tangent = cone_overlap(cone.axis, cone.cosine, cone.sine, v, r)
-    none: Mask = ~touch | (norm(v) - r >= cone.far)
+    cone, vv = light.view_cone(to), dot(v, v) if vv is None else vv
+    touch, cover, tangent = cone_overlap(cone.axis, cone.cosine, cone.sine, v, r, vv)
+    none: Mask = ~touch | (np.sqrt(vv) - r >= cone.far)
     full: Mask = cover & (tangent <= cone.near)
     # a light inside the ball is hidden from outside
     full |= norm(gap) + light.radius <= r
@@ -111,14 +125,13 @@ def _occlusion_over_span(
     radius : metres, of the light.  tangent : (m,) metres, of `cone_overlap`.
     """
     w = Jet.linear(to, (span.half_u, span.half_v), order)
-    d = discriminant(w, v, r)
+    d, ww, side = discriminant_and_terms(w, v, r)
     vv = dot(v, v)
     square = radius * radius
     # the remainder of order 1 is r^2 |o|^2 - |o x v|^2 for an offset |o| <= radius
     low, high = rectangle_range(d, 1.0, 1.0, square * np.maximum(r * r, vv))
-    far = np.sqrt(dot(to, to)) + radius
-    side = cross(to, v)
-    miss = np.sqrt(dot(side, side)) + radius * np.sqrt(vv)
+    far = np.sqrt(ww) + radius
+    miss = np.sqrt(side) + radius * np.sqrt(vv)
     rounding = discriminant_rounding(far * far, vv, r, miss)
     along = dot(to, v)
     spread = np.abs(dot(span.half_u, v)) + np.abs(dot(span.half_v, v))
@@ -215,8 +228,8 @@ def sphere_casts_sharp_edge(
     cone, line = light.view_cone(to), light.as_point().view_cone(to)
     sharp = np.ones(r.size, dtype=np.bool_)
     for test in (line, cone) if light.fills_cone else (line,):
-        touch, _, _ = cone_overlap(test.axis, test.cosine, test.sine, v, small)
-        _, cover, _ = cone_overlap(test.axis, test.cosine, test.sine, v, large)
+        touch = cone_touches(test.axis, test.cosine, test.sine, v, small, vv)
+        _, cover, _ = cone_overlap(test.axis, test.cosine, test.sine, v, large, vv)
         # within reach of the surface itself anything may be hidden
         sharp &= (~touch | (small == 0.0)) & (cover | (vv <= large * large))
         if order == 1:

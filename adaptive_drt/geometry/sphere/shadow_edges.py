@@ -26,7 +26,10 @@ from ..shadow_edges import (
     largest_shift,
     outline_rates,
     outline_shifts,
+    shadow_edges_around,
+    shifts_around,
 )
+from .section_edges import add_section_edges
 
 __all__ = ["enclosed_shadow_edges", "sphere_shadow_edges"]
 
@@ -43,12 +46,21 @@ def sphere_shadow_edges(
     receivers: ShadedPatches,
     light: AreaLight,
 ) -> ShadowEdges:
-    """Shadow edges of spheres, from the angles between their outlines and that of the light.
+    """Shadow edges of spheres of radii r (m,), metres."""
+    edges = _shadow_edges_around if light.surrounds else _shadow_edges_across
+    return edges(center, r, displacement, receivers, light)
 
-    r : (m,) radii, metres.
-    """
-    v = center - receivers.places
-    to = light.to_center(receivers.places, receivers.time)
+
+def _shadow_edges_across(
+    center: Array,
+    r: Array,
+    displacement: Array | None,
+    receivers: ShadedPatches,
+    light: AreaLight,
+) -> ShadowEdges:
+    """`sphere_shadow_edges` from the angles between the spheres' outlines and that of the light."""
+    point = receivers.places
+    v, to = center - point, light.to_center(point, receivers.time)
     far = np.maximum(np.sqrt(dot(to, to)), TINY)
     axis, lit_around = _view_axis(light, to, far, receivers)
     vv, along = dot(v, v), dot(axis, v)
@@ -79,13 +91,51 @@ def sphere_shadow_edges(
     hides_all = (opening - farthest >= whole) & ~enclosed & (tangent < far - light.radius)
     width = 2.0 * np.minimum(half, opening)
     edges = ShadowEdges(depth, shifts, width, *nearest, hides_all)
+    _add_touching_edges(edges, enclosed, half, (v, to, r), receivers, light, displacement)
+    return edges
+
+
+def _add_touching_edges(
+    edges: ShadowEdges,
+    enclosed: Mask,
+    half: Array,
+    ends: tuple[Array, Array, Array],
+    receivers: ShadedPatches,
+    light: AreaLight,
+    displacement: Array | None,
+) -> None:
+    """Set, in place, the edges of spheres that enclose the point or that the light reaches into.
+
+    Parameters
+    ----------
+    enclosed : (m,) whether the point is within the sphere or on it.  half : (m,) radians, half
+    angles of the light.  ends : v, to and r of `_encloses_patch`.
+    """
+    v, to, r = ends
     some = enclosed.nonzero()[0]
     if some.size:
         part = columns(v, some), columns(to, some), r[some], receivers.take(some), light
         drift = None if displacement is None else columns(displacement, some)
         edges.hides_all[some] = _encloses_patch(*part, drift)
         _add_enclosed_edges(edges, some, half[some], *part, drift)
-    return edges
+    moved = _relative_drift(receivers, light, displacement)
+    apart = np.sqrt(dot(v - to, v - to))
+    reached = (np.abs(apart - r) < light.radius + moved) & light.extended
+    rows = (reached & ~enclosed).nonzero()[0]
+    if rows.size:
+        outer = columns(v, rows), columns(to, rows), r[rows]
+        add_section_edges(edges, rows, half[rows], outer, moved[rows], receivers.take(rows), light)
+
+
+def _relative_drift(
+    receivers: ShadedPatches, light: AreaLight, displacement: Array | None
+) -> Array:
+    """Metres (m,) by which spheres move relative to the light over half the patches' times."""
+    moved = 0.0 if displacement is None else displacement
+    carried = 0.0 if light.displacement is None else light.displacement
+    drift = np.zeros((3, receivers.row.size)) + (moved - carried) * receivers.half_time
+    size: Array = np.sqrt(dot(drift, drift))
+    return size
 
 
 def _view_axis(
@@ -123,8 +173,7 @@ def _add_enclosed_edges(
     """
     gap, size = v - to, np.sqrt(dot(v, v))
     moved = np.zeros((3, r.size)) if displacement is None else displacement * receivers.half_time
-    carried = 0.0 if light.displacement is None else light.displacement * receivers.half_time
-    drift = np.sqrt(dot(moved - carried, moved - carried))
+    drift = _relative_drift(receivers, light, displacement)
     reached = np.abs(np.sqrt(dot(gap, gap)) - r) < light.radius + drift
     far = np.maximum(np.sqrt(dot(to, to)), light.radius)
     out, over, through = -v / np.maximum(size, TINY), np.zeros((3, r.size)), np.zeros((3, r.size))
@@ -141,6 +190,37 @@ def _add_enclosed_edges(
     rows = some[met]
     edges.depth[rows], edges.shifts[:, rows] = 1.0, columns(shifts, met)
     edges.width[rows] = np.where(left[met], 0.0, 2.0 * half[met])
+
+
+def _shadow_edges_around(
+    center: Array,
+    r: Array,
+    displacement: Array | None,
+    receivers: ShadedPatches,
+    light: AreaLight,
+) -> ShadowEdges:
+    """`sphere_shadow_edges` under a light that surrounds the points: all of an outline lies on it.
+
+    Of the irradiance a sphere at distance d hides the fraction (r / d)^2 times the cosine, which is
+    smooth over lengths of d, even where the sphere touches the surface.
+    """
+    point = receivers.places
+    v, to = center - point, light.to_center(point, receivers.time)
+    length = np.sqrt(dot(v, v))
+    away = np.maximum(length, TINY)
+    cosine = dot(columns(receivers.normal, receivers.row), v) / away
+    enclosed = (length <= r) | receivers.own
+    sine = np.minimum(r / away, 1.0)
+    # the mean cosine over the part of the sphere's cone that is above the horizon, roughly
+    depth = sine * sine * np.clip(cosine + 0.5 * sine, 0.0, 1.0)
+    hides_all = enclosed.copy()
+    some = enclosed.nonzero()[0]
+    if some.size:
+        part = columns(v, some), columns(to, some), r[some], receivers.take(some), light
+        drift = None if displacement is None else columns(displacement, some)
+        hides_all[some] = _encloses_patch(*part, drift)
+    shifts = shifts_around(receivers, light, displacement, away)
+    return shadow_edges_around(np.where(enclosed, 0.0, depth), shifts, hides_all)
 
 
 def enclosed_shadow_edges(
@@ -249,6 +329,7 @@ def _encloses_patch(
     if light.displacement is not None:
         carried = np.sqrt(dot(light.displacement, light.displacement)) * receivers.half_time
     apart = np.sqrt(dot(gap, gap)) - (drift + carried) > r + light.radius
+    apart |= light.surrounds
     within = np.sqrt(dot(v, v)) + receivers.reach + drift < r
     # for a camera inside a sphere, all of its visible surface is its inside
     lined = receivers.inside[receivers.row] & receivers.own

@@ -1,0 +1,263 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Elliptic lights, circular disks among them, which emit to one side.
+
+A circular disk that is wholly above the horizon has an elementary closed form, the vector of whose
+components are the configuration factors of a differential element and a disk, parallel and
+perpendicular (Hamilton and Morgan 1952, NACA TN 2836). All else is that of polygons of the same
+area and `SIDES` sides: what is seen of them behind occluders and above the horizon has a closed
+form, and differs where another outline crosses the ellipse. The whole of an ellipse is extrapolated
+from two of them.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..geometry.light_protocol import LinearSpan
+from ..geometry.sphere.kernels import surface_tolerance
+from ..numerics.arrays import Array, Mask
+from ..numerics.floats import TINY
+from ..numerics.gather import columns
+from ..numerics.vector import cross, dot
+from ..scene.description import EllipseLight
+from .emitter import LightMotion, column
+from .flat_light import FlatEmitter
+from .form_factor import polygon_factor
+
+__all__ = ["EllipseEmitter", "make_ellipse_emitter"]
+
+
+SIDES = 64
+"""Number of sides of the polygons that stand for ellipses whose visible part is integrated."""
+CLOSE_SIDES = 256
+"""The same for the whole ellipse where that is closer than it is long."""
+OUTLINE_ERROR = 1.5e-5
+"""Largest error of what is seen in part of a polygon of 64 sides instead of a circle at a distance
+of several radii, as a fraction of the whole light. An outline that crosses the ellipse cuts off a
+part of a side's circular segment more or less, of which each is 2 pi^3 / (3 SIDES^3) of the area.
+Measured: it grows as in `EllipseEmitter.outline_error`; see the tests of elliptic lights."""
+EXTRAPOLATION = 1.0 / 15.0
+"""Weight of the difference of polygons with `SIDES` and half as many sides that is added to the
+former: errors of polygons of the same area as the ellipse fall with the fourth power."""
+NEAREST_STEPS = 4
+"""Number of steps of the iteration for the nearest point of an ellipse."""
+CIRCULAR = 2.0**-40
+"""Largest relative difference of the half axes, and cosine between them, of disks that count as
+circular."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class EllipseEmitter(FlatEmitter):
+    """An ellipse of uniform radiance.
+
+    span : half of its principal axes, the longer one first.  circular : whether it is a circle.
+    """
+
+    circular: bool
+
+    def outline_error(self, to: Array, normal: Array) -> Array:
+        """Errors (n,) in sr of what is seen of the light behind occluders.
+
+        They are fractions of the light's solid angle, times the largest cosine with the normal.
+        The fractions grow with the square of the ratio of the axes, and where the light is closer
+        than its shorter half axis with that of the distance.
+        """
+        shortest = float(np.sqrt(dot(self.span.half_v, self.span.half_v))[0])
+        away = self._from_nearest(to)
+        square = np.maximum(dot(away, away), TINY)
+        fraction = (self.radius / shortest) ** 2 * (1.0 + shortest * shortest / square)
+        height = np.maximum(-dot(self.span.normal, to), 0.0)
+        length = np.maximum(np.sqrt(dot(to, to)), TINY)
+        solid = np.minimum(np.pi * self.radius * shortest * height / length**3, 2.0 * np.pi)
+        risen = np.maximum(dot(normal, to) + self.extent(normal), 0.0)
+        error: Array = OUTLINE_ERROR * fraction * solid * np.minimum(risen / np.sqrt(square), 1.0)
+        return error
+
+    def extent(self, vector: Array) -> Array:
+        """Root of the sum of (half axis . vector)^2 over both, for vectors (3, n): (n,)."""
+        extent: Array = np.hypot(dot(self.span.half_u, vector), dot(self.span.half_v, vector))
+        return extent
+
+    def corners(self, to: Array, sides: int = SIDES) -> list[Array]:
+        """Corners (3, n) metres from the points, in order, of a polygon of the same area."""
+        size = math.sqrt(2.0 * math.pi / (sides * math.sin(2.0 * math.pi / sides)))
+        turn = 2.0 * math.pi * (np.arange(sides) + 0.5) / sides
+        rows = zip(size * np.cos(turn), size * np.sin(turn), strict=True)
+        return [to + a * self.span.half_u + b * self.span.half_v for a, b in rows]
+
+    def _from_nearest(self, to: Array) -> Array:
+        """Vectors (3, n) metres from the light's nearest points, exact for a circle.
+
+        For an ellipse `NEAREST_STEPS` steps of an iteration that replaces it by its circle of
+        curvature leave a hundredth of a shorter half axis at most.
+        """
+        u, v = self.span.half_u, self.span.half_v
+        a, b = -dot(to, u) / dot(u, u), -dot(to, v) / dot(v, v)
+        size = np.maximum(np.hypot(a, b), TINY)
+        x, y = a / size, b / size
+        if not self.circular:
+            x, y = self._nearest_on_rim(np.abs(a), np.abs(b))
+            x, y = np.copysign(x, a), np.copysign(y, b)
+        inside = size <= 1.0
+        away: Array = -to - np.where(inside, a, x) * u - np.where(inside, b, y) * v
+        return away
+
+    def _nearest_on_rim(self, a: Array, b: Array) -> tuple[Array, Array]:
+        """Cosine and sine (n,) of the rim's point nearest to points of the light's plane.
+
+        a, b : (n,) their coordinates in units of the half axes, at least 0.
+        """
+        p, q = (float(np.sqrt(dot(half, half))[0]) for half in (self.span.half_u, self.span.half_v))
+        x, y = np.full_like(a, 0.5**0.5), np.full_like(a, 0.5**0.5)
+        for _ in range(NEAREST_STEPS):
+            # centre and radius of curvature there
+            mid_x, mid_y = (p * p - q * q) / p * x**3, (q * q - p * p) / q * y**3
+            radius = np.hypot(p * x - mid_x, q * y - mid_y)
+            way_x, way_y = p * a - mid_x, q * b - mid_y
+            share = radius / np.maximum(np.hypot(way_x, way_y), TINY)
+            x = np.clip((way_x * share + mid_x) / p, 0.0, 1.0)
+            y = np.clip((way_y * share + mid_y) / q, 0.0, 1.0)
+            size = np.maximum(np.hypot(x, y), TINY)
+            x, y = x / size, y / size
+        return x, y
+
+    def horizon(
+        self,
+        to: Array,
+        point: Array,
+        normal: Array,
+        reach: Array | float = 0.0,
+        bend: Array | float = 0.0,
+    ) -> tuple[Mask, Mask]:
+        """Where the light is below the horizon or faces away, and where the horizon cuts it."""
+        graze = surface_tolerance(point, self.radius)
+        height, extent = dot(normal, to), self.extent(normal)
+        behind = self.height_above(to, point) <= -reach
+        dark = behind | (height + extent <= graze - self.height_variation(to, reach, bend))
+        return dark, ~dark & (height - extent <= graze)
+
+    def is_above_horizon(
+        self, to: Array, point: Array, normal: Array, reach: Array, bend: Array
+    ) -> Mask:
+        """Where the light is above the horizon of all points within reach, and faces them."""
+        tilt = self.height_variation(to, reach, bend) + surface_tolerance(point, self.radius)
+        low = dot(normal, to) - self.extent(normal)
+        whole: Mask = (low > tilt) & (self.height_above(to, point) > reach)
+        return whole
+
+    def irradiance_factor(self, to: Array, point: Array, normal: Array) -> Array:
+        """Irradiance over the radiance, (n,) in sr, 0 from behind.
+
+        Where the horizon cuts the light, the error is that of a polygon.
+        """
+        extent = self.extent(normal)
+        height = dot(normal, to)
+        lit = (self.height_above(to, point) > 0.0) & (height + extent > 0.0)
+        whole = lit & (height >= extent)
+        factor = np.zeros(height.shape)
+        rows = whole.nonzero()[0]
+        if rows.size:
+            factor[rows] = self._whole_factor(columns(to, rows), columns(normal, rows))
+        rows = (lit & ~whole).nonzero()[0]
+        if rows.size:
+            factor[rows] = self._polygon_factor(columns(to, rows), columns(normal, rows), False)
+        return factor
+
+    def _whole_factor(self, to: Array, normal: Array) -> Array:
+        """Factors (n,) of the light where it faces the points and is above their horizons."""
+        if self.circular:
+            factor: Array = dot(normal, self._disk_irradiance(to))
+            return np.maximum(factor, 0.0)
+        return self._polygon_factor(to, normal, True)
+
+    def _polygon_factor(self, to: Array, normal: Array, whole: bool) -> Array:
+        """Factors (n,) of the light where it faces the points, by polygons.
+
+        whole : whether all of it is above their horizons, so that errors fall with a known power.
+        """
+        factor = np.zeros(to.shape[1])
+        away = self._from_nearest(to)
+        close = dot(away, away) < self.radius * self.radius
+        for chosen, sides in ((close, CLOSE_SIDES), (~close, SIDES)):
+            rows = chosen.nonzero()[0]
+            if not rows.size:
+                continue
+            point, n = columns(to, rows), columns(normal, rows)
+            fine = polygon_factor(self.corners(point, sides), n)
+            if whole:
+                rough = polygon_factor(self.corners(point, sides // 2), n)
+                fine = fine + EXTRAPOLATION * (fine - rough)
+            factor[rows] = fine
+        return factor
+
+    def _disk_irradiance(self, to: Array) -> Array:
+        """Integral (3, n) of w over the directions to a circular disk, seen from its front.
+
+        With h the height over its plane, p the distance from its axis, r its radius,
+        S = p^2 + h^2 + r^2 and D^2 = S^2 - 4 p^2 r^2, it is pi r^2 (D + h^2 + r^2 - p^2) /
+        (D (D + S)) towards the plane, and 2 pi r^2 h p / (D (D + S)) towards the axis.
+        """
+        ahead = -self.span.normal
+        height = dot(ahead, to)
+        aside = to - height * ahead
+        hh, pp, rr = height * height, dot(aside, aside), self.radius * self.radius
+        total = pp + hh + rr
+        gap = pp - rr + hh
+        root = np.sqrt(gap * gap + 4.0 * rr * hh)
+        away = pp - rr - hh
+        # D + h^2 + r^2 - p^2, whose terms cancel far from the axis
+        near = np.where(away > 0.0, 4.0 * hh * pp / np.maximum(root + away, TINY), root - away)
+        scale = np.pi * rr / np.maximum(root * (root + total), TINY)
+        irradiance: Array = (scale * near) * ahead + (2.0 * scale * height) * aside
+        return irradiance
+
+    def normal_incidence_factor(self, square: Array, half: Array) -> Array:
+        """Approximate irradiance factor (n,) of the light if it faced the point."""
+        edge = cross(self.span.half_u, self.span.half_v)
+        most: Array = math.pi * float(np.sqrt(dot(edge, edge))[0]) / square
+        return most
+
+    def sample(
+        self, to: Array, point: Array, normal: Array, a: Array, b: Array
+    ) -> tuple[Array, Array]:
+        """Sample the light, uniformly over its area."""
+        half_u, half_v = self.span.half_u[:, :, None], self.span.half_v[:, :, None]
+        size, turn = np.sqrt(a), (2.0 * np.pi) * b
+        to = to + ((size * np.cos(turn)) * half_u + (size * np.sin(turn)) * half_v)
+        square = dot(to, to)
+        away = np.maximum(self.height_above(to, point), 0.0)
+        edge = cross(half_u, half_v)
+        area = np.pi * np.sqrt(dot(edge, edge))
+        return to, np.maximum(dot(normal, to), 0.0) * away * area / (square * square)
+
+    def silhouette(self, to: Array, normal: Array) -> Array:
+        """Return the corners (`SIDES`, 3, n) of a polygon, in metres from the points."""
+        return np.array(self.corners(to))
+
+    def has_silhouette(self, to: Array) -> Mask:
+        """Where the light is bounded by its edges: everywhere (n,)."""
+        return np.ones(to.shape[1:], dtype=np.bool_)
+
+
+def make_ellipse_emitter(light: EllipseLight, motion: LightMotion) -> EllipseEmitter:
+    """Return an elliptic light's emitter."""
+    half_u, half_v = column(light.half_u), column(light.half_v)
+    normal = cross(half_u, half_v)
+    normal = normal / np.sqrt(dot(normal, normal))
+    uu, vv = float(dot(half_u, half_u)[0]), float(dot(half_v, half_v)[0])
+    uv = float(dot(half_u, half_v)[0])
+    circular = math.hypot(uu - vv, 2.0 * uv) <= CIRCULAR * (uu + vv)
+    if not circular:
+        # the principal axes, the longer one first
+        turn = 0.5 * math.atan2(2.0 * uv, uu - vv)
+        c, s = math.cos(turn), math.sin(turn)
+        half_u, half_v = c * half_u + s * half_v, c * half_v - s * half_u
+    return EllipseEmitter(
+        **motion.placed(light, light.center, light.radiance),
+        radius=float(np.sqrt(dot(half_u, half_u))[0]),
+        span=LinearSpan(half_u, half_v, normal),
+        circular=circular,
+    )

@@ -1,0 +1,273 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Records of lights, in metres and in SI units of radiometry.
+
+Positions hold at the middle of the shutter: see `description`.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+from .values import (
+    SMALLEST_SIZE,
+    Motion,
+    Vector,
+    area_defect,
+    is_finite,
+    motion_defect,
+    radius_defect,
+    scaled_color,
+    vector_defect,
+)
+
+__all__ = [
+    "DiskLight",
+    "EllipseLight",
+    "Light",
+    "PointLight",
+    "QuadLight",
+    "SkyLight",
+    "SphereLight",
+    "SpotLight",
+    "SunLight",
+]
+
+
+class Light(Protocol):
+    """A record of a light, of a kind that `lights.registry` knows.
+
+    Attributes
+    ----------
+    name : the light's name.  motion : its linear motion, or None.
+    casts_shadow : whether objects hide it.
+    """
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def motion(self) -> Motion | None: ...
+    @property
+    def casts_shadow(self) -> bool: ...
+
+    def defect(self) -> str | None:
+        """Return the reason why it cannot be rendered, or None."""
+
+    def brightened(self, factor: float) -> Light:
+        """Return the light so many times as bright."""
+
+
+@dataclass(frozen=True)
+class QuadLight:
+    """Parallelogram light: `center` + u * `half_u` + v * `half_v`, u and v in -1..1.
+
+    It emits `radiance` (W / m^2 / sr, RGB) on the side of cross(half_u, half_v) only.
+    """
+
+    center: Vector
+    half_u: Vector
+    half_v: Vector
+    radiance: Vector
+    motion: Motion | None = None
+    casts_shadow: bool = True
+    name: str = "Area"
+
+    def defect(self) -> str | None:
+        """Return the reason why it cannot be rendered, or None."""
+        return (
+            vector_defect(self, "center", "half_u", "half_v", "radiance")
+            or motion_defect(self.motion)
+            or area_defect(self.half_u, self.half_v)
+        )
+
+    def brightened(self, factor: float) -> QuadLight:
+        """Return the light so many times as bright."""
+        return replace(self, radiance=scaled_color(self.radiance, factor))
+
+
+@dataclass(frozen=True)
+class EllipseLight:
+    """Elliptic light: `center` + u * `half_u` + v * `half_v`, u^2 + v^2 up to 1.
+
+    It emits `radiance` (W / m^2 / sr, RGB) on the side of cross(half_u, half_v) only.
+    """
+
+    center: Vector
+    half_u: Vector
+    half_v: Vector
+    radiance: Vector
+    motion: Motion | None = None
+    casts_shadow: bool = True
+    name: str = "Area"
+
+    def defect(self) -> str | None:
+        """Return the reason why it cannot be rendered, or None."""
+        return (
+            vector_defect(self, "center", "half_u", "half_v", "radiance")
+            or motion_defect(self.motion)
+            or area_defect(self.half_u, self.half_v)
+        )
+
+    def brightened(self, factor: float) -> EllipseLight:
+        """Return the light so many times as bright."""
+        return replace(self, radiance=scaled_color(self.radiance, factor))
+
+
+@dataclass(frozen=True)
+class SphereLight:
+    """Spherical light of uniform `radiance` (W / m^2 / sr, RGB). It blocks no light."""
+
+    center: Vector
+    radius: float
+    radiance: Vector
+    motion: Motion | None = None
+    casts_shadow: bool = True
+    name: str = "Point"
+
+    def defect(self) -> str | None:
+        """Return the reason why it cannot be rendered, or None."""
+        return (
+            vector_defect(self, "center", "radiance")
+            or motion_defect(self.motion)
+            or radius_defect(self.radius)
+        )
+
+    def brightened(self, factor: float) -> SphereLight:
+        """Return the light so many times as bright."""
+        return replace(self, radiance=scaled_color(self.radiance, factor))
+
+
+@dataclass(frozen=True)
+class DiskLight:
+    """Blender's soft point light: a disk of `radius` that always faces the shaded point."""
+
+    center: Vector
+    radius: float
+    radiance: Vector
+    motion: Motion | None = None
+    casts_shadow: bool = True
+    name: str = "Point"
+
+    def defect(self) -> str | None:
+        """Return the reason why it cannot be rendered, or None."""
+        return (
+            vector_defect(self, "center", "radiance")
+            or motion_defect(self.motion)
+            or radius_defect(self.radius)
+        )
+
+    def brightened(self, factor: float) -> DiskLight:
+        """Return the light so many times as bright."""
+        return replace(self, radiance=scaled_color(self.radiance, factor))
+
+
+@dataclass(frozen=True)
+class PointLight:
+    """Point light of radiant `intensity` (W / sr, RGB)."""
+
+    center: Vector
+    intensity: Vector
+    motion: Motion | None = None
+    casts_shadow: bool = True
+    name: str = "Point"
+
+    def defect(self) -> str | None:
+        """Return the reason why it cannot be rendered, or None."""
+        return vector_defect(self, "center", "intensity") or motion_defect(self.motion)
+
+    def brightened(self, factor: float) -> PointLight:
+        """Return the light so many times as bright."""
+        return replace(self, intensity=scaled_color(self.intensity, factor))
+
+
+@dataclass(frozen=True)
+class SpotLight:
+    """A point, ball or facing disk that shines along `direction`, of any length, in a cone.
+
+    A ball or disk of `radius` metres has the radiance intensity / (pi radius^2) in the middle of
+    the cone; `faces` tells whether it is a disk that always faces the shaded point, as Blender's
+    soft spots are. Directions count by their cosine c with the axis: by smoothstep, from 0 at
+    cos(angle / 2) to 1 at a `blend` of the way to 1. Light that reaches points within the ball is
+    not attenuated.
+
+    intensity : W / sr, RGB.  angle : radians, of the whole cone.  blend : 0 to 1.
+    """
+
+    center: Vector
+    direction: Vector
+    intensity: Vector
+    angle: float
+    blend: float
+    radius: float = 0.0
+    faces: bool = True
+    motion: Motion | None = None
+    casts_shadow: bool = True
+    name: str = "Spot"
+
+    def defect(self) -> str | None:
+        """Return the reason why it cannot be rendered, or None."""
+        if not 0.0 < self.angle <= math.pi:
+            return f"its angle is {self.angle:g} radians; it must be above 0, and pi at most"
+        if not 0.0 <= self.blend <= 1.0:
+            return f"its blend is {self.blend:g}; it must be within 0 to 1"
+        if is_finite(self.direction) and math.hypot(*self.direction) < SMALLEST_SIZE:
+            return "its direction has no length"
+        return (
+            vector_defect(self, "center", "direction", "intensity")
+            or motion_defect(self.motion)
+            or (radius_defect(self.radius) if self.radius else None)
+        )
+
+    def brightened(self, factor: float) -> SpotLight:
+        """Return the light so many times as bright."""
+        return replace(self, intensity=scaled_color(self.intensity, factor))
+
+
+@dataclass(frozen=True)
+class SunLight:
+    """A disk of uniform radiance at infinity, which shines along `direction`, of any length.
+
+    It is seen in a cone of `angle` radians from side to side, 0 for a light without penumbrae, and
+    gives surfaces that face it the `irradiance` (W / m^2, RGB). It does not move.
+    """
+
+    direction: Vector
+    irradiance: Vector
+    angle: float = 0.00918
+    motion: None = None
+    casts_shadow: bool = True
+    name: str = "Sun"
+
+    def defect(self) -> str | None:
+        """Return the reason why it cannot be rendered, or None."""
+        if not 0.0 <= self.angle <= math.pi:
+            return f"its angle is {self.angle:g} radians; it must be within 0 to pi"
+        if is_finite(self.direction) and math.hypot(*self.direction) < SMALLEST_SIZE:
+            return "its direction has no length"
+        return vector_defect(self, "direction", "irradiance")
+
+    def brightened(self, factor: float) -> SunLight:
+        """Return the light so many times as bright."""
+        return replace(self, irradiance=scaled_color(self.irradiance, factor))
+
+
+@dataclass(frozen=True)
+class SkyLight:
+    """A light of uniform `radiance` (W / m^2 / sr, RGB) from all directions, beyond all shapes.
+
+    It lights what is open to it, and is not seen: `Scene.background` is. It does not move.
+    """
+
+    radiance: Vector
+    motion: None = None
+    casts_shadow: bool = True
+    name: str = "World"
+
+    def defect(self) -> str | None:
+        """Return the reason why it cannot be rendered, or None."""
+        return vector_defect(self, "radiance")
+
+    def brightened(self, factor: float) -> SkyLight:
+        """Return the light so many times as bright."""
+        return replace(self, radiance=scaled_color(self.radiance, factor))

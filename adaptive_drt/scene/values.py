@@ -1,0 +1,103 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Values in records of a scene: vectors and motion, and what is wrong with them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import TypeAlias
+
+__all__ = [
+    "LARGEST_COORDINATE",
+    "MIN_EDGE_SINE",
+    "SMALLEST_SIZE",
+    "ZERO",
+    "Motion",
+    "Vector",
+    "area_defect",
+    "is_finite",
+    "motion_defect",
+    "radius_defect",
+    "scaled_color",
+    "vector_defect",
+    "vector_of",
+]
+
+Vector: TypeAlias = tuple[float, float, float]
+ZERO: Vector = (0.0, 0.0, 0.0)
+
+LARGEST_COORDINATE = 1e30
+"""Largest magnitude of a coordinate, in metres, and of a component of a colour. Beyond it the
+fourth powers inside discriminants overflow float64."""
+SMALLEST_SIZE = 1e-60
+"""Smallest radius or edge length, in metres. Below it the fourth powers inside discriminants
+underflow."""
+MIN_EDGE_SINE = 2.0**-50
+"""Smallest sine of the angle between two edges. Below it their cross product is mostly rounding
+error."""
+
+
+def vector_of(values: Iterable[float]) -> Vector:
+    """Return three numbers, such as an array (3,), as a tuple of floats."""
+    x, y, z = values
+    return (float(x), float(y), float(z))
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Linear motion: displacement in metres from shutter open to shutter close."""
+
+    displacement: Vector
+
+
+def vector_defect(record: object, *names: str) -> str | None:
+    """Return what is wrong with the vectors of these names, or None."""
+    for name in names:
+        if not is_finite(getattr(record, name)):
+            return f"its {name} is not finite (or beyond {LARGEST_COORDINATE:g} m)"
+    return None
+
+
+def motion_defect(motion: Motion | None) -> str | None:
+    """Return what is wrong with a motion, or None."""
+    if motion is not None and not is_finite(motion.displacement):
+        return f"its motion is not finite (or beyond {LARGEST_COORDINATE:g} m)"
+    return None
+
+
+def radius_defect(radius: float) -> str | None:
+    """Return what is wrong with a radius, or None."""
+    if not math.isfinite(radius) or not 0.0 < radius < LARGEST_COORDINATE:
+        return f"its radius is {radius:g}; it must be a positive number"
+    if radius < SMALLEST_SIZE:
+        return f"its radius is {radius:g} m, less than {SMALLEST_SIZE:g} m"
+    return None
+
+
+def area_defect(u: Vector, v: Vector) -> str | None:
+    """Return what is wrong with the edges that span an area, or None."""
+    return None if _has_area(u, v) else "it has no area"
+
+
+def scaled_color(color: Vector, factor: float) -> Vector:
+    """Return a colour times a factor."""
+    return (color[0] * factor, color[1] * factor, color[2] * factor)
+
+
+def is_finite(vector: Vector) -> bool:
+    """Whether a vector has three components of magnitude up to `LARGEST_COORDINATE`."""
+    return len(vector) == 3 and all(abs(x) <= LARGEST_COORDINATE for x in vector)
+
+
+def _has_area(u: Vector, v: Vector) -> bool:
+    """Whether two edges span a parallelogram large enough and wide enough to have a normal."""
+    size = math.hypot(*u), math.hypot(*v)
+    if min(size) < SMALLEST_SIZE:
+        return False
+    u, v = vector_of(x / size[0] for x in u), vector_of(x / size[1] for x in v)
+    sine = math.hypot(
+        u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]
+    )
+    # the normal's length is squared once more
+    return sine > MIN_EDGE_SINE and sine * size[0] * size[1] > SMALLEST_SIZE * SMALLEST_SIZE

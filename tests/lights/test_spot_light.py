@@ -1,0 +1,167 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Spot lights: their cone, their irradiance, and pictures against brute force."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from adaptive_drt.lights.emitter import LightMotion
+from adaptive_drt.lights.spot_light import SpotPointEmitter, SpotSphereEmitter, make_spot_emitter
+from adaptive_drt.render import render_image
+from adaptive_drt.scene.description import Motion, Quad, Scene, Sphere, SpotLight
+from adaptive_drt.scene.settings import Settings
+from oracle.lights import emitted
+from oracle.picture import reference
+from random_scenes import look_at, random_scene
+
+EXACT = Settings(tolerance=1e-3, threads=1)
+RAYS = Settings(method="RAYS", light_rays=256, pixel_rays=64, time_rays=64, threads=1)
+FLOOR = Quad((-8.0, -8.0, 0.0), (16.0, 0.0, 0.0), (0.0, 16.0, 0.0))
+BALL = Sphere((0.0, 0.0, 1.0), 0.7)
+CARD = Quad((0.7, -0.9, 1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.3))
+CAMERA = look_at((0.0, -6.0, 4.0), (0.0, 0.0, 0.5), resolution=(36, 24), focal_length=35.0)
+SPOT = SpotLight((1.0, -1.0, 4.0), (-0.2, 0.3, -1.0), (40.0, 30.0, 20.0), 0.8, 0.4, 0.3)
+KINDS = {
+    "disk": SPOT,
+    "ball": replace(SPOT, faces=False),
+    "point": replace(SPOT, radius=0.0),
+    "hard": replace(SPOT, blend=0.02),
+    "soft": replace(SPOT, blend=1.0),
+}
+EACH = pytest.mark.parametrize("kind", KINDS)
+AT_REST = LightMotion(np.zeros(3), np.zeros(3))
+
+
+def rms(a):
+    return float(np.sqrt((a**2).mean()))
+
+
+@EACH
+def test_irradiance_is_the_mean_over_the_light(kind):
+    rng = np.random.default_rng(4)
+    record = KINDS[kind]
+    light, n, count = make_spot_emitter(record, AT_REST), 60, 400
+    point = np.array(record.center)[:, None] + np.array([[0.8], [0.8], [0.5]]) * rng.normal(
+        size=(3, n)
+    )
+    point[2] -= 2.0
+    normal = np.array(record.center)[:, None] - point + 0.8 * rng.normal(size=(3, n))
+    normal /= np.sqrt((normal * normal).sum(axis=0))
+    got = light.irradiance_factor(light.to_center(point), point, normal)
+    square = np.stack(np.meshgrid(*2 * [(np.arange(count) + 0.5) / count]), axis=-1).reshape(-1, 2)
+    for k in range(n):
+        p, m = (np.broadcast_to(x[:, k], (len(square), 3)) for x in (point, normal))
+        want = emitted(record, p, m, np.zeros(len(p)), square)[1].mean()
+        assert got[k] == pytest.approx(want, rel=2e-3, abs=1e-5)
+
+
+@EACH
+def test_samples_have_the_irradiance_as_their_mean(kind):
+    rng = np.random.default_rng(5)
+    light = make_spot_emitter(KINDS[kind], AT_REST)
+    point = rng.normal(size=(3, 40)) + np.array([[1.0], [-1.0], [0.0]])
+    point[2] = 0.0
+    normal = np.broadcast_to(np.array([[0.0], [0.0], [1.0]]), point.shape)
+    a, b = rng.random((2, 40, 20_000))
+    to = light.to_center(point)
+    _, weight = light.sample(to[..., None], point[..., None], normal[..., None], a, b)
+    want = light.irradiance_factor(to, point, normal)
+    assert weight.mean(axis=1) == pytest.approx(want, rel=0.03, abs=1e-4)
+
+
+def test_points_within_a_ball_get_all_of_its_light():
+    light = make_spot_emitter(KINDS["ball"], AT_REST)
+    assert isinstance(light, SpotSphereEmitter)
+    point = np.array(SPOT.center)[:, None] + np.array([[0.1], [0.0], [0.1]])
+    up = np.array([[0.0], [0.0], [1.0]])
+    to = light.to_center(point)
+    assert light.irradiance_factor(to, point, up)[0] == np.pi
+    assert not any(light.horizon(to, point, up)[0])
+
+
+@EACH
+def test_it_is_dark_only_where_nothing_arrives(kind):
+    """Also of patches and moving lights: no point within reach gets any light."""
+    rng = np.random.default_rng(6)
+    motion = Motion((0.3, 0.2, 0.1))
+    light = make_spot_emitter(replace(KINDS[kind], motion=motion), AT_REST)
+    point = rng.normal(scale=3.0, size=(3, 500))
+    point[2] = 0.0
+    normal = np.broadcast_to(np.array([[0.0], [0.0], [1.0]]), point.shape)
+    reach = rng.uniform(0.0, 0.5, 500)
+    dark, _ = light.horizon(light.to_center(point, 0.0), point, normal, reach, np.zeros(500))
+    assert 50 < dark.sum() < 490
+    for _ in range(30):
+        turn = rng.uniform(0.0, 2.0 * np.pi, 500)
+        near = point + reach * np.array([np.cos(turn), np.sin(turn), 0.0 * turn])
+        time = rng.uniform(-0.5, 0.5, 500)
+        got = light.irradiance_factor(light.to_center(near, time), near, normal)
+        assert np.all(got[dark] == 0.0)
+
+
+def test_the_edge_of_the_cone():
+    light = make_spot_emitter(KINDS["point"], AT_REST)
+    assert isinstance(light, SpotPointEmitter)
+    axis = light.beam.axis[:, 0]
+    aside = np.cross(axis, (1.0, 0.0, 0.0))
+    aside /= np.linalg.norm(aside)
+    angle = np.array([0.0, 0.2, 0.35, 0.4, 0.5, 1.0])
+    to = 3.0 * (np.cos(angle) * axis[:, None] + np.sin(angle) * aside[:, None])
+    edge = light.profile_edge(to)
+    outer, inner = math.acos(light.beam.outer), math.acos(light.beam.inner)
+    assert outer == pytest.approx(0.4)
+    assert edge.gap == pytest.approx(np.maximum(angle - outer, inner - angle), abs=1e-12)
+    onset = np.minimum(np.abs(angle - outer), np.abs(angle - inner))
+    assert edge.onset == pytest.approx(onset, abs=1e-12)
+    assert edge.width == pytest.approx(np.full(6, outer - inner))
+
+
+@EACH
+def test_pictures_agree_with_brute_force(kind):
+    scene = Scene(CAMERA, (FLOOR, BALL, CARD), (KINDS[kind],))
+    want, error = reference(scene, 1024)
+    noise, mean = rms(error), want.mean()
+    exact, rays = (render_image(scene, settings).color for settings in (EXACT, RAYS))
+    assert rms(exact - want) < 1.5 * noise + 1e-3 * mean
+    assert rms(rays - want) < 1.5 * noise + 0.04 * mean
+    assert exact.mean() == pytest.approx(mean, rel=2e-3)
+
+
+def test_motion():
+    ball = replace(BALL, motion=Motion((0.7, 0.3, 0.2)))
+    spot = replace(SPOT, motion=Motion((0.4, 0.0, 0.2)))
+    scene = Scene(CAMERA, (FLOOR, CARD, ball), (spot,))
+    want, error = reference(scene, 1024)
+    got = render_image(scene, EXACT).color
+    assert rms(got - want) < 1.5 * rms(error) + 2e-3 * want.mean()
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_random_scenes_agree_with_brute_force(seed):
+    """The lights of random scenes, each in a cone towards the middle."""
+    scene, rng = random_scene(seed), np.random.default_rng(seed)
+    spots = tuple(
+        SpotLight(
+            light.center, tuple(-np.array(light.center) + rng.normal(size=3)), (50.0,) * 3,
+            rng.uniform(0.3, 2.0), rng.uniform(0.0, 1.0), rng.choice([0.0, 0.4]), seed % 2 == 0,
+            light.motion,
+        )
+        for light in scene.lights
+    )  # fmt: skip
+    scene = replace(scene, lights=spots)
+    want, error = reference(scene, 256)
+    got = render_image(scene, replace(EXACT, tolerance=3e-3)).color
+    assert rms(got - want) < 1.5 * rms(error) + 6e-3 * want.mean() + 1e-9
+
+
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-3])
+@EACH
+def test_the_tolerance_is_kept(kind, tolerance):
+    scene = Scene(CAMERA, (FLOOR, BALL, CARD), (KINDS[kind],))
+    want = render_image(scene, replace(EXACT, tolerance=5e-5)).color
+    got = render_image(scene, replace(EXACT, tolerance=tolerance)).color
+    assert rms(got - want) < tolerance * want.mean()
