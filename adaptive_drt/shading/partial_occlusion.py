@@ -36,6 +36,9 @@ takes."""
 MAX_POLYGONS = 512
 """Number of polygons that hide a light in part, from which rays are distributed over it: their arcs
 take a tenth of a second a point, and hundreds of megabytes, where most of them overlap."""
+SECTION_ERROR_MARGIN = 1.6
+"""Factor on the fitted root mean square of a plane section's error, so that the stated error is no
+less than the true one on scenes of other seeds, and 95 of 100 points are within twice of it."""
 SECTION_CORNERS = 48
 """Number of corners of the polygon that replaces an occluder that is cut by a light's plane."""
 
@@ -186,7 +189,9 @@ def _closed_form_factors(
     if off is not None:
         error += off
     if sections[0]:
-        error += SECTION_ERROR_FRACTION * np.abs(visible(sections[1]) - factor)
+        error += (
+            SECTION_ERROR_MARGIN * SECTION_ERROR_FRACTION * np.abs(visible(sections[1]) - factor)
+        )
     return factor, error
 
 

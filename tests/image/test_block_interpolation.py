@@ -95,7 +95,7 @@ def test_squares_under_a_light_that_moves_get_their_mean_over_the_shutter(monkey
     film, alone = with_and_without(scene, monkeypatch, tolerance=1e-3)
     np.testing.assert_array_equal(film.mask, alone.mask)
     assert film.stats["rays"]["shaded"] < 0.9 * alone.stats["rays"]["shaded"]
-    x, y = np.random.default_rng(4).integers((0, 0), (160, 120), (200, 2)).T
+    x, y = np.random.default_rng(4).integers((0, 0), (160, 120), (600, 2)).T
     assert film.mask[1, y, x].mean() > 0.7  # the rest is backdrop
     truth = converged_color(scene, np.stack([x, y], axis=1), 1e-4)
     assert relative_rmse(film.color[:, y, x].T, truth) < 1e-3

@@ -62,7 +62,7 @@ def test_what_is_aside_waits_for_a_hand_that_is_free():
         deferred = executor.defer(roots([3]))
         assert found(executor.run(roots(range(5)))) == {n: n for n in range(5)}
         time.sleep(0.1)
-        assert deferred.done.empty()
+        assert deferred.outcomes.empty()
         assert found(executor.finish_deferred(deferred)) == {0: 3}
 
 

@@ -48,8 +48,13 @@ def check_or_refused(scene, settings):
         assert "camera" in str(error)
 
 
-SLOW = {("1e30", "exact to 0.01"), ("1e30", "exact to 0.001")}
-"""Spheres reach into the lights of that scene: each of its points takes a thousand rays."""
+SLOW = {
+    ("1e30", "exact to 0.01"),
+    ("1e30", "exact to 0.001"),
+    ("motion through the camera", "exact to 0.001"),
+    ("motion through the lights", "exact to 0.001"),
+}
+"""Spheres reach into the lights of those scenes: each of their points takes a thousand rays."""
 
 
 @pytest.mark.parametrize(

@@ -81,10 +81,15 @@ MADE["a ball in a bulb"] = Scene(
     CAMERA, (FLOOR, BALL, Sphere((2.2, -2.1, 3.8), 0.35), Sphere((2.0, -2.3, 3.7), 0.2)), (BULB,)
 )
 """Some light has no closed form there: also method EXACT distributes rays."""
+RAYS_NEEDED = {"a ball in a bulb"}
+"""Scenes that take a minute each for that."""
 QUICK = (*range(6), 17, 88, 1031, 1084)
 """Some, and those that showed each kind of decision that rounding turned."""
 SEEDS = (*QUICK, *(pytest.param(k, marks=pytest.mark.slow) for k in range(60) if k not in QUICK))
-CASES = (*SEEDS, *MADE)
+CASES = (
+    *SEEDS,
+    *(pytest.param(k, marks=pytest.mark.slow) if k in RAYS_NEEDED else k for k in MADE),
+)
 
 RAYS = Settings(method="RAYS", light_rays=9, time_rays=8, pixel_rays=8, threads=1)
 WAYS = {"RAYS": RAYS, "RAYS order 1": replace(RAYS, order=1)}

@@ -72,6 +72,7 @@ def sharp(scene, moving=False):
     return np.array([true.sum(), flags.sum(), (true & flags).sum()])
 
 
+@pytest.mark.slow
 def test_no_more_edges_are_flagged_than_there_are(capsys):
     true, flagged, both = sum(sharp(random_scene(seed)) for seed in QUICK)
     with capsys.disabled():

@@ -138,7 +138,9 @@ def test_the_light_is_the_same_without_the_faces_behind(seed, monkeypatch):
     shape = plan.as_shadow_caster(plan.lights[0])
     few = Occluders(plan).find_candidates(shape, hits, reach)
     with monkeypatch.context() as patch:
-        patch.setattr(occluder._FacePlanes, "needed", lambda self, sight, pairs: pairs)
+        patch.setattr(
+            occluder._FacePlanes, "without_redundant_faces", lambda self, sight, pairs: pairs
+        )
         every = Occluders(plan).find_candidates(shape, hits, reach)
     one, other = (shade_with_candidates(plan, hits, time, [pairs])[0] for pairs in (few, every))
     print(f"seed {seed}: {few.item.size} of {every.item.size} pairs")
@@ -149,7 +151,9 @@ def test_half_the_faces_and_more_are_left_out(monkeypatch):
     plan = plan_of([FLOOR, *turned((-0.5, -0.5, 0.0), (1.0, 1.0, 1.0), 0.3, name="Cube")])
     hits = hits_of(plan)
     few = Occluders(plan).find_candidates(plan.lights[0], hits)
-    monkeypatch.setattr(occluder._FacePlanes, "needed", lambda self, sight, pairs: pairs)
+    monkeypatch.setattr(
+        occluder._FacePlanes, "without_redundant_faces", lambda self, sight, pairs: pairs
+    )
     every = Occluders(plan).find_candidates(plan.lights[0], hits)
     print(f"{few.item.size} of {every.item.size} pairs")
     assert few.item.size < 0.5 * every.item.size
