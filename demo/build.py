@@ -150,10 +150,21 @@ def _camera(scene: Any) -> None:
 
 
 def _world(scene: Any, color: tuple[float, float, float]) -> None:
+    """A world that the camera sees and that lights nothing: all shadows are those of the lamps."""
     world = bpy.data.worlds.new("World")
     world.use_nodes = True
-    node = next(n for n in world.node_tree.nodes if n.type == "BACKGROUND")
-    node.inputs["Color"].default_value = (*color, 1.0)
+    tree = world.node_tree
+    seen = next(n for n in tree.nodes if n.type == "BACKGROUND")
+    seen.inputs["Color"].default_value = (*color, 1.0)
+    dark, path, mix = (
+        tree.nodes.new(f"ShaderNode{kind}") for kind in ("Background", "LightPath", "MixShader")
+    )
+    dark.inputs["Strength"].default_value = 0.0
+    tree.links.new(path.outputs["Is Camera Ray"], mix.inputs[0])
+    tree.links.new(dark.outputs[0], mix.inputs[1])
+    tree.links.new(seen.outputs[0], mix.inputs[2])
+    output = next(n for n in tree.nodes if n.type == "OUTPUT_WORLD")
+    tree.links.new(mix.outputs[0], output.inputs["Surface"])
     scene.world = world
 
 
