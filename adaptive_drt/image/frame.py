@@ -518,12 +518,14 @@ class Frame:
 
         contrast : of the picture.
         """
+        rows = self.sampled_pixels()
+        if not rows.size:
+            return
         visibility, items = self._seen
         self._agreeing = agreeing_neighbours(visibility, self.width)
         # where things move, outlines are bounded by balls: most pixels have none
         share = 1.0 / agreeing_neighbours(items, self.width)
         self._edge_share = np.where(self.mask[1], share, 1.0)
-        rows = self.sampled_pixels()
         error = np.maximum(self._spread[rows], self._unseen[rows] / self._agreeing[rows])
         contrast_here = contrast * self.cut[rows] * self._edge_share[rows]
         unseen = unseen_error(contrast_here, FIRST_POINTS)
