@@ -124,20 +124,10 @@ class EllipseEmitter(FlatEmitter):
             x, y = x / size, y / size
         return x, y
 
-    def horizon(
-        self,
-        to: Array,
-        point: Array,
-        normal: Array,
-        reach: Array | float = 0.0,
-        bend: Array | float = 0.0,
-    ) -> tuple[Mask, Mask]:
-        """Where the light is below the horizon or faces away, and where the horizon cuts it."""
-        graze = surface_tolerance(point, self.radius)
+    def height_range(self, to: Array, normal: Array) -> tuple[Array, Array]:
+        """See `FlatEmitter.height_range`."""
         height, extent = dot(normal, to), self.extent(normal)
-        behind = self.height_above(to, point) <= -reach
-        dark = behind | (height + extent <= graze - self.height_variation(to, reach, bend))
-        return dark, ~dark & (height - extent <= graze)
+        return height - extent, height + extent
 
     def is_above_horizon(
         self, to: Array, point: Array, normal: Array, reach: Array, bend: Array
@@ -227,19 +217,12 @@ class EllipseEmitter(FlatEmitter):
         half_u, half_v = self.span.half_u[:, :, None], self.span.half_v[:, :, None]
         size, turn = np.sqrt(a), (2.0 * np.pi) * b
         to = to + ((size * np.cos(turn)) * half_u + (size * np.sin(turn)) * half_v)
-        square = dot(to, to)
-        away = np.maximum(self.height_above(to, point), 0.0)
         edge = cross(half_u, half_v)
-        area = np.pi * np.sqrt(dot(edge, edge))
-        return to, np.maximum(dot(normal, to), 0.0) * away * area / (square * square)
+        return to, self._sample_weights(to, point, normal, np.pi * np.sqrt(dot(edge, edge)))
 
     def silhouette(self, to: Array, normal: Array) -> Array:
         """Return the corners (`SIDES`, 3, n) of a polygon, in metres from the points."""
         return np.array(self.corners(to))
-
-    def has_silhouette(self, to: Array) -> Mask:
-        """Where the light is bounded by its edges: everywhere (n,)."""
-        return np.ones(to.shape[1:], dtype=np.bool_)
 
 
 def make_ellipse_emitter(light: EllipseLight, motion: LightMotion) -> EllipseEmitter:

@@ -37,6 +37,10 @@ class FlatEmitter(Emitter):
         to : (3, n) metres from the points to the light's centre.
         """
 
+    @abstractmethod
+    def height_range(self, to: Array, normal: Array) -> tuple[Array, Array]:
+        """Least and greatest height (n,) metres of the light over the points' tangent planes."""
+
     def as_point(self) -> Emitter:
         """Return the light reduced to its centre."""
         return reduced_to_point(self)
@@ -98,6 +102,21 @@ class FlatEmitter(Emitter):
         height = -dot(normal, to)
         return np.where(np.abs(height) > graze, height, 0.0)
 
+    def horizon(
+        self,
+        to: Array,
+        point: Array,
+        normal: Array,
+        reach: Array | float = 0.0,
+        bend: Array | float = 0.0,
+    ) -> tuple[Mask, Mask]:
+        """Where the light is below the horizon or faces away, and where the horizon cuts it."""
+        graze = surface_tolerance(point, self.radius)
+        low, high = self.height_range(to, normal)
+        behind = self.height_beyond(to, graze) <= -reach
+        dark = behind | (high <= graze - self.height_variation(to, reach, bend))
+        return dark, ~dark & (low <= graze)
+
     def front_sine(self, to: Array, distance: Array) -> Array:
         """Sine (n,) of the points' elevations over the light's plane, negative behind it."""
         sine: Array = -dot(self.span.normal, to) / distance
@@ -114,3 +133,17 @@ class FlatEmitter(Emitter):
         offset = self._from_nearest(to)
         step = 0.5 * np.pi * (1.0 - dot(normal, away))
         return LightContact(-dot(away, to), away, np.sqrt(dot(offset, offset)), step)
+
+    def has_silhouette(self, to: Array) -> Mask:
+        """Where the light is bounded by its edges: everywhere (n,)."""
+        return np.ones(to.shape[1:], dtype=np.bool_)
+
+    def _sample_weights(self, to: Array, point: Array, normal: Array, area: Array) -> Array:
+        """Irradiance factors of samples that are uniform over the light's area, m^2.
+
+        to : vectors, metres, from the points to the samples.
+        """
+        square = dot(to, to)
+        away = np.maximum(self.height_above(to, point), 0.0)
+        weights: Array = np.maximum(dot(normal, to), 0.0) * away * area / (square * square)
+        return weights

@@ -62,21 +62,10 @@ class QuadEmitter(FlatEmitter):
             away = away - part * half
         return away
 
-    def horizon(
-        self,
-        to: Array,
-        point: Array,
-        normal: Array,
-        reach: Array | float = 0.0,
-        bend: Array | float = 0.0,
-    ) -> tuple[Mask, Mask]:
-        """Where the light is below the horizon or faces away, and where the horizon cuts it."""
-        graze = surface_tolerance(point, self.radius)
+    def height_range(self, to: Array, normal: Array) -> tuple[Array, Array]:
+        """See `FlatEmitter.height_range`."""
         heights = [dot(normal, corner) for corner in self.corners(to)]
-        low, high = np.minimum.reduce(heights), np.maximum.reduce(heights)
-        behind = self.height_beyond(to, graze) <= -reach
-        dark = behind | (high <= graze - self.height_variation(to, reach, bend))
-        return dark, ~dark & (low <= graze)
+        return np.minimum.reduce(heights), np.maximum.reduce(heights)
 
     def is_above_horizon(
         self, to: Array, point: Array, normal: Array, reach: Array, bend: Array
@@ -110,19 +99,12 @@ class QuadEmitter(FlatEmitter):
         """Sample the light, uniformly over its area."""
         half_u, half_v = self.span.half_u[:, :, None], self.span.half_v[:, :, None]
         to = to + ((2.0 * a - 1.0) * half_u + (2.0 * b - 1.0) * half_v)
-        square = dot(to, to)
-        away = np.maximum(self.height_above(to, point), 0.0)
         edge = cross(half_u, half_v)
-        area = 4.0 * np.sqrt(dot(edge, edge))
-        return to, np.maximum(dot(normal, to), 0.0) * away * area / (square * square)
+        return to, self._sample_weights(to, point, normal, 4.0 * np.sqrt(dot(edge, edge)))
 
     def silhouette(self, to: Array, normal: Array) -> Array:
         """Return the light's corners: (4, 3, n) metres from the points."""
         return np.array(self.corners(to))
-
-    def has_silhouette(self, to: Array) -> Mask:
-        """Where the light is bounded by its edges: everywhere (n,)."""
-        return np.ones(to.shape[1:], dtype=np.bool_)
 
 
 def make_quad_emitter(light: QuadLight, motion: LightMotion) -> QuadEmitter:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Protocol
+from typing import ClassVar, Protocol, Self
 
 from .values import (
     SMALLEST_SIZE,
@@ -59,112 +59,91 @@ class Light(Protocol):
 
 
 @dataclass(frozen=True)
-class QuadLight:
+class _ColoredLight:
+    """A record whose light is proportional to one of its colours."""
+
+    COLOR_FIELD: ClassVar[str] = "radiance"
+    """Name of that field."""
+
+    def brightened(self, factor: float) -> Self:
+        """Return the light so many times as bright."""
+        return replace(
+            self, **{self.COLOR_FIELD: scaled_color(getattr(self, self.COLOR_FIELD), factor)}
+        )
+
+
+@dataclass(frozen=True)
+class _AreaLight(_ColoredLight):
+    """A flat light of a fixed place, spanned by two half axes around its centre."""
+
+    center: Vector
+    half_u: Vector
+    half_v: Vector
+    radiance: Vector
+    motion: Motion | None = None
+    casts_shadow: bool = True
+    name: str = "Area"
+
+    def defect(self) -> str | None:
+        """Return the reason why it cannot be rendered, or None."""
+        return (
+            vector_defect(self, "center", "half_u", "half_v", "radiance")
+            or motion_defect(self.motion)
+            or area_defect(self.half_u, self.half_v)
+        )
+
+
+@dataclass(frozen=True)
+class _RoundLight(_ColoredLight):
+    """A light that looks like a disk from everywhere outside it."""
+
+    center: Vector
+    radius: float
+    radiance: Vector
+    motion: Motion | None = None
+    casts_shadow: bool = True
+    name: str = "Point"
+
+    def defect(self) -> str | None:
+        """Return the reason why it cannot be rendered, or None."""
+        return (
+            vector_defect(self, "center", "radiance")
+            or motion_defect(self.motion)
+            or radius_defect(self.radius)
+        )
+
+
+@dataclass(frozen=True)
+class QuadLight(_AreaLight):
     """Parallelogram light: `center` + u * `half_u` + v * `half_v`, u and v in -1..1.
 
     It emits `radiance` (W / m^2 / sr, RGB) on the side of cross(half_u, half_v) only.
     """
 
-    center: Vector
-    half_u: Vector
-    half_v: Vector
-    radiance: Vector
-    motion: Motion | None = None
-    casts_shadow: bool = True
-    name: str = "Area"
-
-    def defect(self) -> str | None:
-        """Return the reason why it cannot be rendered, or None."""
-        return (
-            vector_defect(self, "center", "half_u", "half_v", "radiance")
-            or motion_defect(self.motion)
-            or area_defect(self.half_u, self.half_v)
-        )
-
-    def brightened(self, factor: float) -> QuadLight:
-        """Return the light so many times as bright."""
-        return replace(self, radiance=scaled_color(self.radiance, factor))
-
 
 @dataclass(frozen=True)
-class EllipseLight:
+class EllipseLight(_AreaLight):
     """Elliptic light: `center` + u * `half_u` + v * `half_v`, u^2 + v^2 up to 1.
 
     It emits `radiance` (W / m^2 / sr, RGB) on the side of cross(half_u, half_v) only.
     """
 
-    center: Vector
-    half_u: Vector
-    half_v: Vector
-    radiance: Vector
-    motion: Motion | None = None
-    casts_shadow: bool = True
-    name: str = "Area"
-
-    def defect(self) -> str | None:
-        """Return the reason why it cannot be rendered, or None."""
-        return (
-            vector_defect(self, "center", "half_u", "half_v", "radiance")
-            or motion_defect(self.motion)
-            or area_defect(self.half_u, self.half_v)
-        )
-
-    def brightened(self, factor: float) -> EllipseLight:
-        """Return the light so many times as bright."""
-        return replace(self, radiance=scaled_color(self.radiance, factor))
-
 
 @dataclass(frozen=True)
-class SphereLight:
+class SphereLight(_RoundLight):
     """Spherical light of uniform `radiance` (W / m^2 / sr, RGB). It blocks no light."""
 
-    center: Vector
-    radius: float
-    radiance: Vector
-    motion: Motion | None = None
-    casts_shadow: bool = True
-    name: str = "Point"
-
-    def defect(self) -> str | None:
-        """Return the reason why it cannot be rendered, or None."""
-        return (
-            vector_defect(self, "center", "radiance")
-            or motion_defect(self.motion)
-            or radius_defect(self.radius)
-        )
-
-    def brightened(self, factor: float) -> SphereLight:
-        """Return the light so many times as bright."""
-        return replace(self, radiance=scaled_color(self.radiance, factor))
-
 
 @dataclass(frozen=True)
-class DiskLight:
+class DiskLight(_RoundLight):
     """Blender's soft point light: a disk of `radius` that always faces the shaded point."""
 
-    center: Vector
-    radius: float
-    radiance: Vector
-    motion: Motion | None = None
-    casts_shadow: bool = True
-    name: str = "Point"
-
-    def defect(self) -> str | None:
-        """Return the reason why it cannot be rendered, or None."""
-        return (
-            vector_defect(self, "center", "radiance")
-            or motion_defect(self.motion)
-            or radius_defect(self.radius)
-        )
-
-    def brightened(self, factor: float) -> DiskLight:
-        """Return the light so many times as bright."""
-        return replace(self, radiance=scaled_color(self.radiance, factor))
-
 
 @dataclass(frozen=True)
-class PointLight:
+class PointLight(_ColoredLight):
     """Point light of radiant `intensity` (W / sr, RGB)."""
+
+    COLOR_FIELD: ClassVar[str] = "intensity"
 
     center: Vector
     intensity: Vector
@@ -176,13 +155,9 @@ class PointLight:
         """Return the reason why it cannot be rendered, or None."""
         return vector_defect(self, "center", "intensity") or motion_defect(self.motion)
 
-    def brightened(self, factor: float) -> PointLight:
-        """Return the light so many times as bright."""
-        return replace(self, intensity=scaled_color(self.intensity, factor))
-
 
 @dataclass(frozen=True)
-class SpotLight:
+class SpotLight(_ColoredLight):
     """A point, ball or facing disk that shines along `direction`, of any length, in a cone.
 
     A ball or disk of `radius` metres has the radiance intensity / (pi radius^2) in the middle of
@@ -193,6 +168,8 @@ class SpotLight:
 
     intensity : W / sr, RGB.  angle : radians, of the whole cone.  blend : 0 to 1.
     """
+
+    COLOR_FIELD: ClassVar[str] = "intensity"
 
     center: Vector
     direction: Vector
@@ -219,18 +196,16 @@ class SpotLight:
             or (radius_defect(self.radius) if self.radius else None)
         )
 
-    def brightened(self, factor: float) -> SpotLight:
-        """Return the light so many times as bright."""
-        return replace(self, intensity=scaled_color(self.intensity, factor))
-
 
 @dataclass(frozen=True)
-class SunLight:
+class SunLight(_ColoredLight):
     """A disk of uniform radiance at infinity, which shines along `direction`, of any length.
 
     It is seen in a cone of `angle` radians from side to side, 0 for a light without penumbrae, and
     gives surfaces that face it the `irradiance` (W / m^2, RGB). It does not move.
     """
+
+    COLOR_FIELD: ClassVar[str] = "irradiance"
 
     direction: Vector
     irradiance: Vector
@@ -247,13 +222,9 @@ class SunLight:
             return "its direction has no length"
         return vector_defect(self, "direction", "irradiance")
 
-    def brightened(self, factor: float) -> SunLight:
-        """Return the light so many times as bright."""
-        return replace(self, irradiance=scaled_color(self.irradiance, factor))
-
 
 @dataclass(frozen=True)
-class SkyLight:
+class SkyLight(_ColoredLight):
     """A light of uniform `radiance` (W / m^2 / sr, RGB) from all directions, beyond all shapes.
 
     It lights what is open to it, and is not seen: `Scene.background` is. It does not move.
@@ -267,7 +238,3 @@ class SkyLight:
     def defect(self) -> str | None:
         """Return the reason why it cannot be rendered, or None."""
         return vector_defect(self, "radiance")
-
-    def brightened(self, factor: float) -> SkyLight:
-        """Return the light so many times as bright."""
-        return replace(self, radiance=scaled_color(self.radiance, factor))
