@@ -13,19 +13,20 @@ from adaptive_drt.lights.ellipse_light import EllipseEmitter, make_ellipse_emitt
 from adaptive_drt.lights.emitter import LightMotion
 from adaptive_drt.lights.form_factor import polygon_factor
 from adaptive_drt.lights.occluded_form_factor import visible_factor
-from adaptive_drt.render import render_image
-from adaptive_drt.scene.description import EllipseLight, Motion, Quad, Scene, Sphere
-from adaptive_drt.scene.settings import Settings
-from oracle.picture import reference
-from oracle.truth import masks
-from random_scenes import look_at, random_scene
+from adaptive_drt.scene.description import EllipseLight, Motion, Quad, Scene
+from light_checks import (
+    BALL,
+    CAMERA,
+    EXACT,
+    FLOOR,
+    assert_agrees,
+    assert_both_methods_agree,
+    assert_no_pixel_is_left_out,
+    assert_tolerance_is_kept,
+)
+from random_scenes import random_scene
 
-EXACT = Settings(tolerance=1e-3, threads=1)
-RAYS = Settings(method="RAYS", light_rays=256, pixel_rays=64, time_rays=64, threads=1)
-FLOOR = Quad((-8.0, -8.0, 0.0), (16.0, 0.0, 0.0), (0.0, 16.0, 0.0))
-BALL = Sphere((0.0, 0.0, 1.0), 0.7)
 CARD = Quad((0.7, -0.9, 1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.3))
-CAMERA = look_at((0.0, -6.0, 4.0), (0.0, 0.0, 0.5), resolution=(36, 24), focal_length=35.0)
 DISK = EllipseLight((1.0, -1.0, 3.5), (0.5, 0.0, 0.0), (0.0, -0.5, 0.0), (9.0, 8.0, 7.0))
 LIGHTS = {
     "disk": DISK,
@@ -35,10 +36,6 @@ LIGHTS = {
 EACH = pytest.mark.parametrize("kind", LIGHTS)
 AT_REST = LightMotion(np.zeros(3), np.zeros(3))
 COUNT = 2_000
-
-
-def rms(a):
-    return float(np.sqrt((a**2).mean()))
 
 
 def seen(kind, seed, least=1.0):
@@ -166,21 +163,14 @@ def test_it_shines_to_one_side():
 @EACH
 def test_pictures_agree_with_brute_force(kind):
     scene = Scene(CAMERA, (FLOOR, BALL, CARD), (LIGHTS[kind],))
-    want, error = reference(scene, 1024)
-    noise, mean = rms(error), want.mean()
-    exact, rays = (render_image(scene, settings).color for settings in (EXACT, RAYS))
-    assert rms(exact - want) < 1.5 * noise + 1e-3 * mean
-    assert rms(rays - want) < 1.5 * noise + 0.04 * mean
-    assert exact.mean() == pytest.approx(mean, rel=2e-3)
+    assert_both_methods_agree(scene)
 
 
 def test_motion():
     ball = replace(BALL, motion=Motion((0.7, 0.3, 0.2)))
     light = replace(LIGHTS["ellipse"], motion=Motion((0.4, 0.0, 0.2)))
     scene = Scene(CAMERA, (FLOOR, CARD, ball), (light,))
-    want, error = reference(scene, 1024)
-    got = render_image(scene, EXACT).color
-    assert rms(got - want) < 1.5 * rms(error) + 2e-3 * want.mean()
+    assert_agrees(scene, EXACT, 1024, 2e-3)
 
 
 def with_ellipses(seed):
@@ -200,23 +190,17 @@ def with_ellipses(seed):
 @pytest.mark.parametrize("seed", range(6))
 def test_random_scenes_agree_with_brute_force(seed):
     scene = with_ellipses(seed)
-    want, error = reference(scene, 256)
-    got = render_image(scene, replace(EXACT, tolerance=3e-3)).color
-    assert rms(got - want) < 1.5 * rms(error) + 6e-3 * want.mean() + 1e-9
+    assert_agrees(scene, replace(EXACT, tolerance=3e-3), 256, 6e-3, 1e-9)
 
 
 @pytest.mark.parametrize("seed", range(6))
 def test_no_pixel_that_depends_is_left_out(seed):
     scene = with_ellipses(seed)
-    few = Settings(method="RAYS", light_rays=2, time_rays=2, pixel_rays=2, threads=1)
-    gone = masks(scene) & ~render_image(scene, few).mask
-    assert not gone.any(), f"seed {seed}: (domain, row, column) {np.argwhere(gone).tolist()}"
+    assert_no_pixel_is_left_out(scene, seed)
 
 
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-3])
 @EACH
 def test_the_tolerance_is_kept(kind, tolerance):
     scene = Scene(CAMERA, (FLOOR, BALL, CARD), (LIGHTS[kind],))
-    want = render_image(scene, replace(EXACT, tolerance=5e-5)).color
-    got = render_image(scene, replace(EXACT, tolerance=tolerance)).color
-    assert rms(got - want) < tolerance * want.mean()
+    assert_tolerance_is_kept(scene, tolerance)

@@ -18,18 +18,14 @@ from adaptive_drt.render import render_image
 from adaptive_drt.scene.description import Motion, Quad, Scene, SkyLight, Sphere, SunLight, validate
 from adaptive_drt.scene.settings import Settings
 from adaptive_drt.tracing.compile import MAX_BATCH_PAIRS, make_plan
+from light_checks import BALL, CAMERA, EXACT, FLOOR, assert_agrees, assert_no_pixel_is_left_out, rms
 from oracle.picture import reference
-from oracle.truth import masks
 from random_scenes import look_at, random_scene
 
 SKY = SkyLight((1.0, 0.8, 0.6))
-EXACT = Settings(tolerance=1e-3, threads=1)
 RAYS = Settings(method="RAYS", light_rays=64, pixel_rays=64, time_rays=64, threads=1)
-FLOOR = Quad((-8.0, -8.0, 0.0), (16.0, 0.0, 0.0), (0.0, 16.0, 0.0))
-BALL = Sphere((0.0, 0.0, 1.0), 0.7)
 CARD = Quad((1.2, -0.5, 1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.3))
 WALL = Quad((-4.0, 2.0, 0.0), (8.0, 0.0, 0.0), (0.0, 0.0, 2.0))
-CAMERA = look_at((0.0, -6.0, 4.0), (0.0, 0.0, 0.5), resolution=(36, 24), focal_length=35.0)
 UP = np.array([[0.0], [0.0], [1.0]])
 NO_BALLS = np.zeros((0, 3, 1)), np.zeros((0, 1))
 NO_FACES = np.zeros((0, 4, 3, 1))
@@ -48,10 +44,6 @@ CUBE = box((-2.0, -1.0, 0.0), 1.0, 1.2, 0.8)
 
 def scene_of(*shapes, light=SKY, **fields):
     return Scene(CAMERA, shapes, (light,), **fields)
-
-
-def rms(a):
-    return float(np.sqrt((a**2).mean()))
 
 
 def emitter():
@@ -163,10 +155,7 @@ def test_pictures_agree_with_brute_force(shapes):
 def test_motion(settings):
     ball = replace(BALL, motion=Motion((1.5, 0.5, 0.3)))
     scene = scene_of(FLOOR, *CUBE, WALL, ball)
-    want, error = reference(scene, 1024)
-    got = render_image(scene, settings).color
-    share = 1e-3 if settings is EXACT else 0.03
-    assert rms(got - want) < 1.5 * rms(error) + share * want.mean()
+    assert_agrees(scene, settings, 1024, 1e-3 if settings is EXACT else 0.03)
 
 
 def with_sky(seed):
@@ -178,18 +167,13 @@ def with_sky(seed):
 @pytest.mark.parametrize("seed", range(14))
 def test_no_pixel_that_depends_is_left_out(seed):
     scene = with_sky(seed)
-    few = Settings(method="RAYS", light_rays=2, time_rays=2, pixel_rays=2, threads=1)
-    found, truth = render_image(scene, few).mask, masks(scene)
-    gone = truth & ~found
-    assert not gone.any(), f"seed {seed}: (domain, row, column) {np.argwhere(gone).tolist()}"
+    assert_no_pixel_is_left_out(scene, seed)
 
 
 @pytest.mark.parametrize("seed", range(8))
 def test_random_scenes_agree_with_brute_force(seed):
     scene = with_sky(seed)
-    want, error = reference(scene, 256)
-    got = render_image(scene, replace(EXACT, tolerance=3e-3)).color
-    assert rms(got - want) < 1.5 * rms(error) + 5e-3 * want.mean()
+    assert_agrees(scene, replace(EXACT, tolerance=3e-3), 256, 5e-3)
 
 
 @pytest.mark.parametrize("shapes", [[Sphere((0, 0, 0.0), 3.0)], box((-2, -2, -2.0), 4, 4, 4)])

@@ -11,19 +11,20 @@ import pytest
 
 from adaptive_drt.lights.emitter import LightMotion
 from adaptive_drt.lights.spot_light import SpotPointEmitter, SpotSphereEmitter, make_spot_emitter
-from adaptive_drt.render import render_image
-from adaptive_drt.scene.description import Motion, Quad, Scene, Sphere, SpotLight
-from adaptive_drt.scene.settings import Settings
+from adaptive_drt.scene.description import Motion, Quad, Scene, SpotLight
+from light_checks import (
+    BALL,
+    CAMERA,
+    EXACT,
+    FLOOR,
+    assert_agrees,
+    assert_both_methods_agree,
+    assert_tolerance_is_kept,
+)
 from oracle.lights import emitted
-from oracle.picture import reference
-from random_scenes import look_at, random_scene
+from random_scenes import random_scene
 
-EXACT = Settings(tolerance=1e-3, threads=1)
-RAYS = Settings(method="RAYS", light_rays=256, pixel_rays=64, time_rays=64, threads=1)
-FLOOR = Quad((-8.0, -8.0, 0.0), (16.0, 0.0, 0.0), (0.0, 16.0, 0.0))
-BALL = Sphere((0.0, 0.0, 1.0), 0.7)
 CARD = Quad((0.7, -0.9, 1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.3))
-CAMERA = look_at((0.0, -6.0, 4.0), (0.0, 0.0, 0.5), resolution=(36, 24), focal_length=35.0)
 SPOT = SpotLight((1.0, -1.0, 4.0), (-0.2, 0.3, -1.0), (40.0, 30.0, 20.0), 0.8, 0.4, 0.3)
 KINDS = {
     "disk": SPOT,
@@ -34,10 +35,6 @@ KINDS = {
 }
 EACH = pytest.mark.parametrize("kind", KINDS)
 AT_REST = LightMotion(np.zeros(3), np.zeros(3))
-
-
-def rms(a):
-    return float(np.sqrt((a**2).mean()))
 
 
 @EACH
@@ -123,21 +120,14 @@ def test_the_edge_of_the_cone():
 @EACH
 def test_pictures_agree_with_brute_force(kind):
     scene = Scene(CAMERA, (FLOOR, BALL, CARD), (KINDS[kind],))
-    want, error = reference(scene, 1024)
-    noise, mean = rms(error), want.mean()
-    exact, rays = (render_image(scene, settings).color for settings in (EXACT, RAYS))
-    assert rms(exact - want) < 1.5 * noise + 1e-3 * mean
-    assert rms(rays - want) < 1.5 * noise + 0.04 * mean
-    assert exact.mean() == pytest.approx(mean, rel=2e-3)
+    assert_both_methods_agree(scene)
 
 
 def test_motion():
     ball = replace(BALL, motion=Motion((0.7, 0.3, 0.2)))
     spot = replace(SPOT, motion=Motion((0.4, 0.0, 0.2)))
     scene = Scene(CAMERA, (FLOOR, CARD, ball), (spot,))
-    want, error = reference(scene, 1024)
-    got = render_image(scene, EXACT).color
-    assert rms(got - want) < 1.5 * rms(error) + 2e-3 * want.mean()
+    assert_agrees(scene, EXACT, 1024, 2e-3)
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -153,15 +143,11 @@ def test_random_scenes_agree_with_brute_force(seed):
         for light in scene.lights
     )  # fmt: skip
     scene = replace(scene, lights=spots)
-    want, error = reference(scene, 256)
-    got = render_image(scene, replace(EXACT, tolerance=3e-3)).color
-    assert rms(got - want) < 1.5 * rms(error) + 6e-3 * want.mean() + 1e-9
+    assert_agrees(scene, replace(EXACT, tolerance=3e-3), 256, 6e-3, 1e-9)
 
 
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-3])
 @EACH
 def test_the_tolerance_is_kept(kind, tolerance):
     scene = Scene(CAMERA, (FLOOR, BALL, CARD), (KINDS[kind],))
-    want = render_image(scene, replace(EXACT, tolerance=5e-5)).color
-    got = render_image(scene, replace(EXACT, tolerance=tolerance)).color
-    assert rms(got - want) < tolerance * want.mean()
+    assert_tolerance_is_kept(scene, tolerance)

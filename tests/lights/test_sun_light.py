@@ -26,20 +26,16 @@ from adaptive_drt.scene.description import (
     validate,
 )
 from adaptive_drt.scene.settings import Settings
+from light_checks import BALL, CAMERA, EXACT, FLOOR, assert_agrees, assert_no_pixel_is_left_out
 from oracle.picture import reference
-from oracle.truth import masks
 from random_scenes import look_at, random_scene
 
 WHITE = (1.0, 1.0, 1.0)
 EARTH = 0.00918
 """Blender's default angle of a sun, in radians: 0.526 degrees."""
 ANGLES = {"earth": EARTH, "20 degrees": math.radians(20.0), "120 degrees": math.radians(120.0)}
-EXACT = Settings(tolerance=1e-3, threads=1)
 RAYS = Settings(method="RAYS", light_rays=64, pixel_rays=64, time_rays=64, threads=1)
-FLOOR = Quad((-8.0, -8.0, 0.0), (16.0, 0.0, 0.0), (0.0, 16.0, 0.0))
-BALL = Sphere((0.0, 0.0, 1.0), 0.7)
 CARD = Quad((1.2, -0.5, 1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.3))
-CAMERA = look_at((0.0, -6.0, 4.0), (0.0, 0.0, 0.5), resolution=(36, 24), focal_length=35.0)
 SUN = SunLight((0.3, 0.5, -1.0), (3.0, 2.0, 1.0))
 
 
@@ -214,20 +210,14 @@ def with_suns(seed):
 @pytest.mark.parametrize("seed", range(14))
 def test_no_pixel_that_depends_is_left_out(seed):
     scene = with_suns(seed)
-    few = Settings(method="RAYS", light_rays=2, time_rays=2, pixel_rays=2, threads=1)
-    found, truth = render_image(scene, few).mask, masks(scene)
-    gone = truth & ~found
-    assert not gone.any(), f"seed {seed}: (domain, row, column) {np.argwhere(gone).tolist()}"
+    assert_no_pixel_is_left_out(scene, seed)
 
 
 @pytest.mark.parametrize("seed", range(6))
 def test_random_scenes_agree_with_brute_force(seed):
     """Motion of camera and objects, too: the sun stays where it is."""
     scene = with_suns(seed)
-    want, error = reference(scene, 256)
-    noise = np.sqrt((error**2).mean())
-    got = render_image(scene, replace(EXACT, tolerance=3e-3)).color
-    assert np.sqrt(((got - want) ** 2).mean()) < 1.5 * noise + 5e-3 * want.mean()
+    assert_agrees(scene, replace(EXACT, tolerance=3e-3), 256, 5e-3)
 
 
 def test_a_moving_camera_does_not_move_the_sun():

@@ -19,6 +19,7 @@ from adaptive_drt.scene.description import (
 from adaptive_drt.scene.settings import Settings
 from adaptive_drt.scene.triangle_mesh import TriangleMesh
 from mesh_shapes import ball_mesh, bumpy_mesh, grid_mesh
+from oracle.converged import relative_rmse
 from oracle.mesh_rays import sampled_mesh_picture
 from random_scenes import look_at
 
@@ -27,11 +28,6 @@ LAMP = QuadLight((1.5, -1.5, 5.0), (0.9, 0.0, 0.0), (0.0, -0.9, 0.0), (12.0, 11.
 BULB = SphereLight((-2.0, -1.5, 4.0), 0.5, (20.0, 15.0, 10.0))
 CAMERA = look_at((0.5, -6.0, 3.5), (0.0, 0.0, 0.9), resolution=(24, 16))
 SKY = (0.1, 0.2, 0.3)
-
-
-def relative_rmse(a, b):
-    """Root mean square difference of two pictures over the second one's mean."""
-    return np.sqrt(((a - b) ** 2).mean()) / b.mean()
 
 
 def two_colors(mesh):

@@ -20,6 +20,7 @@ from adaptive_drt.scene.description import (
     Triangles,
 )
 from adaptive_drt.scene.settings import Settings
+from oracle.converged import relative_rmse
 from oracle.kept import converged_color, masks
 from oracle.picture import reference
 from random_scenes import look_at, random_scene
@@ -35,11 +36,6 @@ ROUNDING = 1e-9
 
 DARK = 1e-11
 """Radiance that rounding leaves of lights whose radiance is up to 50."""
-
-
-def relative_rmse(a, b):
-    """Root mean square difference of two pictures over the second one's mean."""
-    return np.sqrt(((a - b) ** 2).mean()) / b.mean()
 
 
 def mesh(vertices, faces, motion=None, color=(0.7, 0.6, 0.5)):
