@@ -6,11 +6,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from contextlib import closing
 from dataclasses import dataclass, field, replace
 from itertools import chain
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 
@@ -39,6 +39,9 @@ __all__ = ["ExactRender"]
 
 Steps: TypeAlias = Generator[float, None, None]
 """Work in steps: yields the completed fraction of it, 0 to 1, at least once a heartbeat."""
+
+Found = TypeVar("Found")
+"""What is found of pixels."""
 
 FIRST_PASS_PIXELS = 262_144
 """Largest number of pixels in one call of the first pass: most of them lie in smooth blocks and
@@ -261,26 +264,30 @@ class ExactRender:
     def _shade_outlines(self, frame: Frame, rows: Ints) -> Steps:
         """Shade the visible regions of pixels with outlines, whose indices are `rows`."""
         tasks = frame.tasks(rows, self.goal, self.work.pixels_per_call(rows.size))
-        done = 0
-        with closing(self.work.run(shade_initial_cells, tasks, "outlines")) as outcomes:
-            for outcome in outcomes:
-                if outcome is not None:
-                    pixels, shaded = outcome
-                    frame.enter_initial_cells(pixels, shaded)
-                    done += pixels.size
-                yield (done + self.work.in_progress) / rows.size
+        outcomes = self.work.run(shade_initial_cells, tasks, "outlines")
+        return self._enter_outcomes(outcomes, frame.enter_initial_cells, rows.size)
 
     def _sample(self, frame: Frame, rows: Ints, goal: Goal | None) -> Steps:
         """Sample the pixels whose indices are `rows`; without a goal, by the first points only."""
         tasks = frame.sampling_tasks(rows, goal, self.work.pixels_per_call(rows.size))
+        outcomes = self.work.run(sample_pixels, tasks, "sampled pixels")
+        return self._enter_outcomes(outcomes, frame.enter_sampled, rows.size)
+
+    def _enter_outcomes(
+        self,
+        outcomes: Generator[tuple[Ints, Found] | None, None, None],
+        enter: Callable[[Ints, Found], None],
+        count: int,
+    ) -> Steps:
+        """Enter what is found of pixels, `count` in all; yields the fraction that is done."""
         done = 0
-        with closing(self.work.run(sample_pixels, tasks, "sampled pixels")) as outcomes:
+        with closing(outcomes):
             for outcome in outcomes:
                 if outcome is not None:
-                    pixels, sampled = outcome
-                    frame.enter_sampled(pixels, sampled)
+                    pixels, found = outcome
+                    enter(pixels, found)
                     done += pixels.size
-                yield (done + self.work.in_progress) / max(rows.size, 1)
+                yield (done + self.work.in_progress) / max(count, 1)
 
     def _search_light(self, frame: Frame, inside: Mask) -> Generator[None, None, None]:
         """If no pixel centre is lit, search for light first and set the goal from what is found."""
@@ -345,14 +352,9 @@ class ExactRender:
 
     def _integrate(self, frame: Frame, points: NodeValues, wanted: Ints) -> Steps:
         """Integrate over the shutter at the centres of the pixels `wanted`."""
-        done = 0
         tasks = frame.point_tasks(wanted, self.goal, self.work.pixels_per_call(wanted.size))
-        with closing(self.work.run(refine, tasks, "nodes of blocks")) as outcomes:
-            for outcome in outcomes:
-                if outcome is not None:
-                    points.enter(*outcome)
-                    done += outcome[0].size
-                yield (done + self.work.in_progress) / wanted.size
+        outcomes = self.work.run(refine, tasks, "nodes of blocks")
+        return self._enter_outcomes(outcomes, points.enter, wanted.size)
 
     # --- step 8: adaptive cubature -----------------------------------------------------------
 

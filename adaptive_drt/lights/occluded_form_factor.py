@@ -409,11 +409,16 @@ def _integral_along_edges(outlines: _Silhouettes, edges: GreatCircleArcs) -> Arr
     polygons = outlines.polygons
     if polygons is None or not _compares_near_polygons(outlines, polygons):
         return _integral_along(outlines, edges, _unoccluded_intervals(outlines, edges, None))
-    hidden = None
-    if outlines.circles.sine.shape[0]:
-        hidden = arcs_inside_cones(edges, outlines.circles)
+    hidden = _hidden_by_circles(outlines, edges)
     potential = make_antiderivative(outlines.normal, outlines.light.center, edges)
     return open_arcs_integral(edges, polygons, hidden, outlines.light.reach, potential)
+
+
+def _hidden_by_circles(outlines: _Silhouettes, arcs: GreatCircleArcs) -> Intervals | None:
+    """Intervals (k, j, n) of arcs that lie behind spheres; None without spheres."""
+    if not outlines.circles.sine.shape[0]:
+        return None
+    return arcs_inside_cones(arcs, outlines.circles)
 
 
 def _compares_near_polygons(outlines: _Silhouettes, polygons: PolygonSilhouettes) -> bool:
@@ -426,9 +431,7 @@ def _integral_along_polygons(outlines: _Silhouettes, polygons: PolygonSilhouette
     segments, base = polygons.segments, _edges_on_the_light(outlines, polygons)
     if not _compares_near_polygons(outlines, polygons):
         return _integral_along(outlines, segments, _unoccluded_intervals(outlines, segments, base))
-    hidden = None
-    if outlines.circles.sine.shape[0]:
-        hidden = arcs_inside_cones(segments, outlines.circles)
+    hidden = _hidden_by_circles(outlines, segments)
     potential = make_antiderivative(outlines.normal, outlines.light.center, segments)
     return open_edges_integral(polygons, base, hidden, outlines.light.reach, potential)
 

@@ -106,12 +106,12 @@ def mesh_form(mesh: Any, layout: Layout, known: dict[bytes, Form]) -> Form:
             corners.astype(np.int64),
             starts.astype(np.int64),
             slots.astype(np.int64),
-            _triangles_of(mesh),
+            triangles_of(mesh),
         )
     return known[key]
 
 
-def _triangles_of(mesh: Any) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def triangles_of(mesh: Any) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return the vertices (3, t) of the triangles that Blender draws, and the face (t,) of each."""
     mesh.calc_loop_triangles()
     vertices = np.empty((len(mesh.loop_triangles), 3), dtype=np.int32)
@@ -156,9 +156,6 @@ def shapes_of(
     materials : by the numbers of their slots.
     """
     linear = track.middle[:3, :3]
-    if not np.isfinite(track.middle).all():
-        issues.append(Issue(name, NOT_FINITE, missing=True))
-        return []
     if not isinstance(form, MeshSphere):
         facets = _facets(form, track, materials, name, issues)
         if not facets:

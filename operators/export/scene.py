@@ -32,7 +32,16 @@ from .instances import key_of, name_of, owner_of
 from .layer_filter import lets_through
 from .light import Lamp, gives_light, lamp_of, light_of
 from .material import material_of, slot_material
-from .mesh import Form, Layout, is_stretched, layout_of, mesh_form, shapes_of, wears_several
+from .mesh import (
+    NOT_FINITE,
+    Form,
+    Layout,
+    is_stretched,
+    layout_of,
+    mesh_form,
+    shapes_of,
+    wears_several,
+)
 from .shading import shading_left_out
 from .shutter import Matrix, Shutter, Track, blurs, matrix_of, shutter_of
 from .triangle_mesh import MeshForm, placed_mesh, triangle_form
@@ -307,6 +316,9 @@ def _gather_faces(instance: Any, name: str, gathered: _Export) -> None:
     track = gathered.track(
         key_of(instance), matrix_of(instance), name, thing, instancer_of(instance)
     )
+    if not np.isfinite(track.middle).all():
+        gathered.tell(name, NOT_FINITE, missing=True)
+        return
     if isinstance(form, MeshForm):
         gathered.shapes.extend(placed_mesh(form, track, worn, name, gathered.issues))
     else:

@@ -12,8 +12,12 @@ from numpy.typing import NDArray
 
 from ...adaptive_drt.scene.description import Issue, Material, vector_of
 from ...adaptive_drt.scene.triangle_mesh import TriangleMesh
-from .mesh import NO_SCALE, NOT_FINITE, material_indices, points_of
+from .mesh import NO_SCALE, material_indices, points_of, triangles_of
 from .shutter import Matrix, Track, path_of
+
+LEAST_EXTENT = 1e-30
+"""Metres, least length of the axes of a box around a mesh: those of a flat mesh have a direction
+that may turn, but no length."""
 
 
 @dataclass(frozen=True)
@@ -36,21 +40,16 @@ class MeshForm:
 def triangle_form(mesh: Any) -> MeshForm:
     """Return the triangles of a Blender mesh."""
     points = np.ascontiguousarray(points_of(mesh).T, dtype=np.float64)
-    mesh.calc_loop_triangles()
-    count = len(mesh.loop_triangles)
-    corners, loops = np.empty((2, count, 3), dtype=np.int32)
-    owner = np.empty(count, dtype=np.int32)
-    mesh.loop_triangles.foreach_get("vertices", corners.ravel())
-    mesh.loop_triangles.foreach_get("loops", loops.ravel())
-    mesh.loop_triangles.foreach_get("polygon_index", owner)
+    corners, owner = triangles_of(mesh)
     normals = None
     if mesh.normals_domain != "FACE":  # else each triangle has a normal of its own, as in Cycles
+        loops = np.empty((corners.shape[1], 3), dtype=np.int32)
+        mesh.loop_triangles.foreach_get("loops", loops.ravel())
         every = np.empty((len(mesh.loops), 3), dtype=np.float32)
         mesh.corner_normals.foreach_get("vector", every.ravel())
         normals = np.ascontiguousarray(every[loops].transpose(1, 2, 0), dtype=np.float64)
-    faces = np.ascontiguousarray(corners.T, dtype=np.int64)
     slot = material_indices(mesh)[owner].astype(np.int64)
-    return MeshForm(points, faces, slot, normals)
+    return MeshForm(points, corners, slot, normals)
 
 
 def placed_mesh(
@@ -67,14 +66,11 @@ def placed_mesh(
     materials : by the numbers of their slots.
     """
     linear = track.middle[:3, :3]
-    if not np.isfinite(track.middle).all():
-        issues.append(Issue(name, NOT_FINITE, missing=True))
-        return []
     used = form.points[:, np.unique(form.corners)]
     low, high = used.min(axis=1), used.max(axis=1)
     middle = (low + high) / 2.0
     # a point in the middle is followed; the axes of the box around the mesh tell how it turns
-    path = path_of(track, vector_of(middle), np.diag(np.maximum(high - low, 1e-30)))
+    path = path_of(track, vector_of(middle), np.diag(np.maximum(high - low, LEAST_EXTENT)))
     if path.reason:
         issues.append(Issue(name, path.reason))
     points = np.array(path.position)[:, None] + linear @ (form.points - middle[:, None])
