@@ -33,6 +33,7 @@ from ..numerics.vector import cross, dot, rms
 from ..numerics.vector import total as sum_rows
 from ..parallel.call_progress import progress_range, report_progress
 from ..shading.sample_light import LightSampler
+from ..shading.sampled_occlusion import BATCHES, UNSEEN_SHARE
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs, Surface, intersect_pairs, surface
 from ..tracing.occluder_culling import Occluders
@@ -48,9 +49,6 @@ __all__ = [
 ]
 
 
-BATCHES = 8
-"""Number of batches of equal size; the spread of eight estimates of one error is known to a
-quarter, one standard deviation."""
 FIRST_POINTS, LAST_POINTS = BATCHES, 16_384
 """Number of points that every pixel takes, and the number up to which it is doubled."""
 LIGHT_RAYS = 8
@@ -58,8 +56,6 @@ LIGHT_RAYS = 8
 some ten rays."""
 POINTS_PER_CHUNK = 1 << 14
 """Number of points in one batch of work; it bounds memory."""
-UNSEEN_SHARE = 0.5
-"""Least error of the visible fraction of a light, as a fraction of one ray's share."""
 MIXED = -1
 """Number of pixels from which a light is visible in part, or that show several objects."""
 UNSEEN_AREA = 0.3
@@ -67,8 +63,8 @@ UNSEEN_AREA = 0.3
 Derived: a part that is cut off by an outline at random and met by no point has areas of up to one
 share; its root mean square is 0.58 of it, and about every fourth such pixel has one."""
 CAMERA_STREAM = 40
-"""Stream of the hashes that shift the points of each pixel; streams 1 to `LIGHT_STREAMS` behind it
-are those of the lights."""
+"""Stream of the hashes that shift the points of each pixel; those from `sample_light.LIGHT_STREAM`
+on belong to the lights."""
 
 
 @dataclass(frozen=True)

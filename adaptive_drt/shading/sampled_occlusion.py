@@ -23,7 +23,7 @@ from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs, Surface
 from .ratio_estimator import LightSums, gather_light, ratio_estimate
 
-__all__ = ["SAMPLING_ERROR_SHARE", "sampled_factors"]
+__all__ = ["BATCHES", "SAMPLING_ERROR_SHARE", "UNSEEN_SHARE", "sampled_factors"]
 
 
 SAMPLING_ERROR_SHARE = 0.25
@@ -33,8 +33,8 @@ FIRST_RAYS, LAST_RAYS = 1_024, 16_384
 """Number of rays that every point takes, and the number up to which it is doubled while the
 estimated error is larger than allowed. With that many a point takes about a millisecond."""
 BATCHES = 8
-"""Number of batches of equal size of a point's rays; the spread of eight estimates of one error is
-known to a quarter, one standard deviation."""
+"""Number of batches of equal size of the rays of a point, or of the points of a pixel; the spread
+of eight estimates of one error is known to a quarter, one standard deviation."""
 UNSEEN_SHARE = 0.5
 """Least error of an estimate, as a fraction of the whole light divided by the number of rays: a
 visible or hidden part as small as one ray's share may contain no point of the light."""
