@@ -66,7 +66,9 @@ def export(engine: Any, depsgraph: Any, draws_strokes: bool = True) -> tuple[Sce
     scene = depsgraph.scene.original
     settings = settings_of(scene)
     with kept_frame(scene, engine) as move:
-        return export_scene(depsgraph, move, settings.use_motion, draws_strokes), settings
+        spheres = scene.adaptive_drt.spheres
+        found = export_scene(depsgraph, move, settings.use_motion, draws_strokes, spheres)
+        return found, settings
 
 
 def export_for_render(scene: Any, view_layer: Any) -> tuple[Scene, Settings]:

@@ -88,6 +88,7 @@ class _Effects:
                 below.prop(chosen, rays)
             if use == "use_motion":
                 _draw_shutter(below, context.scene.render)
+        layout.prop(chosen, "spheres")
 
 
 def _draw_images(layout: Any) -> None:

@@ -30,6 +30,22 @@ DISTRIBUTIONS = (
     ("ADAPTIVE", "Adaptive", "Distribute rays only where the result could change", 0),
     ("EVERYWHERE", "Everywhere", "Distribute rays in every pixel, for comparison", 1),
 )
+SPHERES = (
+    (
+        "AUTO",
+        "Automatic",
+        "Render a mesh in the form of a sphere as a sphere, unless it is flat-shaded and has fewer "
+        "than 400 faces, or has custom normals or several materials",
+        0,
+    ),
+    (
+        "SPHERES",
+        "Always",
+        "Render every mesh in the form of a sphere as a sphere: without noise",
+        1,
+    ),
+    ("FACES", "Never", "Render the faces of every mesh, as Cycles does", 2),
+)
 
 
 class ADRT_PG_settings(bpy.types.PropertyGroup):
@@ -106,6 +122,12 @@ class ADRT_PG_settings(bpy.types.PropertyGroup):
         name="Edges",
         description="Anti-aliasing; otherwise a pixel is what its centre sees",
         default=True,
+    )
+    spheres: EnumProperty(
+        name="Spheres",
+        description="Which meshes in the form of a sphere are rendered as spheres",
+        items=SPHERES,
+        default="AUTO",
     )
     seed: IntProperty(
         name="Seed",

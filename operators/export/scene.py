@@ -20,7 +20,7 @@ from ...adaptive_drt.scene.description import (
     Vector,
     validate,
 )
-from ...adaptive_drt.scene.primitive_recognition import UNUSABLE, Facets, MeshSphere
+from ...adaptive_drt.scene.primitive_recognition import UNUSABLE, MeshSphere
 from .animated import Animated, Key
 from .camera import camera_of
 from .checklist import ObjectIssues, instancer_of, scene_issues
@@ -42,16 +42,16 @@ from .mesh import (
     shapes_of,
     wears_several,
 )
-from .shading import shading_left_out
+from .shading import CUSTOM_BALL, FLAT_FACETS, shading_left_out
 from .shutter import Matrix, Shutter, Track, blurs, matrix_of, shutter_of
 from .triangle_mesh import MeshForm, placed_mesh, triangle_form
 from .world import world_of
 
 CAMERA_KEY = "camera"
 
-MAX_FLAT_TRIANGLES = 150
-"""Number of triangles of a mesh up to which each is rendered as a polygon in closed form: Suzanne's
-968 took 204 s of processor time that way (90 x 60, 1 %), and 1 s as a mesh."""
+SPHERE_FACES = 400
+"""Number of faces of a flat-shaded mesh in the form of a sphere, below which its facets are meant
+to be seen: the menu's UV sphere has 512, an icosphere of three subdivisions 320."""
 SKY_FACES = 32
 """Number of flat faces of a mesh from which, under a world that lights from all sides, its rays are
 traced rather than its faces' outlines: those take some ten milliseconds a point there."""
@@ -78,6 +78,7 @@ class _Export:
     meshes : by their pointers.  stretched : balls as meshes, for instances that are no balls.
     owners : the objects to select, by the names of their instances.
     lit_around : whether the world lights everything from all sides.
+    spheres : which meshes in the form of a sphere are rendered as spheres: see `export_scene`.
     """
 
     opens: dict[Hashable, Matrix] | None = None
@@ -94,6 +95,7 @@ class _Export:
     lamps: dict[str, Lamp] = field(default_factory=dict)
     owners: dict[str, str] = field(default_factory=dict)
     lit_around: bool = False
+    spheres: str = "AUTO"
 
     def called(self, instance: Any) -> str:
         """Return an instance's name, and keep whose it is."""
@@ -151,6 +153,7 @@ def export_scene(
     move: Callable[[float], None] | None = None,
     use_motion: bool = True,
     draws_strokes: bool = True,
+    spheres: str = "AUTO",
 ) -> Scene:
     """Return a depsgraph's scene as the tracer's records; whatever is left out is in its issues.
 
@@ -162,6 +165,8 @@ def export_scene(
     use_motion : whether motion blur is wanted at all.
     draws_strokes : whether Blender draws Grease Pencil over the picture afterwards, as it does
         for F12. False: its strokes are listed.
+    spheres : "SPHERES": all meshes in the form of a sphere are rendered as spheres. "FACES": none.
+        "AUTO": those whose facets, custom normals or materials are not meant to be seen.
 
     Raises
     ------
@@ -175,7 +180,7 @@ def export_scene(
     # at each frame the evaluated layer is another one
     moves = use_motion and move is not None and depsgraph.view_layer_eval.use_motion_blur
     shutter = shutter_of(scene) if moves else None
-    gathered, animated = _Export(), Animated()
+    gathered, animated = _Export(spheres=spheres), Animated()
     if shutter is not None and move is not None:
         samplers = (
             lambda: _matrices(depsgraph, camera_object),
@@ -328,7 +333,7 @@ def _gather_faces(instance: Any, name: str, gathered: _Export) -> None:
 def _read(mesh: Any, gathered: _Export) -> _Known:
     """Return what a mesh stands for, and what that lacks.
 
-    What is no ball and has many or smooth faces stands for itself. Under a world that lights from
+    What is no sphere and has many or smooth faces stands for itself. Under a world that lights from
     all sides every face hides some of it, so fewer are many.
     """
     layout = layout_of(mesh)
@@ -337,10 +342,23 @@ def _read(mesh: Any, gathered: _Export) -> _Known:
     if isinstance(form, str):
         return _Known(form if form in UNUSABLE else triangle_form(mesh), (), kept)
     reason = shading_left_out(mesh, form)
-    many = isinstance(form, Facets) and form.triangles.slot.size > MAX_FLAT_TRIANGLES
-    crowded = gathered.lit_around and isinstance(form, Facets) and form.slot.size > SKY_FACES
-    if isinstance(form, Facets) and (reason or many or crowded):
-        return _Known(triangle_form(mesh), (), kept)
-    several = isinstance(form, MeshSphere) and gathered.override is None and wears_several(mesh)
-    left_out = (SEVERAL if several else "", reason)
-    return _Known(form, tuple(reason for reason in left_out if reason), kept)
+    if isinstance(form, MeshSphere):
+        several = gathered.override is None and wears_several(mesh)
+        if _shows_faces(gathered.spheres, reason, several, len(mesh.polygons)):
+            return _Known(triangle_form(mesh), (), kept)
+        left_out = (SEVERAL if several else "", reason)
+        return _Known(form, tuple(reason for reason in left_out if reason), kept)
+    crowded = gathered.lit_around and form.slot.size > SKY_FACES
+    return _Known(triangle_form(mesh) if reason or crowded else form, (), kept)
+
+
+def _shows_faces(spheres: str, reason: str, several: bool, faces: int) -> bool:
+    """Whether a mesh in the form of a sphere is rendered with its faces.
+
+    spheres : the rule, see `export_scene`.  reason : what a sphere would lack.
+    several : whether its faces wear several materials.
+    """
+    if spheres != "AUTO":
+        return spheres == "FACES"
+    coarse = reason == FLAT_FACETS and faces < SPHERE_FACES
+    return several or coarse or reason == CUSTOM_BALL

@@ -32,7 +32,8 @@ sphere of 32 x 16), 6 % at 0.018 (icosphere of subdivision 3)."""
 SMOOTH = "its smooth shading is left out: its faces are rendered flat, as they are"
 CUSTOM = "its custom normals are left out: its faces are rendered flat, as they are"
 CUSTOM_BALL = "its custom normals are left out: it is rendered as a sphere"
-FACETS = "its facets are left out: it is rendered as a smooth sphere"
+FACETS = "its faceted outline is left out: it is rendered as a sphere (Effects > Spheres)"
+FLAT_FACETS = "its facets are left out: it is rendered as a smooth sphere (Effects > Spheres)"
 
 Vectors = NDArray[np.floating[Any]]
 
@@ -94,4 +95,6 @@ def _of_ball(own: Vectors, face: Vectors, custom: Vectors | None, is_flat: bool)
         if float(np.abs(aside).max()) > TURNED_ASIDE:
             return CUSTOM_BALL
     below = 1.0 - float(np.abs(depths).min())
-    return FACETS if below > (FACETED if is_flat else COARSE) else ""
+    if is_flat:
+        return FLAT_FACETS if below > FACETED else ""
+    return FACETS if below > COARSE else ""

@@ -93,6 +93,9 @@ def test_object_slot_and_several_materials(export):
         )
     for face in ball.data.polygons[:400]:
         face.material_index = 1
+    # by default its faces are rendered, each with its own material: one part for each
+    assert not any(hasattr(part, "radius") for part in export().shapes)
+    bpy.context.scene.adaptive_drt.spheres = "SPHERES"
     scene = export()
     assert scene.shapes[0].material.color == pytest.approx((0.9, 0.9, 0.9))
     assert "several materials" in things.reasons(scene)["Sphere"][0]

@@ -16,6 +16,7 @@ import things
 @pytest.mark.parametrize("size", [(3, 3), (4, 3), (5, 4), (7, 9), (32, 16), (64, 64)])
 @pytest.mark.parametrize("smooth", [False, True])
 def test_uv_sphere(export, size, smooth):
+    bpy.context.scene.adaptive_drt.spheres = "SPHERES"
     ball = things.uv_sphere(segments=size[0], rings=size[1], radius=1.5)
     ball.data.shade_smooth() if smooth else ball.data.shade_flat()
     ball.location = (1.0, 2.0, -3.0)
@@ -41,6 +42,7 @@ def test_spheres_of_the_add_menu(export, operator):
         "uv": bpy.ops.mesh.primitive_uv_sphere_add,
         "ico": bpy.ops.mesh.primitive_ico_sphere_add,
     }[operator]
+    bpy.context.scene.adaptive_drt.spheres = "SPHERES"
     add(radius=2.0, location=(1.0, 0.0, 0.0), rotation=(0.3, 0.2, 0.1))
     (sphere,) = export().shapes
     assert sphere.radius == pytest.approx(2.0, rel=1e-6)
