@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from importlib.util import find_spec
 from typing import Any
 
@@ -30,10 +31,19 @@ def make_embree_scene(vertices: Array, faces: Ints) -> Any:
     from embreex import rtcore_scene  # the native library loads on the first use only
     from embreex.mesh_construction import TriangleMesh
 
-    scene = rtcore_scene.EmbreeScene()
+    # with a device for each scene embree crashes at some 1,500 scenes
+    scene = rtcore_scene.EmbreeScene(_device())
     TriangleMesh(
         scene,
         np.ascontiguousarray(vertices.T, dtype=np.float32),
         np.ascontiguousarray(faces.T, dtype=np.int32),
     )
     return scene
+
+
+@cache
+def _device() -> Any:
+    """The `embreex.rtcore.EmbreeDevice` of this process."""
+    from embreex import rtcore
+
+    return rtcore.EmbreeDevice()
