@@ -14,6 +14,7 @@ from ..numerics.arrays import Array, Mask
 from ..numerics.axes import SHUTTER_ENDS
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs, Surface, curvature
+from ..tracing.occluder_culling import may_shadow
 from .occlusion import classify_horizon, classify_occluders, receivers_of
 
 __all__ = ["light_changes", "patch_light_changes"]
@@ -38,7 +39,7 @@ def light_changes(plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, re
     candidates = pairs.take(moving & live)
     if not candidates.item.size:
         return changes
-    touched = _may_shadow(plan, surface, light, candidates, reach)
+    touched = may_shadow(plan, surface, light, candidates, reach)
     changes[candidates.pixel[touched]] = True
     rows = changes[candidates.pixel].nonzero()[0]
     candidates, touched = candidates.take(rows), touched[rows]
@@ -70,7 +71,7 @@ def patch_light_changes(
         changes[:] = True
         return changes
     candidates = pairs.take(plan.is_moving[pairs.item])
-    touched = _may_shadow(plan, patch, light, candidates, reach)
+    touched = may_shadow(plan, patch, light, candidates, reach)
     changes[candidates.pixel[touched]] = True
     return changes
 
@@ -109,12 +110,3 @@ def _changes_of_moving_light(
     always = _always_hidden(plan, surface, light, pairs, reach)
     changes[pairs.pixel[always]] = False
     return changes
-
-
-def _may_shadow(plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, reach: Array) -> Mask:
-    """Whether moving occluders may hide some of a light at rest at some time: (m,)."""
-    touched = np.zeros(pairs.item.size, dtype=np.bool_)
-    for shapes, rows, index in plan.shapes.groups(pairs.item):
-        receivers = receivers_of(surface, pairs.take(rows), reach)
-        touched[rows] = shapes.may_shadow(index, light, receivers)
-    return touched

@@ -17,6 +17,7 @@ import numpy as np
 
 from ..geometry.light_protocol import ViewCone
 from ..geometry.planar_faces import NO_SOLID
+from ..geometry.receivers import Receivers
 from ..geometry.shape_table import ShapeTable
 from ..geometry.sphere.kernels import cone_touches, surface_tolerance
 from ..lights.bounds import LightBounds
@@ -29,7 +30,7 @@ from .compile import Plan
 from .embree import ProxyScene
 from .intersect import Pairs, Surface, cache_sized_chunks, curvature, run_indices
 
-__all__ = ["Occluders", "all_pairs_unculled", "find_group_candidates"]
+__all__ = ["Occluders", "all_pairs_unculled", "find_group_candidates", "may_shadow"]
 
 BallTest: TypeAlias = Callable[[Array, Array, Ints], Mask]
 
@@ -72,7 +73,7 @@ class Occluders:
 
     def __init__(self, plan: Plan) -> None:
         """Compute the bounding spheres, and build embree's proxies for the lights that use them."""
-        self._plan = plan
+        self.plan = plan
         self.center, radius = plan.shapes.bounding_spheres
         d = plan.shapes.displacement
         self.radius = radius if d is None else radius + 0.5 * np.sqrt(dot(d, d))
@@ -89,7 +90,7 @@ class Occluders:
 
     def __reduce__(self) -> tuple[type[Occluders], tuple[Plan]]:
         """Pickle the compiled scene only: the receiving process builds embree's proxies again."""
-        return Occluders, (self._plan,)
+        return Occluders, (self.plan,)
 
     def find_candidates(
         self, light: Emitter, surface: Surface, reach: Array | float = 0.0
@@ -107,7 +108,7 @@ class Occluders:
         if not count or not self.radius.size or not light.casts_shadow:
             return Pairs(none, none)
         reach = np.broadcast_to(np.asarray(reach, dtype=np.float64), (count,))
-        sight = _LightView.make(light, surface, reach, curvature(self._plan, surface))
+        sight = _LightView.make(light, surface, reach, curvature(self.plan, surface))
         pairs = self._planes.without_redundant_faces(sight, self._all_candidates(light, sight))
         return _without_coplanar_faces(light, self._by_enclosing_balls(sight, pairs))
 
@@ -166,7 +167,7 @@ class Occluders:
         parts: list[Pairs] = []
         if proxies is not None:
             # where bounding spheres are too large, embree would return objects for most rays
-            first = self._plan.shapes.proxied
+            first = self.plan.shapes.proxied
             parts.append(self._filter_by_point(sight, self._near_proxies(sight, proxies)))
             to = light.to_center(surface.point)
             met = Pairs(*proxies.intersected_by(surface.point, to))
@@ -225,7 +226,7 @@ class Occluders:
         bounds, planar = sight.bounds, self._planes.planar[first_item:]
 
         def seen(middle: Array, span: Array, item: Ints) -> Mask:
-            self._plan.raise_if_cancelled()
+            self.plan.raise_if_cancelled()
             before = _balls_hide_from_blocks(bounds, (center, radius), middle, span, item)
             flat = (before & planar[item]).nonzero()[0]
             if flat.size:
@@ -251,7 +252,7 @@ class Occluders:
 
     def _balls_may_occlude(self, sight: _LightView, at: Ints | slice, item: Ints) -> Mask:
         """Whether objects (one, or one for each point) may, by their bounding spheres alone."""
-        self._plan.raise_if_cancelled()
+        self.plan.raise_if_cancelled()
         surface, cone = sight.surface, sight.cone
         center, radius = columns(self.center, item), self.radius[item] + sight.reach[at]
         v = center - columns(surface.point, at)
@@ -509,6 +510,23 @@ def _merge_pairs(parts: list[Pairs], points: int, objects: int) -> Pairs:
     return Pairs(*np.divmod(found.nonzero()[0], objects))
 
 
+def may_shadow(plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, reach: Array) -> Mask:
+    """Whether objects may hide some of a light at rest from patches at some time: (m,).
+
+    Parameters
+    ----------
+    surface : n points.  light : as it casts shadows.  pairs : m patches and objects.
+    reach : (n,) metres, bound on the distance of each patch's points from its point.
+    """
+    touched = np.zeros(pairs.item.size, dtype=np.bool_)
+    for shapes, rows, index in plan.shapes.groups(pairs.item):
+        at = pairs.pixel[rows]
+        own = pairs.item[rows] == surface.item[at]
+        receivers = Receivers(columns(surface.point, at), own, reach[at], None, at)
+        touched[rows] = shapes.may_shadow(index, light, receivers)
+    return touched
+
+
 def find_group_candidates(
     occluders: Occluders, light: Emitter, surface: Surface, group: Ints
 ) -> Pairs:
@@ -535,6 +553,8 @@ def find_group_candidates(
         np.zeros(starts.size, dtype=np.bool_),
     )
     found = occluders.find_candidates(light, ball, reach)
+    if light.displacement is None:
+        found = found.take(may_shadow(occluders.plan, ball, light, found, reach))
     copies = sizes[found.pixel]
     point = run_indices(starts[found.pixel], copies)
     item = np.repeat(found.item, copies)
