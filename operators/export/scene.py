@@ -179,16 +179,9 @@ def export_scene(
         raise SceneError("The scene has no camera: add one, or make one active")
     # at each frame the evaluated layer is another one
     moves = use_motion and move is not None and depsgraph.view_layer_eval.use_motion_blur
-    shutter = shutter_of(scene) if moves else None
     gathered, animated = _Export(spheres=spheres), Animated()
-    if shutter is not None and move is not None:
-        samplers = (
-            lambda: _matrices(depsgraph, camera_object),
-            lambda: snapshot(depsgraph),
-            lambda: animated.sample(depsgraph),
-        )
-        (gathered.opens, gathered.closes), meshes, _ = _ends(move, shutter, samplers)
-        gathered.deforming = Deforming(*meshes)
+    if moves and move is not None and (shutter := shutter_of(scene)) is not None:
+        _sample_ends(depsgraph, camera_object, move, shutter, gathered, animated)
     gathered.override = depsgraph.view_layer_eval.material_override
     camera = _camera(depsgraph, camera_object, gathered)
     gathered.issues.extend(scene_issues(depsgraph))
@@ -200,6 +193,24 @@ def export_scene(
     exposure = exposure_of(depsgraph.scene_eval)
     lights, background = exposed(gathered.lights, background, exposure)
     return gathered.scene(camera, lights, background, bool(scene.render.film_transparent))
+
+
+def _sample_ends(
+    depsgraph: Any,
+    camera: Any,
+    move: Callable[[float], None],
+    shutter: Shutter,
+    gathered: _Export,
+    animated: Animated,
+) -> None:
+    """Gather what the scene is like at both ends of the shutter."""
+    samplers = (
+        lambda: _matrices(depsgraph, camera),
+        lambda: snapshot(depsgraph),
+        lambda: animated.sample(depsgraph),
+    )
+    (gathered.opens, gathered.closes), meshes, _ = _ends(move, shutter, samplers)
+    gathered.deforming = Deforming(*meshes)
 
 
 def _used(gathered: _Export, camera: Any, world: Any | None) -> set[Key]:
