@@ -7,8 +7,8 @@ Positions hold at the middle of the shutter: see `description`.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
-from typing import ClassVar, Protocol, Self
+from dataclasses import dataclass, field, replace
+from typing import Any, ClassVar, Protocol, Self
 
 from .values import (
     SMALLEST_SIZE,
@@ -42,6 +42,7 @@ class Light(Protocol):
     ----------
     name : the light's name.  motion : its linear motion, or None.
     casts_shadow : whether objects hide it.
+    seen, lights_surfaces : whether the camera sees it, and whether it lights anything.
     """
 
     @property
@@ -50,6 +51,10 @@ class Light(Protocol):
     def motion(self) -> Motion | None: ...
     @property
     def casts_shadow(self) -> bool: ...
+    @property
+    def seen(self) -> bool: ...
+    @property
+    def lights_surfaces(self) -> bool: ...
 
     def defect(self) -> str | None:
         """Return the reason why it cannot be rendered, or None."""
@@ -57,19 +62,35 @@ class Light(Protocol):
     def brightened(self, factor: float) -> Light:
         """Return the light so many times as bright."""
 
+    def met(self, seen: bool, lights_surfaces: bool) -> Light:
+        """Return the light as the camera sees it, or not, and as it lights surfaces, or not."""
+
 
 @dataclass(frozen=True)
 class _ColoredLight:
-    """A record whose light is proportional to one of its colours."""
+    """A record whose light is proportional to one of its colours.
+
+    seen : whether the camera sees it, as light that is added to what is behind. Points, whose
+        radius is 0, and skies are not seen.
+    lights_surfaces : whether it lights anything.
+    """
 
     COLOR_FIELD: ClassVar[str] = "radiance"
     """Name of that field."""
 
+    seen: bool = field(default=False, kw_only=True)
+    lights_surfaces: bool = field(default=True, kw_only=True)
+
     def brightened(self, factor: float) -> Self:
         """Return the light so many times as bright."""
-        return replace(
-            self, **{self.COLOR_FIELD: scaled_color(getattr(self, self.COLOR_FIELD), factor)}
-        )
+        changed: dict[str, Any] = {
+            self.COLOR_FIELD: scaled_color(getattr(self, self.COLOR_FIELD), factor)
+        }
+        return replace(self, **changed)
+
+    def met(self, seen: bool, lights_surfaces: bool) -> Self:
+        """Return the light as the camera sees it, or not, and as it lights surfaces, or not."""
+        return replace(self, seen=seen, lights_surfaces=lights_surfaces)
 
 
 @dataclass(frozen=True)

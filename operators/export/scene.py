@@ -30,7 +30,7 @@ from .deforming import Deforming, mesh_of, snapshot
 from .exposure import exposed, exposure_of
 from .instances import key_of, name_of, owner_of
 from .layer_filter import lets_through
-from .light import Lamp, gives_light, lamp_of, light_of
+from .light import Lamp, gives_light, is_seen, lamp_of, light_of
 from .material import material_of, slot_material
 from .mesh import (
     NOT_FINITE,
@@ -276,12 +276,13 @@ def _gather(depsgraph: Any, gathered: _Export, draws_strokes: bool) -> None:
 
 def _gather_light(instance: Any, name: str, gathered: _Export) -> None:
     thing, instancer = instance.object, instancer_of(instance)
-    if not gives_light(thing, instancer):
+    lights, seen = gives_light(thing, instancer), is_seen(thing, instancer)
+    if not (lights or seen):
         return
     track = gathered.track(key_of(instance), matrix_of(instance), name, thing, instancer)
     light = light_of(thing, gathered.lamp(thing.data), track, name, gathered.issues)
     if light is not None:
-        gathered.lights.append(light)
+        gathered.lights.append(light.met(seen=seen, lights_surfaces=lights))
 
 
 def _has_surface(thing: Any) -> bool:

@@ -245,21 +245,12 @@ INSTANCER: Table = {
 """Of an object that repeats shapes: an empty, or one with a mesh of its own."""
 
 
-def _could_be_seen(thing: Any) -> bool:
-    light = thing.data
-    return light.type == "AREA" or (light.type == "POINT" and light.shadow_soft_size > 0.0)
-
-
 LAMP: Table = {
     **SHAPE,
     "modifiers": Use.RENDERED,
     "light_linking": Use.RENDERED,  # a table of its own
-    "visible_camera": Listed(
-        neutral=(False,),
-        when=_could_be_seen,
-        reason="Camera is on in its Ray Visibility, but the camera sees no lights: "
-        "switch Camera off (in Object, under Cycles)",
-    ),
+    # whether the camera sees it
+    "visible_camera": Use.RENDERED,
     # the share of surfaces that scatter light evenly: without it the light gives none here
     "visible_diffuse": Use.RENDERED,
     # nothing of Cycles' picture follows these for a light
