@@ -136,7 +136,6 @@ def assert_agrees(ours, theirs):
     noise = rms(theirs[0] - theirs[1]) / 2.0
     difference = rms(ours - mean)
     told = f"{difference:.5f} {noise:.5f} {mean.mean():.5f} {ours.mean() / mean.mean() - 1.0:.6f}"
-    print(told)
     assert difference < NOISE * noise + OWN_ERROR * mean.mean(), told
     assert ours.mean() == pytest.approx(mean.mean(), rel=BIAS), told
 
