@@ -23,6 +23,7 @@ from .values import (
 )
 
 __all__ = [
+    "LEAST_SPREAD",
     "DiskLight",
     "EllipseLight",
     "Light",
@@ -33,6 +34,10 @@ __all__ = [
     "SpotLight",
     "SunLight",
 ]
+
+
+LEAST_SPREAD = 0.01
+"""Least spread of a flat light, in radians. Narrower ones are nearly parallel beams."""
 
 
 class Light(Protocol):
@@ -95,7 +100,11 @@ class _ColoredLight:
 
 @dataclass(frozen=True)
 class _AreaLight(_ColoredLight):
-    """A flat light of a fixed place, spanned by two half axes around its centre."""
+    """A flat light of a fixed place, spanned by two half axes around its centre.
+
+    spread : radians. Below pi the light shines within half of it around its normal only: at an
+        angle t by 1 - tan t / tan(spread / 2), and brighter, so that its power is the same.
+    """
 
     center: Vector
     half_u: Vector
@@ -104,9 +113,12 @@ class _AreaLight(_ColoredLight):
     motion: Motion | None = None
     casts_shadow: bool = True
     name: str = "Area"
+    spread: float = field(default=math.pi, kw_only=True)
 
     def defect(self) -> str | None:
         """Return the reason why it cannot be rendered, or None."""
+        if not LEAST_SPREAD <= self.spread <= math.pi:
+            return f"its spread is {self.spread:g} radians; it must be within 0.01 to pi"
         return (
             vector_defect(self, "center", "half_u", "half_v", "radiance")
             or motion_defect(self.motion)

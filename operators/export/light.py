@@ -254,6 +254,7 @@ def _area(
         path.motion,
         bool(light.use_shadow),
         tell.name,
+        spread=min(float(light.spread), math.pi),  # pi as a float32 is more
     )
 
 

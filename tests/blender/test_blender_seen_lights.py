@@ -11,12 +11,14 @@ import numpy as np
 import pytest
 import things
 
-NOISE = 1.3
-"""Allowed difference from Cycles, in units of its noise at 1,024 samples, root mean squares ..."""
+NOISE = 1.6
+"""Allowed difference from Cycles, in units of its noise at 1,024 samples, root mean squares. Under
+motion pictures of two seeds have a part of their noise in common: the difference was 1.4 times what
+theirs shows, and fell with the number of samples, as noise does ..."""
 OWN_ERROR = 2e-3
 """... and beside that as a fraction of the mean: polygons for balls, and the own tolerance."""
-BIAS = 1e-3
-"""Relative difference of the means, which have little noise."""
+BIAS, SIGMAS = 1e-3, 2.0
+"""Allowed relative difference of the means, or in units of the noise of Cycles' mean."""
 
 
 @pytest.fixture
@@ -137,8 +139,112 @@ def assert_agrees(ours, theirs):
     difference = rms(ours - mean)
     told = f"{difference:.5f} {noise:.5f} {mean.mean():.5f} {ours.mean() / mean.mean() - 1.0:.6f}"
     assert difference < NOISE * noise + OWN_ERROR * mean.mean(), told
-    assert ours.mean() == pytest.approx(mean.mean(), rel=BIAS), told
+    own = SIGMAS * noise / math.sqrt(mean.shape[0] * mean.shape[1])
+    assert ours.mean() == pytest.approx(mean.mean(), rel=BIAS, abs=own), told
 
 
 def rms(a):
     return math.sqrt((a * a).mean())
+
+
+def _glow(name, strength=6.0, node="ShaderNodeEmission"):
+    return things.material(name, node, Color=(1.0, 0.7, 0.4, 1.0), Strength=strength)
+
+
+def _shining_ball(place=(0.2, -0.4, 2.4)):
+    ball = things.uv_sphere("Glow", 0.4, segments=128, rings=64)
+    ball.data.shade_smooth()
+    ball.location = place
+    ball.data.materials.append(_glow("Glow"))
+    return ball
+
+
+def _shining_plane():
+    plane = things.plane("Panel", size=1.0)
+    plane.location, plane.rotation_euler, plane.scale = (
+        (0.3, 1.0, 2.2),
+        (1.1, 0.4, 0.2),
+        (1.5, 1, 1),
+    )
+    plane.data.materials.append(_glow("Panel"))
+    return plane
+
+
+def _shining_principled():
+    ball = _shining_ball()
+    ball.data.materials[0] = things.material(
+        "Both", Base_Color=(0.2, 0.5, 0.8, 1.0), Specular_IOR_Level=0.0,
+        Emission_Color=(1.0, 0.7, 0.4, 1.0), Emission_Strength=1.0, Roughness=1.0,
+    )  # fmt: skip
+    _overhead()
+
+
+def _overhead():
+    lamp = things.light("AREA", "Overhead", energy=200.0, size=1.0)
+    lamp.location, lamp.visible_camera = (-1.0, -2.0, 5.0), False
+    return lamp
+
+
+def _blurred(thing, way=(1.2, 0.0, 0.4)):
+    at = np.array(thing.location)
+    things.keyed(thing, "location", at - way, at + way)
+    _moving()
+
+
+def _unseen():
+    _overhead()
+    bpy.data.objects["A"].visible_camera = False
+    bpy.data.objects["B"].visible_shadow = False
+
+
+def _linked(name, *members, state="INCLUDE"):
+    inside = bpy.data.collections.new(name)
+    for member in members:
+        inside.objects.link(bpy.data.objects[member])
+    for entry in inside.collection_objects:
+        entry.light_linking.link_state = state
+    return inside
+
+
+def _links():
+    lamp, ball = _overhead(), _shining_ball()
+    lamp.light_linking.receiver_collection = _linked("Lit", "A", state="EXCLUDE")
+    lamp.light_linking.blocker_collection = _linked("Blocking", "A")
+    ball.light_linking.receiver_collection = _linked("Near", "A", "B")
+
+
+def _spread(degrees, shape="RECTANGLE", seen=False):
+    lamp = _area(shape, (0.2, -0.3, 0.1))
+    lamp.data.spread, lamp.location = math.radians(degrees), (-0.5, -0.5, 4.0)
+    if seen:
+        lamp.location, lamp.rotation_euler = (-1.2, 1.2, 2.0), (-1.4, 0.2, 0.3)
+
+
+SHINING = {
+    "spread of 120 degrees": lambda: _spread(120.0),
+    "spread of 40 degrees": lambda: _spread(40.0),
+    "spread of 8 degrees": lambda: _spread(8.0),
+    "ellipse of a spread of 60 degrees": lambda: _spread(60.0, "ELLIPSE"),
+    "seen of a spread of 70 degrees": lambda: _spread(70.0, seen=True),
+    "ball that shines": _shining_ball,
+    "plane that shines": _shining_plane,
+    "Principled that shines, and a lamp": _shining_principled,
+    "ball that shines and moves": lambda: _blurred(_shining_ball()),
+    "plane that shines and moves": lambda: _blurred(_shining_plane()),
+    "Ray Visibility": _unseen,
+    "light linking": _links,
+}
+
+
+@pytest.mark.parametrize(
+    "kind",
+    [pytest.param(k, marks=() if k == "light linking" else pytest.mark.slow) for k in SHINING],
+)
+def test_what_shines_agrees_with_cycles(stage, tmp_path, kind):
+    from peer import render_cycles
+
+    SHINING[kind]()
+    stage.adaptive_drt.tolerance = 0.001
+    bpy.ops.adaptive_drt.render()
+    ours = picture()[..., :3]
+    assert_agrees(ours, [render_cycles(tmp_path, 512, seed) for seed in (0, 1)])
