@@ -27,7 +27,7 @@ from .parallel.call_progress import progress_range, report_progress
 from .parallel.executor import CallProgress, RenderExecutor
 from .parallel.pool import Call, SharedArguments
 from .scene.film import Film
-from .shading.direct_light import diffuse_brdf, irradiance
+from .shading.direct_light import diffuse_brdf, emission, irradiance
 from .shading.ratio_estimator import (
     CHUNK,
     gather_light,
@@ -235,6 +235,9 @@ class Resolver:
         )
         total = irradiance(plan.lights, factors, rows.size)
         self.out.color[:, rows] = columns(plan.albedo, hits.item) * total / np.pi
+        glow = emission(plan, hits)
+        if glow is not None:
+            self.out.color[:, rows] += glow
         self.out.alpha[rows] = 1.0
         self.out.count("camera", self.tile.index.size)
         red = rows[mask[0, rows]]
@@ -356,6 +359,9 @@ class Resolver:
             for index in range(len(plan.lights))
         )
         total[:, rows] = irradiance(plan.lights, factors, rows.size) * diffuse_brdf(plan, item)
+        glow = emission(plan, hits)
+        if glow is not None:
+            total[:, rows] += glow * kept[rows].sum(axis=1)
         return total
 
     def _kept_factors(
@@ -428,7 +434,11 @@ class Resolver:
             self._flat_factors(index, rays, flat, row, sample, light_rays)
             for index in range(len(plan.lights))
         )
-        return irradiance(plan.lights, factors, n)
+        total = irradiance(plan.lights, factors, n)
+        glow = emission(plan, flat)
+        if glow is not None:
+            total += np.array([_grouped_sums(row, channel, n) for channel in glow])
+        return total
 
     def _flat_factors(
         self,

@@ -32,7 +32,7 @@ LAYERS = (
 rank, or of its own package; siblings of one rank do not know each other."""
 RANK = {name: rank for rank, layer in enumerate(LAYERS) for name in layer}
 
-ROOMS = {"geometry": ("sphere", "polygon"), "lights": ()}
+ROOMS = {"geometry": ("sphere", "polygon", "ellipse"), "lights": ()}
 """Packages that may tell kinds of shapes or of lights apart, and the folders of single kinds."""
 KIND_FREE = {
     "geometry.sphere.kernels",
@@ -252,6 +252,11 @@ TESTED_BY = {
         "registry": "geometry/test_shape_table.py",
         "shaded_patches": "geometry/test_shadow_edges.py",
         "shadow_edges": "geometry/test_outline_rates.py",
+        "shape": "geometry/test_pixel_coverage.py",
+    },
+    "geometry/ellipse": {
+        "line_polynomials": "visibility/test_line_forms.py",
+        "pixel_coverage": "geometry/test_pixel_coverage.py",
         "shape": "geometry/test_pixel_coverage.py",
     },
     "geometry/mesh": {"shape": "geometry/mesh/test_faces.py"},

@@ -32,6 +32,7 @@ from ..numerics.low_discrepancy import hashed_sequence_points
 from ..numerics.vector import cross, dot, rms
 from ..numerics.vector import total as sum_rows
 from ..parallel.call_progress import progress_range, report_progress
+from ..shading.direct_light import emission
 from ..shading.sample_light import LightSampler
 from ..shading.sampled_occlusion import BATCHES, UNSEEN_SHARE
 from ..tracing.compile import Plan
@@ -243,6 +244,9 @@ class _Points:
         if not plan.transparent:
             plain[:3] = plan.background[:, None, None] * ~hit
         plain[3] = hit if plan.transparent else 1.0
+        glow = emission(plan, hits)
+        if glow is not None:
+            plain[:3, row, point] = glow
         closed, total, visible = np.zeros((3, len(plan.lights), 3, *shape))
         rays = np.zeros((len(plan.lights), shape[0]))
         time = self.time[row, point]
@@ -290,7 +294,7 @@ class _Sums:
     Attributes
     ----------
     offset : (axes, B, n) mean coordinates.  square : (axes, axes, n) mean products of coordinates.
-    plain : (4, B, n) background radiance and coverage.  plain_product : (axes, 4, n).
+    plain : (4, B, n) emitted and background radiance, and coverage.  plain_product : (axes, 4, n).
     closed, total, visible : (lights, 3, B, n) radiance of the unhidden light in closed form, of
         all points of light and of the visible ones.  product : (axes, lights, 3, n), of `closed`.
     rays : (lights, n) number of rays.  item : (n,) see `SampledPixels`.

@@ -88,9 +88,9 @@ def classify_horizon(
     The parameters are those of `Emitter.horizon`.
     """
     dark, cut = light.horizon(to, surface.point, surface.normal, reach, bend)
-    if light.coplanar is not None:
-        edge_on = light.edge_on(surface.item)
-        dark, cut = dark | edge_on, cut & ~edge_on
+    nothing = light.receives_nothing(surface.item)
+    if nothing is not None:
+        dark, cut = dark | nothing, cut & ~nothing
     return dark, cut
 
 

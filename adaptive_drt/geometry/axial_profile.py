@@ -19,6 +19,7 @@ rest is piecewise a cubic of c, so the arcs are cut where they cross the cones b
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -51,11 +52,13 @@ class AxialProfile:
     ----------
     axis : (3, 1) unit vector z, against the direction in which the light shines.
     outer, inner : cosines of the half angles of both cones, outer < inner.
+    peaked : whether the radiance is not smooth at the axis.
     """
 
     axis: Array
     outer: float
     inner: float
+    peaked: ClassVar[bool] = False
 
     def value(self, cosine: Array) -> Array:
         """Relative radiance (...), from 0 to 1, at cosines (...) of the angle from the axis."""
@@ -165,7 +168,7 @@ class ProfileAtPoints:
         return sums
 
     def _cuts(self, low: Array, high: Array, terms: tuple[Array, Array, Array]) -> Array:
-        """Angles (6, m), in order, between which c = p + q cos phi + r sin phi keeps to one piece.
+        """Angles (6 or 7, m), in order, between which c = p + q cos phi + r sin phi is smooth in f.
 
         terms : p, q, r, (m,) each.
         """
@@ -178,6 +181,8 @@ class ProfileAtPoints:
             for angle in (middle - aside, middle + aside):
                 turned = low + np.mod(angle - low, 2.0 * np.pi)
                 cuts.append(np.minimum(turned, high))
+        if self.profile.peaked:  # where the curve is nearest to the axis
+            cuts.append(np.minimum(low + np.mod(middle - low, 2.0 * np.pi), high))
         cuts.append(high)
         return np.sort(np.array(cuts), axis=0)
 

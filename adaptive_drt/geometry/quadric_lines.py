@@ -14,6 +14,7 @@ a single interval of time. A kind of shape makes the four polynomials; for spher
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import ClassVar
 
 import numpy as np
@@ -30,7 +31,7 @@ from ..numerics.line_lattice import Lattice, restrict_to_lines
 from ..numerics.line_roots import TINY_COEFFICIENT
 from .line_forms import TIME_NORMAL, BoxCoverage, DepthPolynomials, DepthSurface, LineForms
 
-__all__ = ["QuadricForms"]
+__all__ = ["QuadricForms", "cone_intervals"]
 
 
 class QuadricForms(LineForms):
@@ -95,31 +96,7 @@ class QuadricForms(LineForms):
         shape = (lattice.rows, lattice.columns, self.rows.size)
         d = restrict_to_lines(self.discriminant, lattice)
         p = restrict_to_lines(self.center_dot, lattice)
-        c = d[0]
-        if len(d) == 1:
-            ahead = np.broadcast_to((c >= 0.0) & (p[0] > 0.0), shape)
-            return np.where(ahead, -np.inf, 0.0), np.where(ahead, np.inf, 0.0)
-        b, a = 0.5 * d[1], np.where(d[2] == 0.0, -TINY_COEFFICIENT, d[2])
-        square = b * b - a * c
-        root = np.sqrt(np.maximum(square, 0.0))
-        q = np.where(b < 0.0, root - b, -b - root)
-        with np.errstate(over="ignore", divide="ignore", invalid="ignore"):  # see TINY_COEFFICIENT
-            r0 = q / a
-            r1 = np.where(q == 0.0, r0, c / q)
-            first, last = np.minimum(r0, r1), np.maximum(r0, r1)
-            middle = np.clip(-b / a, -0.5, 0.5)
-        hollow = a > 0.0
-        p1 = p[1] if len(p) > 1 else np.zeros(())
-        keep = (square >= 0.0) & (p[0] + np.clip(middle, first, last) * p1 > 0.0) | hollow
-        first, last = np.where(keep, first, 0.0), np.where(keep, last, 0.0)
-        if hollow.any():
-            # a branch of a hyperbola: the picture's plane cuts the cone on both sides
-            right = hollow & (p1 > 0.0)
-            first, last = (
-                np.where(right, last, np.where(hollow, -np.inf, first)),
-                np.where(right, np.inf, np.where(hollow, first, last)),
-            )
-        return first, last
+        return cone_intervals(d, p, shape)
 
     def _extend_inside(self, lattice: Lattice, first: Array, last: Array) -> None:
         """Extend intervals by those in which the camera is inside the solid, in place.
@@ -183,3 +160,41 @@ class QuadricForms(LineForms):
         return DepthPolynomials(
             self.center_dot, self.direction_square, self.discriminant, self.power
         )
+
+
+def cone_intervals(
+    d: Sequence[Array], p: Sequence[Array], shape: tuple[int, int, int]
+) -> tuple[Array, Array]:
+    """Intervals (rows, columns, m) of lines within one half of a cone of degree two.
+
+    Parameters
+    ----------
+    d : coefficients along the lines of a discriminant, which is >= 0 in both halves.
+    p : those of a function of degree one that is positive in the half that counts.
+    shape : (rows, columns, m).
+    """
+    c = d[0]
+    if len(d) == 1:
+        ahead = np.broadcast_to((c >= 0.0) & (p[0] > 0.0), shape)
+        return np.where(ahead, -np.inf, 0.0), np.where(ahead, np.inf, 0.0)
+    b, a = 0.5 * d[1], np.where(d[2] == 0.0, -TINY_COEFFICIENT, d[2])
+    square = b * b - a * c
+    root = np.sqrt(np.maximum(square, 0.0))
+    q = np.where(b < 0.0, root - b, -b - root)
+    with np.errstate(over="ignore", divide="ignore", invalid="ignore"):  # see TINY_COEFFICIENT
+        r0 = q / a
+        r1 = np.where(q == 0.0, r0, c / q)
+        first, last = np.minimum(r0, r1), np.maximum(r0, r1)
+        middle = np.clip(-b / a, -0.5, 0.5)
+    hollow = a > 0.0
+    p1 = p[1] if len(p) > 1 else np.zeros(())
+    keep = (square >= 0.0) & (p[0] + np.clip(middle, first, last) * p1 > 0.0) | hollow
+    first, last = np.where(keep, first, 0.0), np.where(keep, last, 0.0)
+    if hollow.any():
+        # a branch of a hyperbola: the picture's plane cuts the cone on both sides
+        right = hollow & (p1 > 0.0)
+        first, last = (
+            np.where(right, last, np.where(hollow, -np.inf, first)),
+            np.where(right, np.inf, np.where(hollow, first, last)),
+        )
+    return first, last

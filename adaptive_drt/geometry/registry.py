@@ -3,8 +3,9 @@
 
 from __future__ import annotations
 
-from ..scene.description import Quad, ShapeBatch, Sphere, Triangle
+from ..scene.description import Ellipse, Quad, ShapeBatch, Sphere, Triangle
 from ..scene.triangle_mesh import TriangleMesh
+from .ellipse.shape import EllipseSet
 from .mesh.shape import MeshSet
 from .polygon.shape import ParallelogramSet
 from .polygon.triangle import TriangleSet
@@ -17,6 +18,7 @@ SHAPES: tuple[tuple[type, type[ShapeSet]], ...] = (
     (Sphere, SphereSet),
     (Quad, ParallelogramSet),
     (Triangle, TriangleSet),
+    (Ellipse, EllipseSet),
     (TriangleMesh, MeshSet),
 )
 """For each kind, the record of the scene description and the set that renders it. Kinds that fill

@@ -11,8 +11,8 @@ from ..geometry.light_plane import LightPlane
 from ..geometry.light_protocol import ViewCone
 from ..numerics.arrays import Array
 from ..numerics.floats import TINY
-from ..numerics.vector import dot
-from ..scene.description import DiskLight
+from ..numerics.vector import cross, dot
+from ..scene.description import DiskLight, Ellipse, Shape, vector_of
 from .bounds import LightBounds
 from .emitter import LightMotion
 from .form_factor import cap_factor
@@ -24,6 +24,19 @@ __all__ = ["DiskEmitter", "make_disk_emitter"]
 @dataclass(frozen=True, kw_only=True)
 class DiskEmitter(RoundEmitter):
     """A disk of uniform radiance that always faces the shaded point."""
+
+    def visible_shape(self, reach: float) -> Shape | None:
+        """Return the disk that faces the camera at the middle of the shutter."""
+        del reach
+        distance = float(np.sqrt(dot(self.center, self.center))[0])
+        if not distance:
+            return None
+        axis = self.center / distance
+        least = (np.abs(axis) == np.abs(axis).min()).astype(np.float64)
+        u = cross(axis, least)
+        u *= self.radius / np.sqrt(dot(u, u))
+        center, a, b = (vector_of(each[:, 0]) for each in (self.center, u, cross(axis, u)))
+        return Ellipse(center, a, b, motion=self.relative_motion, name=self.name)
 
     def bounds_from_anywhere(self) -> LightBounds:
         """Return the ball that the disk turns in."""

@@ -22,7 +22,7 @@ from ..numerics.arrays import Array, Mask
 from ..numerics.floats import TINY
 from ..numerics.gather import columns
 from ..numerics.vector import cross, dot
-from ..scene.description import EllipseLight
+from ..scene.description import Ellipse, EllipseLight, Shape, vector_of
 from .emitter import LightMotion, column
 from .flat_light import FlatEmitter
 from .form_factor import polygon_factor
@@ -75,6 +75,15 @@ class EllipseEmitter(FlatEmitter):
         risen = np.maximum(dot(normal, to) + self.extent(normal), 0.0)
         error: Array = OUTLINE_ERROR * fraction * solid * np.minimum(risen / np.sqrt(square), 1.0)
         return error
+
+    def visible_shape(self, reach: float) -> Shape | None:
+        """Return the ellipse, if the camera is before it."""
+        del reach
+        if not self.faces_camera():
+            return None
+        u, v = self.span.half_u, self.span.half_v
+        center, a, b = (vector_of(p[:, 0]) for p in (self.center, u, v))
+        return Ellipse(center, a, b, motion=self.relative_motion, name=self.name)
 
     def extent(self, vector: Array) -> Array:
         """Root of the sum of (half axis . vector)^2 over both, for vectors (3, n): (n,)."""

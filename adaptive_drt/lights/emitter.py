@@ -15,7 +15,7 @@ from ..geometry.planar_faces import PlanarFaces
 from ..geometry.silhouettes import OpenSilhouette
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.vector import dot
-from ..scene.description import Light, Motion
+from ..scene.description import Light, Motion, Shape, vector_of
 from .bounds import LightBounds
 from .coplanarity import planes_through_ball
 
@@ -80,6 +80,10 @@ class Emitter(LightBounds, ABC):
         cannot occlude it; None if there are none.
     touched : (objects,) whose surfaces the light may reach or pass through during the shutter;
         None if there are none.
+    passes : (objects,) which objects hide nothing of the light by their `Visibility`; None if there
+        are none.
+    unlit : (objects,) which objects it does not light by their `Visibility`; None if there are
+        none.
     """
 
     name: str
@@ -87,6 +91,8 @@ class Emitter(LightBounds, ABC):
     casts_shadow: bool = True
     coplanar: Mask | None = None
     touched: Mask | None = None
+    passes: Mask | None = None
+    unlit: Mask | None = None
 
     # --- distance -------------------------------------------------------------------------
 
@@ -104,6 +110,23 @@ class Emitter(LightBounds, ABC):
         All balls that may occlude some of the light then do; inf where no enlargement suffices.
         """
         return self.swept_radius
+
+    def visible_shape(self, reach: float) -> Shape | None:
+        """Return the shape that the camera sees of the light, relative to the tracer's origin.
+
+        It is that of the middle of the shutter, with the light's motion. None where the light has
+        no size, or only its dark side is seen. The radiance is `power`, times the `profile`.
+
+        reach : metres, beyond which there are no objects.
+        """
+        del reach
+        return None
+
+    @property
+    def relative_motion(self) -> Motion | None:
+        """Return the light's motion relative to the camera."""
+        d = self.displacement
+        return None if d is None else Motion(vector_of(d[:, 0]))
 
     # --- lights that replace this one in some questions -----------------------------------
 
@@ -202,6 +225,20 @@ class Emitter(LightBounds, ABC):
     def edge_on(self, item: Ints) -> Mask:
         """Which of objects (...), given by index, see the light edge-on: they receive nothing."""
         return np.zeros(item.shape, dtype=np.bool_)
+
+    def receives_nothing(self, item: Ints) -> Mask | None:
+        """Which of objects (...), given by index, the light does not light from any place.
+
+        They see it edge-on, or are excluded. None if there are none; never for index -1.
+        """
+        if self.coplanar is None and self.unlit is None:
+            return None
+        dark = np.zeros(item.shape, dtype=np.bool_)
+        if self.coplanar is not None:
+            dark |= self.edge_on(item)
+        if self.unlit is not None:
+            dark |= self.unlit[item] & (item >= 0)
+        return dark
 
     def front_sine(self, to: Array, distance: Array) -> Array | None:
         """Sine (n,) of the points' elevations over the plane of a light that emits to one side.

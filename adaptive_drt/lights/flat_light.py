@@ -41,6 +41,10 @@ class FlatEmitter(Emitter):
     def height_range(self, to: Array, normal: Array) -> tuple[Array, Array]:
         """Least and greatest height (n,) metres of the light over the points' tangent planes."""
 
+    def faces_camera(self) -> bool:
+        """Whether the camera is before the light at the middle of the shutter."""
+        return float(dot(self.span.normal, self.center)[0]) < 0.0
+
     def as_point(self) -> Emitter:
         """Return the light reduced to its centre."""
         return reduced_to_point(self)

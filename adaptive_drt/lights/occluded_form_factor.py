@@ -43,6 +43,7 @@ from ..geometry.spherical_curves import (
     make_circles,
 )
 from ..numerics.arrays import Array, Ints
+from ..numerics.floats import TINY
 from ..numerics.gather import columns
 from ..numerics.vector import dot
 
@@ -101,8 +102,8 @@ def visible_factor(
         outside, the spheres between points and light.
     polygons : (m, j, 3, n) metres, corners in order of convex polygons between points and light;
         a corner may be repeated.
-    profile : of a round light, the relative radiance by which directions count; None for 1. Its
-        error is that of a quadrature: see `ProfileAtPoints`.
+    profile : of a round or flat light, the relative radiance by which directions count; None for
+        1. Its error is that of a quadrature: see `ProfileAtPoints`.
 
     Returns
     -------
@@ -130,22 +131,34 @@ def _profiled_factor(
     polygons: Array,
     profile: AxialProfile,
 ) -> Array:
-    """`visible_factor` of a round light with a profile: by quadrature only where that varies."""
-    assert isinstance(light, CircularSilhouette), "only round lights have profiles"
-    half = np.arctan2(light.sine, light.cosine)
-    level, varies = profile.at(light.axis, half)
+    """`visible_factor` of a light with a profile: by quadrature only where that varies."""
+    axis, half = _enclosing_cone(light)
+    level, varies = profile.at(axis, half)
     total = np.zeros(level.size)
     for chosen, some in ((varies, profile), (~varies & (level > 0.0), None)):
         rows = chosen.nonzero()[0]
         if not rows.size:
             continue
         own, n = _take_silhouette(light, rows), columns(normal, rows)
-        assert isinstance(own, CircularSilhouette)
-        seen = None if some is None else ProfileAtPoints.make(some, own.axis, half[rows], n)
+        seen = None
+        if some is not None:
+            seen = ProfileAtPoints.make(some, columns(axis, rows), half[rows], n)
         round_ = columns(spheres[0], rows, -1), columns(spheres[1], rows, -1)
         part = _factor_in_blocks(own, n, round_, columns(polygons, rows, -1), seen)
         total[rows] = part if seen is not None else level[rows] * part
     return total
+
+
+def _enclosing_cone(light: OpenSilhouette) -> tuple[Array, Array]:
+    """Axes (3, n), unit, and half angles (n,) in radians of cones that hold a light."""
+    assert not isinstance(light, Hemisphere), "no light from all sides has a profile"
+    if isinstance(light, CircularSilhouette):
+        return light.axis, np.arctan2(light.sine, light.cosine)
+    ways = [corner / np.maximum(np.sqrt(dot(corner, corner)), TINY) for corner in light]
+    middle = np.sum(ways, axis=0)
+    axis = middle / np.maximum(np.sqrt(dot(middle, middle)), TINY)
+    least = np.minimum.reduce([dot(axis, way) for way in ways])
+    return axis, np.arccos(np.clip(least, -1.0, 1.0))
 
 
 def _factor_in_blocks(

@@ -107,4 +107,6 @@ def reduced_to_point(light: Emitter) -> PointEmitter:
         displacement=light.displacement,
         casts_shadow=light.casts_shadow,
         coplanar=light.coplanar,
+        passes=light.passes,
+        unlit=light.unlit,
     )

@@ -12,7 +12,7 @@ from ..geometry.sphere.kernels import surface_tolerance
 from ..numerics.arrays import Array, Mask
 from ..numerics.floats import TINY
 from ..numerics.vector import cross, dot
-from ..scene.description import QuadLight
+from ..scene.description import Quad, QuadLight, Shape, vector_of
 from .emitter import LightMotion, column
 from .flat_light import FlatEmitter
 from .form_factor import QUAD_CORNERS, parallelogram_factor
@@ -30,6 +30,15 @@ class QuadEmitter(FlatEmitter):
             dot(self.span.half_v, vector)
         )
         return extent
+
+    def visible_shape(self, reach: float) -> Shape | None:
+        """Return the parallelogram, if the camera is before it."""
+        del reach
+        if not self.faces_camera():
+            return None
+        u, v = self.span.half_u, self.span.half_v
+        corner, a, b = (vector_of(p[:, 0]) for p in (self.center - u - v, 2.0 * u, 2.0 * v))
+        return Quad(corner, a, b, motion=self.relative_motion, name=self.name)
 
     def corners(self, to: Array) -> list[Array]:
         """Corners (3, n) metres from the points, in the order of `QUAD_CORNERS`."""

@@ -18,13 +18,12 @@ from ..scene.description import (
     SunLight,
 )
 from .disk_light import make_disk_emitter
-from .ellipse_light import make_ellipse_emitter
 from .emitter import Emitter, LightMotion
 from .point_light import make_point_emitter
-from .quad_light import make_quad_emitter
 from .sky_light import make_sky_emitter
 from .sphere_light import make_sphere_emitter
 from .spot_light import make_spot_emitter
+from .spread_light import make_spread_ellipse_emitter, make_spread_quad_emitter
 from .sun_light import make_sun_emitter
 
 __all__ = ["LIGHTS", "make_emitter"]
@@ -32,8 +31,8 @@ __all__ = ["LIGHTS", "make_emitter"]
 _Maker: TypeAlias = Callable[[Any, LightMotion], Emitter]
 
 LIGHTS: tuple[tuple[type[Light], _Maker], ...] = (
-    (QuadLight, make_quad_emitter),
-    (EllipseLight, make_ellipse_emitter),
+    (QuadLight, make_spread_quad_emitter),
+    (EllipseLight, make_spread_ellipse_emitter),
     (SphereLight, make_sphere_emitter),
     (DiskLight, make_disk_emitter),
     (PointLight, make_point_emitter),

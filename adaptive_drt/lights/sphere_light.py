@@ -12,7 +12,7 @@ from ..geometry.light_protocol import ViewCone
 from ..numerics.arrays import Array, Mask
 from ..numerics.floats import TINY
 from ..numerics.vector import dot
-from ..scene.description import SphereLight
+from ..scene.description import Shape, Sphere, SphereLight, vector_of
 from .bounds import LightBounds, ball_cone
 from .emitter import LightContact, LightMotion
 from .form_factor import cap_factor
@@ -29,6 +29,12 @@ class SphereEmitter(RoundEmitter):
     def solid(self) -> bool:
         """Whether points and occluders may lie within the light: they may."""
         return True
+
+    def visible_shape(self, reach: float) -> Shape:
+        """Return the ball."""
+        del reach
+        center = vector_of(self.center[:, 0])
+        return Sphere(center, self.radius, motion=self.relative_motion, name=self.name)
 
     def bounds_from_anywhere(self) -> LightBounds:
         """Return the ball, whose far side counts: what is visible of it depends on the point."""

@@ -15,7 +15,7 @@ import numpy as np
 
 from ..numerics.arrays import Array
 from ..numerics.vector import dot
-from ..scene.description import SunLight
+from ..scene.description import Shape, Sphere, SunLight, vector_of
 from .distant_light import DISTANCE, DistantEmitter
 from .emitter import Emitter, LightMotion, column
 from .point_light import PointEmitter
@@ -30,6 +30,11 @@ every point lies outside the ball."""
 SMALLEST_ANGLE = 2.0**-40
 """Least angle of a sun's disk, in radians; smaller suns count as points. The edges of their shadows
 are narrower than rounding can resolve in most scenes: a nanometre, a kilometre from an occluder."""
+
+
+SAFE_DISTANCE, LEAST_REACH = 16.0, 1.0
+"""Distance of the ball that is seen as the sun, in units of that of the farthest object, and the
+least distance of an object that counts, in metres: the order of their depths is then certain."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,6 +65,13 @@ class SunEmitter(DistantEmitter, SphereEmitter):
         """Return inf: the farther an occluder is, the farther it may be beside the line."""
         return math.inf
 
+    def visible_shape(self, reach: float) -> Shape:
+        """Return a ball that is seen as the sun, beyond all objects."""
+        sine = self.radius / DISTANCE
+        distance = SAFE_DISTANCE * max(reach, LEAST_REACH) / (1.0 - sine)
+        way = self.center[:, 0] / DISTANCE
+        return Sphere(vector_of(distance * way), distance * sine, name=self.name)
+
     def as_point(self) -> Emitter:
         """Return the light reduced to its centre."""
         return HardSunEmitter(
@@ -68,6 +80,8 @@ class SunEmitter(DistantEmitter, SphereEmitter):
             radius=0.0,
             power=self.power,
             casts_shadow=self.casts_shadow,
+            passes=self.passes,
+            unlit=self.unlit,
         )
 
     def point_at(self, *offsets: Array) -> Emitter:

@@ -42,8 +42,10 @@ from .values import (
 )
 
 __all__ = [
+    "EVERYWHERE",
     "Camera",
     "DiskLight",
+    "Ellipse",
     "EllipseLight",
     "Issue",
     "Light",
@@ -66,6 +68,7 @@ __all__ = [
     "Triangle",
     "Triangles",
     "Vector",
+    "Visibility",
     "checked_camera",
     "single_shapes",
     "validate",
@@ -108,9 +111,39 @@ class Issue:
 
 @dataclass(frozen=True)
 class Material:
-    """Lambertian material: `color` is the diffuse albedo, scene-linear RGB."""
+    """Lambertian material that may shine.
+
+    Attributes
+    ----------
+    color : the diffuse albedo, scene-linear RGB.
+    emission : radiance (W / m^2 / sr, RGB) that the camera sees on both sides. It lights nothing by
+        itself: what it lights is told by lights of their own.
+    """
 
     color: Vector = (0.8, 0.8, 0.8)
+    emission: Vector = ZERO
+
+
+@dataclass(frozen=True)
+class Visibility:
+    """By which rays a shape is met.
+
+    Attributes
+    ----------
+    camera : whether the camera sees it.
+    shadow : whether it hides lights from other shapes.
+    unlit_by : names of the lights that do not light it.
+    passed_by : names of the lights that it does not hide.
+    """
+
+    camera: bool = True
+    shadow: bool = True
+    unlit_by: frozenset[str] = frozenset()
+    passed_by: frozenset[str] = frozenset()
+
+
+EVERYWHERE = Visibility()
+"""Visibility of ordinary shapes: all rays meet them."""
 
 
 @dataclass(frozen=True)
@@ -122,6 +155,7 @@ class Sphere:
     material: Material = Material()
     motion: Motion | None = None
     name: str = "Sphere"
+    visibility: Visibility = EVERYWHERE
 
     def defect(self) -> str | None:
         """Return the reason why it cannot be rendered, or None."""
@@ -147,6 +181,7 @@ class Quad:
     material: Material = Material()
     motion: Motion | None = None
     name: str = "Quad"
+    visibility: Visibility = EVERYWHERE
 
     def defect(self) -> str | None:
         """Return the reason why it cannot be rendered, or None."""
@@ -170,6 +205,7 @@ class Triangle:
     material: Material = Material()
     motion: Motion | None = None
     name: str = "Triangle"
+    visibility: Visibility = EVERYWHERE
 
     def defect(self) -> str | None:
         """Return the reason why it cannot be rendered, or None."""
@@ -182,6 +218,32 @@ class Triangle:
     def numbers(self) -> NDArray[np.float64]:
         """Return numbers (9, 1) that tell its place and size."""
         return np.reshape(self.vertices, (9, 1))
+
+
+@dataclass(frozen=True)
+class Ellipse:
+    """Flat ellipse: `center` + u * `half_u` + v * `half_v`, u^2 + v^2 up to 1. Two-sided."""
+
+    center: Vector
+    half_u: Vector
+    half_v: Vector
+    material: Material = Material()
+    motion: Motion | None = None
+    name: str = "Ellipse"
+    visibility: Visibility = EVERYWHERE
+
+    def defect(self) -> str | None:
+        """Return the reason why it cannot be rendered, or None."""
+        return (
+            vector_defect(self, "center", "half_u", "half_v")
+            or motion_defect(self.motion)
+            or _color_defect(self.material)
+            or area_defect(self.half_u, self.half_v)
+        )
+
+    def numbers(self) -> NDArray[np.float64]:
+        """Return numbers (9, 1) that tell its place and size."""
+        return np.array([*self.center, *self.half_u, *self.half_v])[:, None]
 
 
 class ShapeBatch(ABC):
@@ -200,6 +262,7 @@ class ShapeBatch(ABC):
     materials: tuple[Material, ...]
     motion: Motion | None
     name: str
+    visibility: Visibility
 
     @abstractmethod
     def edges(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -221,7 +284,7 @@ class ShapeBatch(ABC):
         """Text that stands for all the content: arrays are given by a digest."""
         content = b"".join(getattr(self, name).tobytes() for name in (*self.arrays, "slot"))
         digest = hashlib.blake2b(content, digest_size=16)
-        rest = f"{self.materials!r}, {self.motion!r}, {self.name!r}"
+        rest = f"{self.materials!r}, {self.motion!r}, {self.name!r}, {self.visibility!r}"
         return f"{type(self).__name__}({self.count}, {digest.hexdigest()}, {rest})"
 
     @property
@@ -274,6 +337,7 @@ class Quads(ShapeBatch):
     materials: tuple[Material, ...]
     motion: Motion | None = None
     name: str = "Quads"
+    visibility: Visibility = EVERYWHERE
     single: ClassVar[type] = Quad
     arrays: ClassVar[tuple[str, ...]] = ("corner", "edge_u", "edge_v")
 
@@ -284,7 +348,9 @@ class Quads(ShapeBatch):
     def record(self, index: int) -> Quad:
         """Return one of the parallelograms as a record of its own."""
         corner, u, v = (vector_of(getattr(self, name)[:, index]) for name in self.arrays)
-        return Quad(corner, u, v, self.materials[self.slot[index]], self.motion, self.name)
+        return Quad(
+            corner, u, v, self.materials[self.slot[index]], self.motion, self.name, self.visibility
+        )
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -301,6 +367,7 @@ class Triangles(ShapeBatch):
     materials: tuple[Material, ...]
     motion: Motion | None = None
     name: str = "Triangles"
+    visibility: Visibility = EVERYWHERE
     single: ClassVar[type] = Triangle
     arrays: ClassVar[tuple[str, ...]] = ("vertices",)
 
@@ -312,10 +379,12 @@ class Triangles(ShapeBatch):
     def record(self, index: int) -> Triangle:
         """Return one of the triangles as a record of its own."""
         a, b, c = (vector_of(vertex[:, index]) for vertex in self.vertices)
-        return Triangle((a, b, c), self.materials[self.slot[index]], self.motion, self.name)
+        return Triangle(
+            (a, b, c), self.materials[self.slot[index]], self.motion, self.name, self.visibility
+        )
 
 
-Shape: TypeAlias = Sphere | Quad | Triangle
+Shape: TypeAlias = Sphere | Quad | Triangle | Ellipse
 """Record of one shape."""
 ShapeRecord: TypeAlias = Shape | ShapeBatch
 """Record of one shape, or of several."""
@@ -454,7 +523,9 @@ def _renderable_batch(batch: Batch, issues: list[Issue]) -> Batch:
 
 def _color_defect(material: Material) -> str | None:
     """Return what is wrong with a material, or None."""
-    return None if is_finite(material.color) else "its colour is not finite"
+    if not is_finite(material.color):
+        return "its colour is not finite"
+    return None if is_finite(material.emission) else "its emission is not finite"
 
 
 def _check_camera(camera: Camera) -> None:

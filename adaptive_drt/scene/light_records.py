@@ -7,8 +7,8 @@ Positions hold at the middle of the shutter: see `description`.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
-from typing import ClassVar, Protocol, Self
+from dataclasses import dataclass, field, replace
+from typing import Any, ClassVar, Protocol, Self
 
 from .values import (
     SMALLEST_SIZE,
@@ -23,6 +23,7 @@ from .values import (
 )
 
 __all__ = [
+    "LEAST_SPREAD",
     "DiskLight",
     "EllipseLight",
     "Light",
@@ -35,6 +36,10 @@ __all__ = [
 ]
 
 
+LEAST_SPREAD = 0.01
+"""Least spread of a flat light, in radians. Narrower ones are nearly parallel beams."""
+
+
 class Light(Protocol):
     """A record of a light, of a kind that `lights.registry` knows.
 
@@ -42,6 +47,7 @@ class Light(Protocol):
     ----------
     name : the light's name.  motion : its linear motion, or None.
     casts_shadow : whether objects hide it.
+    seen, lights_surfaces : whether the camera sees it, and whether it lights anything.
     """
 
     @property
@@ -50,6 +56,10 @@ class Light(Protocol):
     def motion(self) -> Motion | None: ...
     @property
     def casts_shadow(self) -> bool: ...
+    @property
+    def seen(self) -> bool: ...
+    @property
+    def lights_surfaces(self) -> bool: ...
 
     def defect(self) -> str | None:
         """Return the reason why it cannot be rendered, or None."""
@@ -57,24 +67,44 @@ class Light(Protocol):
     def brightened(self, factor: float) -> Light:
         """Return the light so many times as bright."""
 
+    def met(self, seen: bool, lights_surfaces: bool) -> Light:
+        """Return the light as the camera sees it, or not, and as it lights surfaces, or not."""
+
 
 @dataclass(frozen=True)
 class _ColoredLight:
-    """A record whose light is proportional to one of its colours."""
+    """A record whose light is proportional to one of its colours.
+
+    seen : whether the camera sees it, as light that is added to what is behind. Points, whose
+        radius is 0, and skies are not seen.
+    lights_surfaces : whether it lights anything.
+    """
 
     COLOR_FIELD: ClassVar[str] = "radiance"
     """Name of that field."""
 
+    seen: bool = field(default=False, kw_only=True)
+    lights_surfaces: bool = field(default=True, kw_only=True)
+
     def brightened(self, factor: float) -> Self:
         """Return the light so many times as bright."""
-        return replace(
-            self, **{self.COLOR_FIELD: scaled_color(getattr(self, self.COLOR_FIELD), factor)}
-        )
+        changed: dict[str, Any] = {
+            self.COLOR_FIELD: scaled_color(getattr(self, self.COLOR_FIELD), factor)
+        }
+        return replace(self, **changed)
+
+    def met(self, seen: bool, lights_surfaces: bool) -> Self:
+        """Return the light as the camera sees it, or not, and as it lights surfaces, or not."""
+        return replace(self, seen=seen, lights_surfaces=lights_surfaces)
 
 
 @dataclass(frozen=True)
 class _AreaLight(_ColoredLight):
-    """A flat light of a fixed place, spanned by two half axes around its centre."""
+    """A flat light of a fixed place, spanned by two half axes around its centre.
+
+    spread : radians. Below pi the light shines within half of it around its normal only: at an
+        angle t by 1 - tan t / tan(spread / 2), and brighter, so that its power is the same.
+    """
 
     center: Vector
     half_u: Vector
@@ -83,9 +113,12 @@ class _AreaLight(_ColoredLight):
     motion: Motion | None = None
     casts_shadow: bool = True
     name: str = "Area"
+    spread: float = field(default=math.pi, kw_only=True)
 
     def defect(self) -> str | None:
         """Return the reason why it cannot be rendered, or None."""
+        if not LEAST_SPREAD <= self.spread <= math.pi:
+            return f"its spread is {self.spread:g} radians; it must be within 0.01 to pi"
         return (
             vector_defect(self, "center", "half_u", "half_v", "radiance")
             or motion_defect(self.motion)

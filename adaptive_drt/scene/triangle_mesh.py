@@ -11,7 +11,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from .description import Material, Motion, ShapeBatch
+from .description import EVERYWHERE, Material, Motion, ShapeBatch, Visibility
 from .values import LARGEST_COORDINATE
 
 __all__ = ["TriangleMesh"]
@@ -44,6 +44,7 @@ class TriangleMesh(ShapeBatch):
     uv: NDArray[np.float64] | None = None
     motion: Motion | None = None
     name: str = "Mesh"
+    visibility: Visibility = EVERYWHERE
     slot: NDArray[np.int64] = field(init=False)
     single: ClassVar[type]
     arrays: ClassVar[tuple[str, ...]] = ("vertices", "faces", "face_slot")
@@ -55,7 +56,7 @@ class TriangleMesh(ShapeBatch):
 
     def __repr__(self) -> str:
         """Text that stands for all the content: arrays are given by a digest."""
-        rest = f"{self.materials!r}, {self.motion!r}, {self.name!r}"
+        rest = f"{self.materials!r}, {self.motion!r}, {self.name!r}, {self.visibility!r}"
         return f"TriangleMesh({self.faces.shape[1]}, {self._digest().hex()}, {rest})"
 
     def _digest(self) -> bytes:
@@ -107,7 +108,8 @@ class TriangleMesh(ShapeBatch):
             return f"its vertices are not finite (or beyond {LARGEST_COORDINATE:g} m)"
         if self.motion is not None and not _finite(self.motion.displacement):
             return f"its motion is not finite (or beyond {LARGEST_COORDINATE:g} m)"
-        if not all(_finite(self.materials[each].color) for each in self.slot.tolist()):
+        used_materials = [self.materials[each] for each in self.slot.tolist()]
+        if not all(_finite(each.color) and _finite(each.emission) for each in used_materials):
             return "its colour is not finite"
         if self.normals is not None and not np.isfinite(self.normals).all():
             return "its normals are not finite"

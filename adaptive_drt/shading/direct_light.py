@@ -20,7 +20,7 @@ from ..lights.emitter import Emitter
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.floats import TINY
 from ..numerics.gather import columns
-from ..numerics.vector import rms
+from ..numerics.vector import dot, rms
 from ..parallel.call_progress import iterate_with_progress, progress_range
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs, Surface
@@ -33,7 +33,9 @@ from .variation import KINK_KIND, SMOOTH_KIND, shadow_variation, zero_variation
 
 __all__ = [
     "DirectLight",
+    "add_emission",
     "diffuse_brdf",
+    "emission",
     "irradiance",
     "shade",
     "shade_with_candidates",
@@ -120,6 +122,7 @@ def shade(
             error += weight * off
     _limit_deviations(spread)
     color = irradiance(plan.lights, factors, surface.item.size) * brdf
+    add_emission(plan, surface, color)
     return DirectLight(color, spread, np.minimum(error, MAX_DEVIATION), tuple(candidates))
 
 
@@ -160,6 +163,7 @@ def shade_with_candidates(
         with np.errstate(over="ignore"):
             error += weight * off
     color = irradiance(plan.lights, factors, surface.item.size) * brdf
+    add_emission(plan, surface, color)
     return color, np.minimum(error, MAX_DEVIATION)
 
 
@@ -177,7 +181,9 @@ def unshadowed_radiance(
         np.where(away, 0.0, _unoccluded_factors(plan, surface, light, time))
         for light, away in zip(plan.lights, hidden, strict=True)
     )
-    return irradiance(plan.lights, factors, surface.item.size) * diffuse_brdf(plan, surface.item)
+    color = irradiance(plan.lights, factors, surface.item.size) * diffuse_brdf(plan, surface.item)
+    add_emission(plan, surface, color)
+    return color
 
 
 def irradiance(lights: Sequence[Emitter], factors: Iterable[Array], count: int) -> Array:
@@ -198,6 +204,25 @@ def diffuse_brdf(plan: Plan, item: Ints) -> Array:
     """Radiance (3, n) of diffuse objects for an irradiance of 1: the albedo over pi."""
     brdf: Array = columns(plan.albedo, item) / np.pi
     return brdf
+
+
+def emission(plan: Plan, surface: Surface) -> Array | None:
+    """Radiance (3, n) that n surface points emit towards the camera; None if no object shines."""
+    if plan.emission is None:
+        return None
+    glow: Array = columns(plan.emission, surface.item)
+    if plan.emission_profile is None:
+        return glow
+    point = surface.point
+    cosine = dot(plan.emission_profile.axis, point) / np.maximum(np.sqrt(dot(point, point)), TINY)
+    return glow * plan.emission_profile.value(cosine)
+
+
+def add_emission(plan: Plan, surface: Surface, color: Array) -> None:
+    """Add to colours (3, n), in place, what their surface points emit towards the camera."""
+    glow = emission(plan, surface)
+    if glow is not None:
+        color += glow
 
 
 def _unoccluded_factors(plan: Plan, surface: Surface, light: Emitter, time: Array | float) -> Array:
@@ -260,8 +285,9 @@ def _variation(
     # estimates may overflow: see `shade`
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         varies = unoccluded_deviations(light, to, surface, patch, whole)
-        if light.coplanar is not None:
-            varies[..., light.edge_on(surface.item)] = 0.0
+        nothing = light.receives_nothing(surface.item)
+        if nothing is not None:
+            varies[..., nothing] = 0.0
         if not light.casts_shadow:
             return varies
         shape = plan.as_shadow_caster(light)

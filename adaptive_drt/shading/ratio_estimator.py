@@ -159,10 +159,10 @@ def unoccluded_factor(light: Emitter, shape: Emitter, to: Array, surface: Surfac
     is above the horizon, else not at all. A light without a center casts no hard shadows.
     """
     factor = light.irradiance_factor(to, surface.point, surface.normal)
-    if light.coplanar is not None:
-        # surfaces in the plane of the light receive none of it, on whichever side rounding puts
-        # them
-        factor = np.where(light.edge_on(surface.item), 0.0, factor)
+    # surfaces in the plane of the light receive none of it, on whichever side rounding puts them
+    nothing = light.receives_nothing(surface.item)
+    if nothing is not None:
+        factor = np.where(nothing, 0.0, factor)
     if light.extended and not shape.extended and shape.casts_shadow:
         factor = np.where(dot(surface.normal, to) > 0.0, factor, 0.0)
     return factor

@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 import os
 import threading
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from importlib.util import find_spec
 from typing import Any
@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..geometry.axial_profile import AxialProfile
 from ..geometry.camera import PinholeCamera, make_pinhole_camera
 from ..geometry.registry import SHAPES, kind_of
 from ..geometry.shape_table import ShapeTable
@@ -60,13 +61,17 @@ class Plan:
     albedo : (3, objects) albedo.
     is_moving : (objects,) bool, whether the object moves relative to the camera during the shutter.
     region : pixels (left, bottom, right, top) to render; picture : width and height of the image.
-    lights : the lights whose power is not zero.
+    lights : the lights that light surfaces and whose power is not zero.
     background : (3,) colour.  transparent : whether the background is.
     penumbra, motion, edges : whether the effect is enabled and the scene has it.
     may_use_embree : whether embree may find candidate occluders; `uses_embree` says for which
         lights.
     threads : number of threads.
     skipped : the effects and objects that are left out, each with the reason.
+    seen_lights : the lights that the camera may see: see `light_layers`.
+    emission : (3, objects) radiance that objects emit, W / m^2 / sr; None if none does.
+    emission_profile : how all that depends on the direction to the camera; None where it does not.
+    seen : (objects,) bool, whether the camera sees the object; None if it sees all.
     stop : set to cancel the render: loops over chunks of work call `raise_if_cancelled` before
         each chunk.
     """
@@ -87,6 +92,10 @@ class Plan:
     may_use_embree: bool
     threads: int
     skipped: tuple[dict[str, str], ...] = field(default=())
+    seen_lights: tuple[Emitter, ...] = ()
+    emission: Array | None = None
+    emission_profile: AxialProfile | None = None
+    seen: NDArray[np.bool_] | None = None
     stop: threading.Event = field(default_factory=threading.Event)
 
     def __getstate__(self) -> dict[str, Any]:
@@ -159,7 +168,7 @@ def make_plan(scene: Scene, settings: Settings) -> Plan:
     shift = [_displacement(s.motion if moving else None) - drift for s in shapes]
     displacement = np.repeat(_columns(shift), counts, axis=1)
     moves = displacement.any(axis=0)
-    lights = _make_emitters(scene, moving, lens.origin, drift, skipped)
+    lights, seen_lights = _make_emitters(scene, moving, lens.origin, drift, skipped)
     penumbra = _has_penumbra(settings, lights, sum(counts), skipped)
     light_moves = any(light.displacement is not None for light in lights)
     motion = moving and bool(moves.any() or light_moves)
@@ -176,7 +185,7 @@ def make_plan(scene: Scene, settings: Settings) -> Plan:
         is_moving=moves,
         lights=tuple(
             _with_touched_shapes(_with_coplanar_faces(light, table, origin), table)
-            for light in lights
+            for light in (_with_visibility(light, shapes) for light in lights)
         ),
         background=np.array(scene.background, dtype=np.float64),
         transparent=scene.transparent,
@@ -186,6 +195,9 @@ def make_plan(scene: Scene, settings: Settings) -> Plan:
         may_use_embree=_wants_embree(settings, table.proxied),
         threads=settings.threads or os.cpu_count() or 1,
         skipped=tuple(skipped),
+        seen_lights=seen_lights,
+        emission=_emissions(shapes),
+        seen=_mask(shapes, lambda shape: shape.visibility.camera, True),
     )
 
 
@@ -219,6 +231,41 @@ def _colors(records: Sequence[ShapeRecord]) -> Array:
         for record in records
     ]
     return np.concatenate(colors, axis=1, dtype=np.float64) if colors else np.zeros((3, 0))
+
+
+def _emissions(records: Sequence[ShapeRecord]) -> Array | None:
+    """Emission (3, n) of each shape, or None if none shines."""
+    parts = [
+        _columns([m.emission for m in record.materials])[:, record.slot]
+        if isinstance(record, ShapeBatch)
+        else np.reshape(np.array(record.material.emission, dtype=np.float64), (3, 1))
+        for record in records
+    ]
+    found = np.concatenate(parts, axis=1) if parts else np.zeros((3, 0))
+    return found if found.any() else None
+
+
+def _mask(
+    records: Sequence[ShapeRecord], answer: Callable[[ShapeRecord], bool], usual: bool
+) -> NDArray[np.bool_] | None:
+    """What is true of each shape (n,) by its record; None if it is `usual` for all of them."""
+    each = [answer(record) for record in records]
+    if all(one is usual for one in each):
+        return None
+    return np.repeat(each, [_count(record) for record in records])
+
+
+def _with_visibility(light: Emitter, shapes: Sequence[ShapeRecord]) -> Emitter:
+    """The light, which then knows which shapes it does not light, and which do not hide it."""
+
+    def passes(shape: ShapeRecord) -> bool:
+        return not shape.visibility.shadow or light.name in shape.visibility.passed_by
+
+    unlit = _mask(shapes, lambda shape: light.name in shape.visibility.unlit_by, False)
+    through = _mask(shapes, passes, False)
+    if unlit is None and through is None:
+        return light
+    return replace(light, unlit=unlit, passes=through)
 
 
 def _without_duplicates(
@@ -264,17 +311,23 @@ def _repeated(columns: Array) -> NDArray[np.bool_]:
 
 def _make_emitters(
     scene: Scene, moving: bool, origin: Array, drift: Array, skipped: list[dict[str, str]]
-) -> tuple[Emitter, ...]:
-    """The lights with non-zero power, as emitters. The others are added to `skipped`."""
-    kept = []
+) -> tuple[tuple[Emitter, ...], tuple[Emitter, ...]]:
+    """The lights with non-zero power, as emitters. The others are added to `skipped`.
+
+    Returns those that light surfaces, and those that the camera may see.
+    """
+    lighting, seen = [], []
     motion = LightMotion(origin, drift, moving)
     for light in scene.lights:
         emitter = make_emitter(light, motion)
-        if emitter.power.any():
-            kept.append(emitter)
-        else:
+        if not emitter.power.any():
             skipped.append({"what": light.name, "why": "the light has no power"})
-    return tuple(kept)
+            continue
+        if light.lights_surfaces:
+            lighting.append(emitter)
+        if light.seen:
+            seen.append(emitter)
+    return tuple(lighting), tuple(seen)
 
 
 def _with_touched_shapes(light: Emitter, table: ShapeTable) -> Emitter:

@@ -139,7 +139,7 @@ def screen_bounds(plan: Plan) -> Ints:
 
     The right and top ends are exclusive. An object that intersects the plane through the camera
     parallel to the image may be seen anywhere: its bounds are the whole region. The bounds of an
-    object behind that plane are empty.
+    object behind that plane are empty, and so are those of objects that the camera does not see.
     """
     left, bottom, right, top = plan.region
     kinds = [shapes.screen_span(plan.lens) for shapes in plan.shapes.sets]
@@ -152,6 +152,8 @@ def screen_bounds(plan: Plan) -> Ints:
             last = np.floor(np.clip(last + SCREEN_BOUND_PADDING, low - 1, high - 1)) + 1.0
         spans.append((first, np.maximum(first, last)))
     (x0, x1), (y0, y1) = spans
+    if plan.seen is not None:
+        x1 = np.where(plan.seen, x1, x0)
     bounds: Ints = np.array([x0, y0, x1, y1]).astype(np.int64)
     return bounds
 

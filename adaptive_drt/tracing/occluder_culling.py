@@ -109,7 +109,8 @@ class Occluders:
             return Pairs(none, none)
         reach = np.broadcast_to(np.asarray(reach, dtype=np.float64), (count,))
         sight = _LightView.make(light, surface, reach, curvature(self.plan, surface))
-        pairs = self._planes.without_redundant_faces(sight, self._all_candidates(light, sight))
+        pairs = _without_passed(light, self._all_candidates(light, sight))
+        pairs = self._planes.without_redundant_faces(sight, pairs)
         return _without_coplanar_faces(light, self._by_enclosing_balls(sight, pairs))
 
     def _by_enclosing_balls(self, sight: _LightView, pairs: Pairs) -> Pairs:
@@ -569,7 +570,13 @@ def all_pairs_unculled(plan: Plan, light: Emitter, surface: Surface) -> Pairs:
     objects in the light's plane."""
     pairs = _all_pairs(surface.item.size, plan.object_count)
     own = pairs.item == surface.item[pairs.pixel]
-    return _without_coplanar_faces(light, pairs.take(~own | surface.inside[pairs.pixel]))
+    pairs = _without_passed(light, pairs.take(~own | surface.inside[pairs.pixel]))
+    return _without_coplanar_faces(light, pairs)
+
+
+def _without_passed(light: Emitter, pairs: Pairs) -> Pairs:
+    """The pairs without objects that do not hide the light by their `Visibility`."""
+    return pairs if light.passes is None else pairs.take(~light.passes[pairs.item])
 
 
 def _without_coplanar_faces(light: Emitter, pairs: Pairs) -> Pairs:

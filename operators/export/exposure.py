@@ -4,9 +4,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
-from ...adaptive_drt.scene.description import Light, Vector
+from ...adaptive_drt.scene.description import Light, Material, ShapeBatch, ShapeRecord, Vector
 from .checklist import cycles_of
 
 
@@ -22,6 +23,24 @@ def exposed(
     if factor == 1.0:
         return lights, background
     return [light.brightened(factor) for light in lights], _times(background, factor)
+
+
+def brightened(shapes: Sequence[ShapeRecord], factor: float) -> list[ShapeRecord]:
+    """Return shapes that shine so many times as bright."""
+    if factor == 1.0:
+        return list(shapes)
+    found: list[ShapeRecord] = []
+    for shape in shapes:
+        if isinstance(shape, ShapeBatch):
+            materials = tuple(_brighter(each, factor) for each in shape.materials)
+            found.append(replace(shape, materials=materials))  # type: ignore[type-var]
+        else:
+            found.append(replace(shape, material=_brighter(shape.material, factor)))
+    return found
+
+
+def _brighter(material: Material, factor: float) -> Material:
+    return replace(material, emission=_times(material.emission, factor))
 
 
 def _times(color: Vector, factor: float) -> Vector:

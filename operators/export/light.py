@@ -56,8 +56,17 @@ INSTANCERS_COUNT = (4, 5, 0)
 
 def gives_light(thing: Any, instancer: Any | None) -> bool:
     """Whether a light object lights surfaces that scatter light evenly, by its Ray Visibility."""
+    return _meets(thing, instancer, "visible_diffuse")
+
+
+def is_seen(thing: Any, instancer: Any | None) -> bool:
+    """Whether the camera may see a light object, by its Ray Visibility."""
+    return _meets(thing, instancer, "visible_camera")
+
+
+def _meets(thing: Any, instancer: Any | None, rays: str) -> bool:
     counts = instancer is not None and bpy.app.version >= INSTANCERS_COUNT
-    return bool(thing.visible_diffuse and (not counts or instancer.visible_diffuse))
+    return bool(getattr(thing, rays) and (not counts or getattr(instancer, rays)))
 
 
 @dataclass(frozen=True)
@@ -245,6 +254,7 @@ def _area(
         path.motion,
         bool(light.use_shadow),
         tell.name,
+        spread=min(float(light.spread), math.pi),  # pi as a float32 is more
     )
 
 

@@ -8,6 +8,9 @@ import math
 from .coverage import Listed, Table, Use
 from .datablock_table import GROUP, ID
 
+LEAST_SPREAD = math.radians(1.0)
+"""Spread of an area light, in radians, below which its light is nearly a parallel beam."""
+
 LIGHT: Table = {
     **ID,
     "type": Use.RENDERED,
@@ -49,9 +52,10 @@ AREA: Table = {
     **SHADOWS,
     **dict.fromkeys(("energy", "shape", "size", "size_y"), Use.RENDERED),
     "spread": Listed(
-        (math.pi,),
-        "its spread is {degrees}: area lights of a spread below 180° are left out",
+        (),
+        "its spread is {degrees}: area lights of a spread below 1° are left out",
         missing=True,
+        when=lambda light: light.spread < LEAST_SPREAD,
     ),
     # area lights have no radius
     "shadow_soft_size": Use.NO_EFFECT,

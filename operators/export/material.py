@@ -19,6 +19,12 @@ CYCLES_DEFAULT = Material((0.8, 0.8, 0.8))
 
 BLACK = Material((0.0, 0.0, 0.0))
 
+EMISSION = "ShaderNodeEmission"
+"""The surface node that shines and reflects nothing."""
+
+GLOW = ("Emission Color", "Emission Strength")
+"""Inputs of a Principled BSDF that shines."""
+
 COLORS = {"ShaderNodeBsdfDiffuse": "Color", "ShaderNodeBsdfPrincipled": "Base Color"}
 """Surface nodes that are rendered, and the input that is their diffuse colour."""
 
@@ -68,6 +74,11 @@ def _shaded(material: Any, reasons: list[str]) -> Material:
         if VOLUME in terms:
             reasons.append("it has no surface shader, only a volume; its surface is shown black")
         return BLACK
+    if node.bl_idname == EMISSION:
+        unread: list[str] = []
+        glow = Shader(source).emission(unread)
+        reasons.extend(f"{said}; its own value is used" for said in unread)
+        return Material(BLACK.color, glow)
     if node.bl_idname not in COLORS:
         reasons.append(
             f"its {node_called(node)} is left out; its viewport colour is used as diffuse"
@@ -79,9 +90,12 @@ def _shaded(material: Any, reasons: list[str]) -> Material:
         verb = "is" if len(terms) == 1 else "are"
         reasons.append(f"{', '.join(terms)} {verb} left out: {USED[node.bl_idname]}")
     linked: list[str] = []
+    linked_glow: list[str] = []
     color = shader.rendered_color(COLORS[node.bl_idname], linked)
     reasons.extend(f"{said}; one colour is used" for said in linked)
-    return Material(color)
+    glow = shader.glow(*GLOW, linked_glow) if shader.has(*GLOW) else (0.0, 0.0, 0.0)
+    reasons.extend(f"{said}; its own value is used" for said in linked_glow)
+    return Material(color, glow)
 
 
 def _rgb(color: Any) -> Vector:

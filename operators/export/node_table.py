@@ -141,10 +141,6 @@ def _reflects(shader: Any) -> bool:
     return bool(shader.number("IOR") != 1.0)  # measured: Cycles reflects nothing at 1
 
 
-def _glows(shader: Any) -> bool:
-    return shader.color("Emission Color") != (0.0, 0.0, 0.0)
-
-
 PRINCIPLED: Table = {
     "Base Color": Use.RENDERED,
     "Metallic": Listed((0.0,), "Metallic"),
@@ -157,14 +153,15 @@ PRINCIPLED: Table = {
     "Thin Film Thickness": Listed((0.0,), "Thin Film"),
     "Normal": Listed(UNLINKED, "Normal"),
     "Alpha": Listed((1.0,), "Alpha"),
-    "Emission Strength": Listed((0.0,), "Emission", when=_glows),
+    "Emission Strength": Use.RENDERED,
+    "Emission Color": Use.RENDERED,
     # details of the terms above
     **dict.fromkeys(
         (
             *("Roughness", "IOR", "Specular Tint", "Anisotropic", "Anisotropic Rotation"),
             *("Tangent", "Subsurface Radius", "Subsurface Scale", "Subsurface IOR"),
             *("Subsurface Anisotropy", "Coat Roughness", "Coat IOR", "Coat Tint", "Coat Normal"),
-            *("Sheen Roughness", "Sheen Tint", "Emission Color", "Thin Film IOR", "Thin Wall"),
+            *("Sheen Roughness", "Sheen Tint", "Thin Film IOR", "Thin Wall"),
         ),
         Use.COVERED,
     ),

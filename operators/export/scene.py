@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ...adaptive_drt.scene.description import (
+    EVERYWHERE,
     Camera,
     Issue,
     Light,
@@ -27,10 +28,10 @@ from .checklist import ObjectIssues, instancer_of, scene_issues
 from .clipping import clipped
 from .components import Components, holds_smoke
 from .deforming import Deforming, mesh_of, snapshot
-from .exposure import exposed, exposure_of
+from .exposure import brightened, exposed, exposure_of
 from .instances import key_of, name_of, owner_of
 from .layer_filter import lets_through
-from .light import Lamp, gives_light, lamp_of, light_of
+from .light import Lamp, gives_light, is_seen, lamp_of, light_of
 from .material import material_of, slot_material
 from .mesh import (
     NOT_FINITE,
@@ -43,8 +44,10 @@ from .mesh import (
     wears_several,
 )
 from .shading import CUSTOM_BALL, FLAT_FACETS, shading_left_out
+from .shining import shines, shining_lights
 from .shutter import Matrix, Shutter, Track, blurs, matrix_of, shutter_of
 from .triangle_mesh import MeshForm, placed_mesh, triangle_form
+from .visibility import LightLinks, linked, links_of, names_of, visibility_of
 from .world import world_of
 
 CAMERA_KEY = "camera"
@@ -62,11 +65,15 @@ PASSING = "it is not there all the shutter; it is rendered still"
 
 @dataclass(frozen=True)
 class _Known:
-    """A mesh that has been read: what it stands for, and what of it that lacks."""
+    """A mesh that has been read: what it stands for, and what of it that lacks.
+
+    sphere : what it stands for where it shines, if that is another form: meshes light nothing.
+    """
 
     form: Form | MeshForm
     left_out: tuple[str, ...] = ()
     layout: Layout | None = None
+    sphere: MeshSphere | None = None
 
 
 @dataclass
@@ -76,6 +83,8 @@ class _Export:
     override : the material that the view layer puts on everything, if any.
     deforming : tells which meshes change during the shutter; None without motion blur.
     meshes : by their pointers.  stretched : balls as meshes, for instances that are no balls.
+    members : for each shape, the names by which collections hold its object.
+    links : what each light is linked to, by its name.
     owners : the objects to select, by the names of their instances.
     lit_around : whether the world lights everything from all sides.
     spheres : which meshes in the form of a sphere are rendered as spheres: see `export_scene`.
@@ -86,6 +95,8 @@ class _Export:
     deforming: Deforming | None = None
     override: Any | None = None
     shapes: list[ShapeRecord] = field(default_factory=list)
+    members: list[frozenset[str]] = field(default_factory=list)
+    links: dict[str, LightLinks] = field(default_factory=dict)
     lights: list[Light] = field(default_factory=list)
     issues: list[Issue] = field(default_factory=list)
     meshes: dict[int, _Known] = field(default_factory=dict)
@@ -110,7 +121,10 @@ class _Export:
         self, camera: Camera, lights: Sequence[Light], background: Vector, transparent: bool
     ) -> Scene:
         """Return all that has been gathered, each issue once with the object to select."""
-        shapes, issues = tuple(self.shapes), tuple(self.issues)
+        linked_shapes = linked(
+            list(zip(self.shapes, self.members, strict=True)), self.links.items()
+        )
+        shapes, issues = tuple(linked_shapes), tuple(self.issues)
         # the core would find the same faults, but does not know which object to select
         made = validate(Scene(camera, shapes, tuple(lights), background, transparent, issues))
         # an issue of a mesh or material is told once, however many instances share it
@@ -121,6 +135,20 @@ class _Export:
         if issue.kind != "OBJECT" or issue.target or owner == issue.name:
             return issue
         return replace(issue, target=owner)
+
+    def add_shapes(self, shapes: Sequence[ShapeRecord], instance: Any, name: str) -> None:
+        """Take in the shapes of an instance, and the lights that they are."""
+        thing, instancer = instance.object, instancer_of(instance)
+        seen, names = visibility_of(thing, instancer), names_of(thing, instancer)
+        if seen is not EVERYWHERE:
+            shapes = [replace(shape, visibility=seen) for shape in shapes]
+        if any(map(shines, shapes)) and gives_light(thing, instancer):
+            shapes, lights, reason = shining_lights(shapes, name)
+            self.lights += lights
+            self.links.update((light.name, links_of(thing)) for light in lights)
+            self.tell(name, *((reason,) if reason else ()))
+        self.shapes += shapes
+        self.members += [names] * len(shapes)
 
     def material(self, worn: Any | None) -> Material:
         """Return the Lambert material of what a face wears."""
@@ -192,6 +220,7 @@ def export_scene(
     gathered.issues.extend(animated.changes(depsgraph, _used(gathered, lens, world)))
     exposure = exposure_of(depsgraph.scene_eval)
     lights, background = exposed(gathered.lights, background, exposure)
+    gathered.shapes = brightened(gathered.shapes, exposure)
     return gathered.scene(camera, lights, background, bool(scene.render.film_transparent))
 
 
@@ -292,12 +321,14 @@ def _gather(depsgraph: Any, gathered: _Export, draws_strokes: bool) -> None:
 
 def _gather_light(instance: Any, name: str, gathered: _Export) -> None:
     thing, instancer = instance.object, instancer_of(instance)
-    if not gives_light(thing, instancer):
+    lights, seen = gives_light(thing, instancer), is_seen(thing, instancer)
+    if not (lights or seen):
         return
     track = gathered.track(key_of(instance), matrix_of(instance), name, thing, instancer)
     light = light_of(thing, gathered.lamp(thing.data), track, name, gathered.issues)
     if light is not None:
-        gathered.lights.append(light)
+        gathered.lights.append(light.met(seen=seen, lights_surfaces=lights))
+        gathered.links[light.name] = links_of(thing)
 
 
 def _has_surface(thing: Any) -> bool:
@@ -329,16 +360,22 @@ def _gather_faces(instance: Any, name: str, gathered: _Export) -> None:
             gathered.tell(name, *gathered.deforming.reasons(instance, mesh, known.layout))
     slots = np.unique(form.slot).tolist()
     worn = {slot: gathered.material(slot_material(thing, slot)) for slot in slots}
+    shining = any(any(each.emission) for each in worn.values())
+    if shining and known.sphere is not None and not is_stretched(matrix_of(instance)):
+        form = replace(known.sphere, slot=slots[0])
+        gathered.tell(name, FLAT_FACETS)
     track = gathered.track(
         key_of(instance), matrix_of(instance), name, thing, instancer_of(instance)
     )
     if not np.isfinite(track.middle).all():
         gathered.tell(name, NOT_FINITE, missing=True)
         return
-    if isinstance(form, MeshForm):
-        gathered.shapes.extend(placed_mesh(form, track, worn, name, gathered.issues))
-    else:
-        gathered.shapes.extend(shapes_of(form, track, worn, name, gathered.issues))
+    found: Sequence[ShapeRecord] = (
+        placed_mesh(form, track, worn, name, gathered.issues)
+        if isinstance(form, MeshForm)
+        else shapes_of(form, track, worn, name, gathered.issues)
+    )
+    gathered.add_shapes(found, instance, name)
 
 
 def _read(mesh: Any, gathered: _Export) -> _Known:
@@ -356,7 +393,8 @@ def _read(mesh: Any, gathered: _Export) -> _Known:
     if isinstance(form, MeshSphere):
         several = gathered.override is None and wears_several(mesh)
         if _shows_faces(gathered.spheres, reason, several, len(mesh.polygons)):
-            return _Known(triangle_form(mesh), (), kept)
+            sphere = form if gathered.spheres == "AUTO" and not several else None
+            return _Known(triangle_form(mesh), (), kept, sphere)
         left_out = (SEVERAL if several else "", reason)
         return _Known(form, tuple(reason for reason in left_out if reason), kept)
     crowded = gathered.lit_around and form.slot.size > SKY_FACES

@@ -68,9 +68,17 @@ class Shader:
 
     def emission(self, left_out: list[str]) -> Vector:
         """Return colour times strength of an emitter."""
-        strength = self.rendered_number("Strength", left_out)
-        r, g, b = self.rendered_color("Color", left_out)
-        return (r * strength, g * strength, b * strength)
+        return self.glow("Color", "Strength", left_out)
+
+    def has(self, *names: str) -> bool:
+        """Whether the node has all of some inputs."""
+        return all(name in self._inputs for name in names)
+
+    def glow(self, color: str, strength: str, left_out: list[str]) -> Vector:
+        """Return colour times strength, by the names of both inputs."""
+        size = self.rendered_number(strength, left_out)
+        r, g, b = self.rendered_color(color, left_out) if size else (0.0, 0.0, 0.0)
+        return (r * size, g * size, b * size)
 
     def terms(self) -> list[str]:
         """Return the reasons of the inputs that are left out; a linked input is taken to matter."""

@@ -10,8 +10,13 @@ import numpy as np
 import pytest
 import things
 
-FLAGS = {"visible_camera": False, "visible_shadow": False, "is_holdout": True}
-FLAGS["is_shadow_catcher"] = True
+FLAGS = {"is_holdout": True, "is_shadow_catcher": True}
+RAYS = {"visible_camera": "camera", "visible_shadow": "shadow"}
+REPEATS = [
+    lambda ball: _instanced("Field", ball),
+    lambda b: _on_vertices(b),
+    lambda b: _by_nodes(b),
+]
 
 
 def _instanced(name, *members):
@@ -41,9 +46,7 @@ def _by_nodes(ball):
 
 
 @pytest.mark.parametrize("flag", FLAGS)
-@pytest.mark.parametrize(
-    "repeat", [lambda ball: _instanced("Field", ball), _on_vertices, _by_nodes]
-)
+@pytest.mark.parametrize("repeat", REPEATS)
 def test_an_instancer_s_switches_are_listed_once(rendered, repeat, flag):
     field = repeat(things.uv_sphere("Ball", radius=0.2))
     (scene,) = rendered()
@@ -55,14 +58,29 @@ def test_an_instancer_s_switches_are_listed_once(rendered, repeat, flag):
     assert len(scene.shapes) >= 1  # what it repeats is there, simplified
 
 
+@pytest.mark.parametrize("rays", RAYS)
+@pytest.mark.parametrize("repeat", REPEATS)
+def test_an_instancer_s_ray_visibility_is_that_of_what_it_repeats(export, repeat, rays):
+    field = repeat(things.uv_sphere("Ball", radius=0.2))
+    assert all(getattr(shape.visibility, RAYS[rays]) for shape in export().shapes)
+    setattr(field, rays, False)
+    scene = export()
+    balls = [shape for shape in scene.shapes if shape.name == "Field/Ball"]
+    assert balls and not any(getattr(shape.visibility, RAYS[rays]) for shape in balls)
+    assert all(shape.visibility.shadow or rays == "visible_shadow" for shape in scene.shapes)
+    assert scene.issues == ()
+
+
 def test_only_the_outermost_instancer_is_asked(export):
     """As Cycles does, which never sees an instancer within another one."""
     inner = _instanced("Inner", things.uv_sphere("Ball"))
     outer = _instanced("Outer", inner)
     inner.visible_camera, inner.is_shadow_catcher = False, True
-    assert export().issues == ()
+    scene = export()
+    assert scene.issues == () and scene.shapes[0].visibility.camera
     outer.visible_camera = False
-    assert set(things.reasons(export())) == {"Outer"}
+    (ball,) = export().shapes
+    assert not ball.visibility.camera and ball.visibility.shadow
 
 
 def test_an_instancer_s_holdout_replaces_that_of_the_instance(export):

@@ -200,7 +200,7 @@ def test_emission_nodes_multiply(export):
 @pytest.mark.parametrize(
     "kind, settings, said",
     [
-        ("AREA", {"spread": 1.0}, "spread"),
+        ("AREA", {"spread": 0.01}, "spread"),
         ("AREA", {"size": 0.0}, "size is zero"),
     ],
 )
@@ -228,7 +228,7 @@ def test_a_depth_of_zero_gives_no_light(export):
 
 
 def test_a_light_that_is_left_out_is_missing(export):
-    lamp = things.light("AREA", "Lamp", spread=1.0)
+    lamp = things.light("AREA", "Lamp", spread=0.0)
     parent = things.link(bpy.data.objects.new("Parent", None))
     lamp.parent = parent
     (issue,) = export().issues

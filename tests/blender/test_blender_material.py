@@ -47,7 +47,7 @@ def test_principled_terms_are_told(export):
     color, told = _worn(export, rich)
     assert color == pytest.approx(COLOR[:3])
     (reason,) = told['Material "Material"']
-    assert reason.startswith("Metallic, Specular, Coat, Alpha, Emission are left out")
+    assert reason.startswith("Metallic, Specular, Coat, Alpha are left out")
 
 
 def test_principled_default_has_specular(export):

@@ -228,13 +228,13 @@ def test_a_mesh_that_is_empty_leaves_nothing_out(export):
 
 
 def test_visibility_flags_are_told(export):
-    things.uv_sphere("Ball").visible_shadow = False
+    things.uv_sphere("Ball").is_shadow_catcher = True
     things.uv_sphere("Hole").is_holdout = True
     things.light("POINT", "Seen", shadow_soft_size=0.5).visible_camera = True
     things.light("POINT", "No size to see").visible_camera = True
     scene = export()
-    assert set(things.reasons(scene)) == {"Ball", "Hole", "Seen"}
-    assert len(scene.shapes) == 2 and len(scene.lights) == 2
+    assert set(things.reasons(scene)) == {"Ball", "Hole"}
+    assert len(scene.shapes) == 2 and all(light.seen for light in scene.lights)
 
 
 def test_background_sets_are_seen(export):
@@ -253,3 +253,38 @@ def test_background_sets_are_seen(export):
     assert _names(scene) == ["Far Ball", "Near Ball"] and len(scene.lights) == 1
     bpy.data.collections["Far Collection"].hide_render = True
     assert _names(export()) == ["Near Ball"]
+
+
+def test_ray_visibility_is_that_of_the_shapes(export):
+    things.uv_sphere("Unseen").visible_camera = False
+    things.uv_sphere("Bright").visible_shadow = False
+    things.uv_sphere("Ball")
+    scene = export()
+    found = {shape.name: shape.visibility for shape in scene.shapes}
+    assert (found["Unseen"].camera, found["Unseen"].shadow) == (False, True)
+    assert (found["Bright"].camera, found["Bright"].shadow) == (True, False)
+    assert found["Ball"].camera and found["Ball"].shadow and scene.issues == ()
+
+
+def _linked(name, *members, state="INCLUDE"):
+    inside = bpy.data.collections.new(name)
+    for member in members:
+        inside.objects.link(member)
+    for entry in inside.collection_objects:
+        entry.light_linking.link_state = state
+    return inside
+
+
+@pytest.mark.parametrize("state", ["INCLUDE", "EXCLUDE"])
+def test_lights_are_linked_to_collections(export, state):
+    one, two = things.uv_sphere("One"), things.uv_sphere("Two")
+    lamp, other = things.light("POINT", "Lamp"), things.light("POINT", "Other")
+    lamp.light_linking.receiver_collection = _linked("Receivers", one, state=state)
+    lamp.light_linking.blocker_collection = _linked("Blockers", two, state=state)
+    other.light_linking.receiver_collection = _linked("Empty")
+    scene = export()
+    found = {shape.name: shape.visibility for shape in scene.shapes}
+    unlit, clear = ("Two", "One") if state == "INCLUDE" else ("One", "Two")
+    assert found[unlit].unlit_by == {"Lamp"} and found[clear].unlit_by == set()
+    assert found[clear].passed_by == {"Lamp"} and found[unlit].passed_by == set()
+    assert scene.issues == () and two.name == "Two"

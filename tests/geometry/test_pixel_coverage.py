@@ -11,6 +11,7 @@ import pytest
 from adaptive_drt.detection.detect import detect, trace_center_rays
 from adaptive_drt.detection.shadow_discontinuities import patch_reach
 from adaptive_drt.geometry.camera import PinholeCamera
+from adaptive_drt.geometry.ellipse.shape import EllipseSet
 from adaptive_drt.geometry.polygon.shape import ParallelogramSet
 from adaptive_drt.geometry.polygon.triangle import TriangleSet
 from adaptive_drt.geometry.shape import UNKNOWN_CURVATURE
@@ -76,10 +77,21 @@ def polygon_set(kind, rng, w, displacement):
     return kind(depth * w - share[0] * u - share[1] * v, u, v, displacement)
 
 
+def ellipse_set(rng, w, displacement):
+    """Ellipses near rays (3, n): many have their edge on the ray, and some are seen edge-on."""
+    count = w.shape[1]
+    depth, size = lengths(rng, count), lengths(rng, count)
+    u, v = size * rng.normal(size=(2, 3, count))
+    share, turn = rng.choice([0.0, 0.5, 1.0, 1.5], count), rng.uniform(0.0, 2.0 * np.pi, count)
+    aside = share * (np.cos(turn) * u + np.sin(turn) * v)
+    return EllipseSet(depth * w - aside, u, v, displacement)
+
+
 KINDS = {
     "spheres": sphere_set,
     "parallelograms": lambda *rest: polygon_set(ParallelogramSet, *rest),
     "triangles": lambda *rest: polygon_set(TriangleSet, *rest),
+    "ellipses": ellipse_set,
     "enclosed": lambda *rest: EnclosedSet(sphere_set(*rest)),
 }
 
@@ -168,7 +180,7 @@ def test_polygons_in_their_own_plane_do_not_move_under_a_ray():
     zero, one = np.zeros(3), np.eye(3)
     u, v = (np.repeat(one[:, k : k + 1], 3, axis=1) for k in (0, 1))
     shift = np.stack([one[0] - 2.0 * one[1], one[2], zero], axis=1)
-    for kind in (ParallelogramSet, TriangleSet):
+    for kind in (ParallelogramSet, TriangleSet, EllipseSet):
         shapes = kind(np.ones((3, 3)), u, v, shift)
         assert shapes.moves_under_fixed_ray.tolist() == [False, True, False]
     assert SphereSet(u, np.ones(3), shift).moves_under_fixed_ray.tolist() == [True, True, False]

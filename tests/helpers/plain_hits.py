@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from adaptive_drt.scene.description import Sphere, Triangle
+from adaptive_drt.scene.description import Ellipse, Sphere, Triangle
 
 
 def rays(camera, x, y):
@@ -37,6 +37,8 @@ def oracle_depth(shape, ray, t, eye):
         return oracle_sphere(np.array(shape.center)[:, None] + shift, shape.radius, ray)
     if isinstance(shape, Triangle):
         return oracle_triangle([np.array(v)[:, None] + shift for v in shape.vertices], ray)
+    if isinstance(shape, Ellipse):
+        return oracle_ellipse(np.array(shape.center)[:, None] + shift, shape, ray)
     return oracle_quad(np.array(shape.corner)[:, None] + shift, shape, ray)
 
 
@@ -49,14 +51,25 @@ def oracle_sphere(center, radius, ray):
 
 
 def oracle_quad(corner, quad, ray):
-    u, v = np.array(quad.edge_u), np.array(quad.edge_v)
+    far, a, b = oracle_plane(corner, quad.edge_u, quad.edge_v, ray)
+    return np.where((a >= 0) & (a <= 1) & (b >= 0) & (b <= 1) & (far > 0), far, np.inf)
+
+
+def oracle_ellipse(center, ellipse, ray):
+    far, a, b = oracle_plane(center, ellipse.half_u, ellipse.half_v, ray)
+    return np.where((a * a + b * b <= 1.0) & (far > 0.0), far, np.inf)
+
+
+def oracle_plane(origin, u, v, ray):
+    """Distances of hits of the plane of two vectors, and the coordinates of the hits in these."""
+    u, v = np.array(u), np.array(v)
     normal = np.cross(u, v)
     with np.errstate(divide="ignore", invalid="ignore"):
-        far = (corner * normal[:, None]).sum(axis=0) / (normal @ ray)
-        rest = far * ray - corner
+        far = (origin * normal[:, None]).sum(axis=0) / (normal @ ray)
+        rest = far * ray - origin
         a = np.cross(v, normal) @ rest / (normal @ normal)
         b = np.cross(normal, u) @ rest / (normal @ normal)
-    return np.where((a >= 0) & (a <= 1) & (b >= 0) & (b <= 1) & (far > 0), far, np.inf)
+    return far, a, b
 
 
 def blocked(shapes, start, end, t, skip=()):

@@ -102,18 +102,10 @@ SHAPE: Table = {
     ),
     # settings with tables of their own
     "cycles": Use.RENDERED,
-    # that of lights: what else emits light is left out by its material
-    "light_linking": Use.COVERED,
-    "visible_camera": Listed(
-        neutral=(True,),
-        reason="Camera is off in its Ray Visibility, but the camera sees it: "
-        "hide it from renders if it must not be seen",
-    ),
-    "visible_shadow": Listed(
-        neutral=(True,),
-        reason="Shadow is off in its Ray Visibility, but it casts shadows: "
-        "only a light's own Shadow switch is heeded",
-    ),
+    # of what shines: a table of its own
+    "light_linking": Use.RENDERED,
+    # the rays that meet it; without diffuse ones what shines lights nothing here
+    **dict.fromkeys(("visible_camera", "visible_shadow", "visible_diffuse"), Use.RENDERED),
     "is_holdout": Listed(
         neutral=(False,),
         reason="its Holdout is left out: it is rendered as any surface; "
@@ -127,7 +119,6 @@ SHAPE: Table = {
     # indirect light, reflections and volumes, which this engine has for no object
     **dict.fromkeys(
         (
-            "visible_diffuse",
             "visible_glossy",
             "visible_transmission",
             "visible_volume_scatter",
@@ -221,16 +212,6 @@ INSTANCER: Table = {
     **SHAPE,
     # it may have no form of its own
     "modifiers": Use.RENDERED,
-    "visible_camera": Listed(
-        neutral=(True,),
-        reason="Camera is off in its Ray Visibility, but the camera sees what it instances: "
-        "hide it from renders if that must not be seen",
-    ),
-    "visible_shadow": Listed(
-        neutral=(True,),
-        reason="Shadow is off in its Ray Visibility, but what it instances casts shadows: "
-        "only a light's own Shadow switch is heeded",
-    ),
     "is_holdout": Listed(
         neutral=(False,),
         reason="its Holdout is left out: what it instances is rendered as any surface; "
@@ -245,45 +226,18 @@ INSTANCER: Table = {
 """Of an object that repeats shapes: an empty, or one with a mesh of its own."""
 
 
-def _could_be_seen(thing: Any) -> bool:
-    light = thing.data
-    return light.type == "AREA" or (light.type == "POINT" and light.shadow_soft_size > 0.0)
-
-
 LAMP: Table = {
     **SHAPE,
     "modifiers": Use.RENDERED,
-    "light_linking": Use.RENDERED,  # a table of its own
-    "visible_camera": Listed(
-        neutral=(False,),
-        when=_could_be_seen,
-        reason="Camera is on in its Ray Visibility, but the camera sees no lights: "
-        "switch Camera off (in Object, under Cycles)",
-    ),
-    # the share of surfaces that scatter light evenly: without it the light gives none here
-    "visible_diffuse": Use.RENDERED,
     # nothing of Cycles' picture follows these for a light
     **dict.fromkeys(("visible_shadow", "is_holdout", "is_shadow_catcher"), Use.NO_EFFECT),
 }
 """Of a light."""
 
 
-def _has_members(collection: Any | None) -> bool:
-    return collection is not None and len(collection.all_objects) > 0
-
-
 LIGHT_LINKING: Table = {
     **GROUP,
     # a collection without objects links nothing
-    "receiver_collection": Listed(
-        neutral=(None,),
-        when=lambda linking: _has_members(linking.receiver_collection),
-        reason="its light linking is left out: it lights all objects",
-    ),
-    "blocker_collection": Listed(
-        neutral=(None,),
-        when=lambda linking: _has_members(linking.blocker_collection),
-        reason="its shadow linking is left out: all objects block its light",
-    ),
+    **dict.fromkeys(("receiver_collection", "blocker_collection"), Use.RENDERED),
 }
-"""Of a light."""
+"""Of what gives light."""

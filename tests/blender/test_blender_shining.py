@@ -1,0 +1,114 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Shapes that shine: materials, the lights that they are, and those that light nothing."""
+
+from __future__ import annotations
+
+import math
+
+import bmesh
+import bpy
+import pytest
+import things
+
+COLOR = (0.5, 0.25, 1.0, 1.0)
+GLOW = pytest.approx((1.0, 0.5, 2.0))
+
+
+def _emission(strength=2.0):
+    return things.material("Glow", "ShaderNodeEmission", Color=COLOR, Strength=strength)
+
+
+def test_an_emission_shader_reflects_nothing(export, core):
+    things.uv_sphere("Ball", radius=0.5).data.materials.append(_emission())
+    scene = export()
+    (ball,), (light,) = scene.shapes, scene.lights
+    assert scene.issues == () and ball.material.color == (0.0, 0.0, 0.0)
+    assert ball.material.emission == GLOW and light.radiance == GLOW
+    assert isinstance(light, core.SphereLight) and light.radius == pytest.approx(0.5)
+    assert ball.visibility.unlit_by == ball.visibility.passed_by == {light.name} == {"Ball"}
+
+
+def test_a_principled_shader_reflects_and_shines(export):
+    matt = things.material(
+        Base_Color=COLOR, Specular_IOR_Level=0.0, Emission_Color=COLOR, Emission_Strength=2.0
+    )
+    things.uv_sphere("Ball").data.materials.append(matt)
+    scene = export()
+    assert scene.issues == () and len(scene.lights) == 1
+    assert scene.shapes[0].material.emission == GLOW
+    assert scene.shapes[0].material.color == pytest.approx(COLOR[:3])
+
+
+def test_a_flat_face_shines_on_both_sides(export, core):
+    plane = things.plane("Plane", size=2.0)
+    plane.data.materials.append(_emission())
+    plane.scale.x = 3.0
+    scene = export()
+    front, back = scene.lights
+    assert isinstance(front, core.QuadLight) and scene.issues == ()
+    assert front.half_u == back.half_v and front.half_v == back.half_u
+    assert math.hypot(*front.half_u) + math.hypot(*front.half_v) == pytest.approx(4.0)
+    assert scene.shapes[0].visibility.unlit_by == {front.name} == {back.name}
+
+
+def test_a_box_is_six_lights_of_two_sides(export):
+    box = things.made("Box", lambda work: bmesh.ops.create_cube(work, size=1.0))
+    box.data.materials.append(_emission())
+    scene = export()
+    assert len(scene.lights) == 12 and len({light.name for light in scene.lights}) == 6
+    assert len(scene.shapes) == 6 and scene.issues == ()
+
+
+def test_other_shapes_that_shine_light_nothing(export):
+    bpy.ops.mesh.primitive_torus_add(major_segments=10, minor_segments=5)
+    bpy.context.object.name = "Torus"
+    bpy.context.object.data.materials.append(_emission())
+    scene = export()
+    assert scene.lights == ()
+    (reason,) = things.reasons(scene)["Torus"]
+    assert "lights nothing" in reason
+
+
+def test_without_diffuse_rays_it_lights_nothing(export):
+    ball = things.uv_sphere("Ball")
+    ball.data.materials.append(_emission())
+    ball.visible_diffuse = False
+    scene = export()
+    assert scene.lights == () and scene.shapes[0].material.emission == GLOW
+
+
+def test_black_emission_is_no_light(export):
+    things.uv_sphere("Ball").data.materials.append(_emission(0.0))
+    assert export().lights == ()
+
+
+def test_the_exposure_of_the_film_brightens_what_shines(export):
+    things.uv_sphere("Ball").data.materials.append(_emission())
+    if hasattr(bpy.context.scene, "cycles"):
+        bpy.context.scene.cycles.film_exposure = 2.0
+        scene = export()
+        twice = pytest.approx((2.0, 1.0, 4.0))
+        assert scene.shapes[0].material.emission == twice and scene.lights[0].radiance == twice
+
+
+def test_a_linked_strength_is_told(export):
+    glow = _emission()
+    node = next(n for n in glow.node_tree.nodes if n.type == "EMISSION")
+    falloff = glow.node_tree.nodes.new("ShaderNodeLightFalloff")
+    glow.node_tree.links.new(falloff.outputs[0], node.inputs["Strength"])
+    things.uv_sphere("Ball").data.materials.append(glow)
+    scene = export()
+    (issue,) = scene.issues
+    assert issue.kind == "MATERIAL" and "its own value is used" in issue.reason
+    assert scene.shapes[0].material.emission == GLOW
+
+
+def test_a_coarse_ball_that_shines_is_a_sphere(export, core):
+    """With its faces it would light nothing."""
+    ball = things.ico_sphere(radius=0.5)
+    ball.data.shade_flat()
+    ball.data.materials.append(_emission())
+    scene = export()
+    assert [type(each) for each in scene.lights] == [core.SphereLight]
+    assert [type(each) for each in scene.shapes] == [core.Sphere]
+    assert any("facets" in reason for reason in things.reasons(scene)[ball.name])
