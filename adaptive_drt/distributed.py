@@ -238,7 +238,7 @@ class Resolver:
         glow = emission(plan, hits)
         if glow is not None:
             self.out.color[:, rows] += glow
-        self.out.alpha[rows] = 1.0
+        self.out.alpha[rows] = plan.opacity(hits.item)
         self.out.count("camera", self.tile.index.size)
         red = rows[mask[0, rows]]
         self.out.samples[red] = plan.settings.light_rays
@@ -329,6 +329,8 @@ class Resolver:
         miss = 1.0 - hit
         total = columns(self.out.color, pixels) * miss
         self.out.alpha[pixels] = 1.0 if not plan.transparent else hit
+        if plan.holdout is not None:
+            self.out.alpha[pixels] = plan.opacity(item).mean(axis=1)
         light_rays = -(-plan.settings.light_rays // count) if plan.penumbra else 1
         if self.reuse:
             total += self._still_surface_light(rays, kept, light_rays) / count

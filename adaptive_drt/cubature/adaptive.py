@@ -355,7 +355,8 @@ def _shade_cells(
     own, rest = slice(hit.size), slice(hit.size, None)
     done = []
     if filled.pixel.size:
-        done.append(_whole_cells(filled, light, rest, ~samples.split_anyway[rest]))
+        opacity = plan.opacity(parts.item[rest])
+        done.append(_whole_cells(filled, light, rest, ~samples.split_anyway[rest], opacity))
     if crossed.pixel.size:
         light = DirectLight(light.color[:, own], light.deviation[..., own], light.error[own])
         light.deviation[STEP_KIND] += (
@@ -373,13 +374,13 @@ def _shade_cells(
     return (merge(done) if len(done) > 1 else done[0]), shaded
 
 
-def _whole_cells(cells: Cells, light: DirectLight, part: slice, star: Mask) -> Cells:
+def _whole_cells(cells: Cells, light: DirectLight, part: slice, star: Mask, alpha: Array) -> Cells:
     """Cells that one object fills, shaded: their light is a part of that of all subdomains.
 
-    star : (c,) whether the multi-node rule is not in vain.
+    star : (c,) whether the multi-node rule is not in vain.  alpha : (c,) coverage.
     """
     color, deviation, sampling = light.color[:, part], light.deviation[..., part], light.error[part]
-    alpha, star = np.ones(cells.pixel.size), cells.multi_node & star
+    star = cells.multi_node & star
     return replace(
         cells, color=color, alpha=alpha, deviation=deviation, multi_node=star, sampling=sampling
     )
@@ -457,7 +458,9 @@ def _cells_from_regions(
     edge += task.goal.contrast * found.missed_weight
     deviation[STEP_KIND, 2] += _contrasts(task, cells, found, away) * found.motion_error
     alpha = np.ones(count)
-    if plan.transparent:
+    if plan.holdout is not None:
+        alpha = grouped_sums(found.box, found.weight * plan.opacity(found.item), count)
+    elif plan.transparent:
         alpha = grouped_sums(box, weight, count)
     sampling = grouped_sums(box, weight * light.error, count)
     return replace(

@@ -243,7 +243,7 @@ class _Points:
         plain = np.zeros((4, *shape))
         if not plan.transparent:
             plain[:3] = plan.background[:, None, None] * ~hit
-        plain[3] = hit if plan.transparent else 1.0
+        plain[3] = plan.opacity(item)
         glow = emission(plan, hits)
         if glow is not None:
             plain[:3, row, point] = glow

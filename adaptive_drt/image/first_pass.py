@@ -177,7 +177,7 @@ def _trace_pixels(
     with progress_range(DETECTION_WORK_SHARE, 1.0):
         light = _shade_centers(plan, occluders, center, flags, kept)
     place(color, rows, light.color)
-    alpha[rows] = 1.0
+    alpha[rows] = plan.opacity(center.item[rows])
     place(deviation, rows, light.deviation)
     sampling = np.zeros(n)
     sampling[rows] = light.error

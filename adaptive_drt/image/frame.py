@@ -215,7 +215,7 @@ class Frame:
         place(self.error, index, blocks.error)
         place(self.item, index, blocks.item)
         place(self.visibility_key, index, blocks.item + 1)
-        place(self.alpha, index, np.where((blocks.item < 0) & self.plan.transparent, 0.0, 1.0))
+        place(self.alpha, index, self.plan.opacity(blocks.item))
         self.settled[index] = True
         if blocks.moving.any():
             place(self.mask[1], index, blocks.moving)

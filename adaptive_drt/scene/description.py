@@ -134,12 +134,15 @@ class Visibility:
     shadow : whether it hides lights from other shapes.
     unlit_by : names of the lights that do not light it.
     passed_by : names of the lights that it does not hide.
+    holdout : whether it is a hole in the picture, black and of no coverage, that hides what is
+        behind it.
     """
 
     camera: bool = True
     shadow: bool = True
     unlit_by: frozenset[str] = frozenset()
     passed_by: frozenset[str] = frozenset()
+    holdout: bool = False
 
 
 EVERYWHERE = Visibility()

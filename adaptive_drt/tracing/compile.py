@@ -72,6 +72,7 @@ class Plan:
     emission : (3, objects) radiance that objects emit, W / m^2 / sr; None if none does.
     emission_profile : how all that depends on the direction to the camera; None where it does not.
     seen : (objects,) bool, whether the camera sees the object; None if it sees all.
+    holdout : (objects,) bool, which objects have no coverage, and are black; None if none has.
     stop : set to cancel the render: loops over chunks of work call `raise_if_cancelled` before
         each chunk.
     """
@@ -96,6 +97,7 @@ class Plan:
     emission: Array | None = None
     emission_profile: AxialProfile | None = None
     seen: NDArray[np.bool_] | None = None
+    holdout: NDArray[np.bool_] | None = None
     stop: threading.Event = field(default_factory=threading.Event)
 
     def __getstate__(self) -> dict[str, Any]:
@@ -115,6 +117,13 @@ class Plan:
     def object_count(self) -> int:
         """Number of objects."""
         return self.albedo.shape[1]
+
+    def opacity(self, item: NDArray[np.int64]) -> Array:
+        """Coverage (...) where objects are seen, given by number; -1 stands for the background."""
+        clear = (item < 0) & self.transparent
+        if self.holdout is not None:
+            clear |= self.holdout[item] & (item >= 0)
+        return np.where(clear, 0.0, 1.0)
 
     def uses_embree(self, light: Emitter) -> bool:
         """Whether embree, rather than NumPy arrays, finds the candidate occluders of a light."""
@@ -198,6 +207,7 @@ def make_plan(scene: Scene, settings: Settings) -> Plan:
         seen_lights=seen_lights,
         emission=_emissions(shapes),
         seen=_mask(shapes, lambda shape: shape.visibility.camera, True),
+        holdout=_mask(shapes, lambda shape: shape.visibility.holdout, False),
     )
 
 
@@ -222,12 +232,20 @@ def _count(record: ShapeRecord) -> int:
     return record.count if isinstance(record, ShapeBatch) else 1
 
 
+def _shown(record: ShapeRecord) -> float:
+    """Factor of the colours of a shape: holdouts are black."""
+    return 0.0 if record.visibility.holdout else 1.0
+
+
 def _colors(records: Sequence[ShapeRecord]) -> Array:
     """Albedo (3, n) of each shape."""
     colors = [
-        _columns([m.color for m in record.materials])[:, record.slot]
-        if isinstance(record, ShapeBatch)
-        else np.reshape(record.material.color, (3, 1))
+        _shown(record)
+        * (
+            _columns([m.color for m in record.materials])[:, record.slot]
+            if isinstance(record, ShapeBatch)
+            else np.reshape(record.material.color, (3, 1))
+        )
         for record in records
     ]
     return np.concatenate(colors, axis=1, dtype=np.float64) if colors else np.zeros((3, 0))
@@ -236,9 +254,12 @@ def _colors(records: Sequence[ShapeRecord]) -> Array:
 def _emissions(records: Sequence[ShapeRecord]) -> Array | None:
     """Emission (3, n) of each shape, or None if none shines."""
     parts = [
-        _columns([m.emission for m in record.materials])[:, record.slot]
-        if isinstance(record, ShapeBatch)
-        else np.reshape(np.array(record.material.emission, dtype=np.float64), (3, 1))
+        _shown(record)
+        * (
+            _columns([m.emission for m in record.materials])[:, record.slot]
+            if isinstance(record, ShapeBatch)
+            else np.reshape(np.array(record.material.emission, dtype=np.float64), (3, 1))
+        )
         for record in records
     ]
     found = np.concatenate(parts, axis=1) if parts else np.zeros((3, 0))

@@ -33,6 +33,8 @@ def shines(shape: ShapeRecord) -> bool:
     """Whether a shape, or some of several, has a material that shines."""
     if not isinstance(shape, ShapeBatch):
         return any(shape.material.emission)
+    if not any(any(worn.emission) for worn in shape.materials):
+        return False
     return any(any(shape.materials[slot].emission) for slot in np.unique(shape.slot).tolist())
 
 

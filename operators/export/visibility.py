@@ -72,13 +72,20 @@ def names_of(thing: Any, instancer: Any | None) -> frozenset[str]:
 
 
 def visibility_of(thing: Any, instancer: Any | None) -> Visibility:
-    """Return the Ray Visibility of a shape; its instancer's takes away from its own."""
+    """Return the Ray Visibility of a shape, and whether it is a holdout.
+
+    Its instancer's visibility takes away from its own, and its instancer's Holdout is in force in
+    place of its own.
+    """
 
     def met(rays: str) -> bool:
         return bool(getattr(thing, rays) and (instancer is None or getattr(instancer, rays)))
 
     camera, shadow = met("visible_camera"), met("visible_shadow")
-    return EVERYWHERE if camera and shadow else Visibility(camera, shadow)
+    holdout = bool((thing if instancer is None else instancer).is_holdout)
+    if camera and shadow and not holdout:
+        return EVERYWHERE
+    return Visibility(camera, shadow, holdout=holdout)
 
 
 def linked(

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import things
 
-FLAGS = {"is_holdout": True, "is_shadow_catcher": True}
+FLAGS = {"is_shadow_catcher": True}
 RAYS = {"visible_camera": "camera", "visible_shadow": "shadow"}
 REPEATS = [
     lambda ball: _instanced("Field", ball),
@@ -86,9 +86,12 @@ def test_only_the_outermost_instancer_is_asked(export):
 def test_an_instancer_s_holdout_replaces_that_of_the_instance(export):
     ball = things.uv_sphere("Ball")
     ball.is_holdout = True
-    assert set(things.reasons(export())) == {"Ball"}
-    _instanced("Empty", ball)
-    assert export().issues == ()
+    assert export().shapes[0].visibility.holdout
+    empty = _instanced("Empty", ball)
+    assert not export().shapes[0].visibility.holdout
+    empty.is_holdout = True
+    scene = export()
+    assert scene.shapes[0].visibility.holdout and scene.issues == ()
     ball.is_shadow_catcher = True
     assert set(things.reasons(export())) == {"Ball"}
 

@@ -233,7 +233,8 @@ def test_visibility_flags_are_told(export):
     things.light("POINT", "Seen", shadow_soft_size=0.5).visible_camera = True
     things.light("POINT", "No size to see").visible_camera = True
     scene = export()
-    assert set(things.reasons(scene)) == {"Ball", "Hole"}
+    assert set(things.reasons(scene)) == {"Ball"}
+    assert [shape.visibility.holdout for shape in scene.shapes] == [False, True]
     assert len(scene.shapes) == 2 and all(light.seen for light in scene.lights)
 
 

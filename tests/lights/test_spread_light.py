@@ -120,7 +120,7 @@ def scene(light, motion=None):
     return Scene(CAMERA, (FLOOR, ball, box), (light,))
 
 
-@pytest.mark.parametrize("kind", [QuadLight, EllipseLight])
+@pytest.mark.parametrize("kind", [QuadLight, pytest.param(EllipseLight, marks=pytest.mark.slow)])
 def test_both_methods_agree(kind):
     light = kind((-0.6, 0.3, 4.0), (0.5, 0.0, 0.1), (0.0, -0.4, 0.0), (9, 6, 3), spread=0.9)
     exact, rays = (render_image(scene(light), settings).color for settings in (EXACT, RAYS))
@@ -129,8 +129,10 @@ def test_both_methods_agree(kind):
     assert (exact == 0.0).any()
 
 
-@pytest.mark.parametrize("spread", [2.0, 0.6])
-@pytest.mark.parametrize("moving", [False, True])
+@pytest.mark.parametrize(
+    "spread, moving",
+    [(2.0, False), (0.6, False), (2.0, True), pytest.param(0.6, True, marks=pytest.mark.slow)],
+)
 def test_the_tolerance_is_kept(spread, moving):
     half = (0.5, 0.0, 0.1), (0.0, -0.4, 0.0)
     light = QuadLight((-0.6, 0.3, 4.0), *half, (9, 6, 3), spread=spread)

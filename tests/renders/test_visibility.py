@@ -131,3 +131,30 @@ def test_emission_is_added_to_what_is_reflected(shape, settings):
     only = film_of(replace(shape, material=Material((0, 0, 0), glow)), lights=(), settings=settings)
     assert close(film.color, dark.color + only.color, settings)
     assert np.allclose(only.color.max(axis=(1, 2)), glow)
+
+
+@METHODS
+@pytest.mark.parametrize("transparent", [False, True])
+@pytest.mark.parametrize("moving", [False, True])
+def test_a_holdout_is_a_hole(settings, transparent, moving):
+    """It is black and of no coverage, hides what is behind it, and casts shadows."""
+    motion = Motion((0.5, 0.0, 0.2)) if moving else None
+    ball = replace(BALL, motion=motion)
+    hole = replace(
+        ball, visibility=Visibility(holdout=True), material=Material((0.8,) * 3, (9.0,) * 3)
+    )
+    black = replace(ball, material=Material((0.0, 0.0, 0.0)))
+    light = TWO.met(seen=True, lights_surfaces=True)
+
+    def film(shape):
+        scene = Scene(CAMERA, (FLOOR, shape), (ONE, light), (0.3, 0.4, 0.5), transparent)
+        return render_image(scene, settings)
+
+    got, want, plain = film(hole), film(black), film(ball)
+    assert np.allclose(got.color, want.color, atol=1e-12)
+    # coverage of the ball alone, by what it adds to a black picture
+    glow = replace(ball, material=Material((0.0, 0.0, 0.0), (1.0, 1.0, 1.0)))
+    dark = replace(FLOOR, material=Material((0.0, 0.0, 0.0)))
+    share = render_image(Scene(CAMERA, (dark, glow)), settings).color[0]
+    assert np.abs(got.alpha - (plain.alpha - share)).max() < 0.03
+    assert (got.alpha == 0.0).any() and (got.alpha > 0.9).any()

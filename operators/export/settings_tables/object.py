@@ -106,11 +106,7 @@ SHAPE: Table = {
     "light_linking": Use.RENDERED,
     # the rays that meet it; without diffuse ones what shines lights nothing here
     **dict.fromkeys(("visible_camera", "visible_shadow", "visible_diffuse"), Use.RENDERED),
-    "is_holdout": Listed(
-        neutral=(False,),
-        reason="its Holdout is left out: it is rendered as any surface; "
-        "hide it from renders if it must not be seen",
-    ),
+    "is_holdout": Use.RENDERED,
     "is_shadow_catcher": Listed(
         neutral=(False,),
         reason="its Shadow Catcher is left out: it is rendered as any surface; "
@@ -212,11 +208,6 @@ INSTANCER: Table = {
     **SHAPE,
     # it may have no form of its own
     "modifiers": Use.RENDERED,
-    "is_holdout": Listed(
-        neutral=(False,),
-        reason="its Holdout is left out: what it instances is rendered as any surface; "
-        "hide it from renders if that must not be seen",
-    ),
     "is_shadow_catcher": Listed(
         neutral=(False,),
         reason="its Shadow Catcher is left out: what it instances is rendered as any surface; "
