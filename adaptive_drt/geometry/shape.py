@@ -26,6 +26,7 @@ from .camera import PinholeCamera
 from .implicit_surface import ImplicitPlane, ImplicitSurface
 from .light_plane import LightPlane
 from .light_protocol import AreaLight, LightShape
+from .line_crossings import LightLines, LineCrossings
 from .line_forms import BoxRays, LineForms
 from .occluder_outline import RAYS
 from .pixel_coverage import PixelCoverage
@@ -334,6 +335,26 @@ class ShapeSet(ABC):
         d = self.displacement
         moved = np.zeros_like(center) if d is None else columns(d, index)
         return moving_sphere_may_shadow(light, receivers, center, moved, r)
+
+    def outline_crossings(
+        self, index: int, point: Array, lines: LightLines
+    ) -> LineCrossings | None:
+        """Where outlines of one shape, seen from points (3, n), cross lines across a light.
+
+        None where that is not known, as for most shapes, or where the shape moves.
+        """
+        return None
+
+    def edges_on_lines(
+        self, index: int, camera: PinholeCamera, x: Ints, y: Ints, count: int
+    ) -> tuple[Ints, Array] | None:
+        """Where edges of one shape's picture cross horizontal lines within pixels.
+
+        There are `count` lines in each of the pixels x, y (n,), at heights (j + 0.5) / count.
+        Returns the number of the line, pixel * count + j, and the place along it, from 0 to 1, of
+        each crossing; or None where they are not known, as for most shapes.
+        """
+        return None
 
     def casts_sharp_edge(
         self, index: Ints, light: LightShape, receivers: Receivers, order: int

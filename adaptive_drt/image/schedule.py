@@ -9,6 +9,7 @@ from contextlib import closing
 from typing import TypeAlias, TypeVar
 
 from ..cubature.adaptive import InitialCells, RefinedPixels, RefinementTask, refine
+from ..cubature.sampled_centers import CenterTask, SampledCenters
 from ..cubature.sampled_pixels import SampledPixels, SamplingTask
 from ..numerics.arrays import Ints
 from ..parallel.executor import CallProgress, DeferredCalls, RenderExecutor
@@ -16,13 +17,17 @@ from ..parallel.pool import Call, SharedArguments, worker_pool
 from ..tracing.compile import Plan
 from ..tracing.occluder_culling import Occluders
 
-__all__ = ["SamplingTasks", "Scheduler", "StageTimer", "Tasks"]
+__all__ = ["CenterTasks", "SamplingTasks", "Scheduler", "StageTimer", "Tasks"]
 
 Tasks: TypeAlias = list[tuple[Ints, RefinementTask]]
 """Pixel indices, and what is to be done for those pixels."""
 SamplingTasks: TypeAlias = list[tuple[Ints, SamplingTask]]
 """Pixel indices, and how those pixels are sampled."""
-Done = TypeVar("Done", InitialCells, RefinedPixels, SampledPixels)
+CenterTasks: TypeAlias = list[tuple[Ints, CenterTask]]
+"""Pixel indices, and how the light at those pixels' centres is sampled."""
+AnyTask: TypeAlias = RefinementTask | SamplingTask | CenterTask
+AnyTasks: TypeAlias = Tasks | SamplingTasks | CenterTasks
+Done = TypeVar("Done", InitialCells, RefinedPixels, SampledPixels, SampledCenters)
 Outcomes: TypeAlias = Generator[tuple[int, tuple[Done, float]] | None, None, None]
 
 MAX_PIXELS = 32_768
@@ -115,7 +120,7 @@ class Scheduler:
         return min(max(size, least), most)
 
     def run(
-        self, work: Callable[..., Done], tasks: Tasks | SamplingTasks, stage: str = "refining"
+        self, work: Callable[..., Done], tasks: AnyTasks, stage: str = "refining"
     ) -> Generator[tuple[Ints, Done] | None, None, None]:
         """Run tasks; yields pixel indices with results as they come, and None at heartbeats in
         between.
@@ -134,13 +139,13 @@ class Scheduler:
         outcomes = self.executor.finish_deferred(self._deferred)
         return self._counted(outcomes, self.background_tasks, "refining", self._deferred.progress)
 
-    def _calls(self, work: Callable[..., Done], tasks: Tasks | SamplingTasks) -> list[Call]:
+    def _calls(self, work: Callable[..., Done], tasks: AnyTasks) -> list[Call]:
         return [Call(_timed, self._shared, (work, task)) for _, task in tasks]
 
     def _counted(
         self,
         outcomes: Outcomes[Done],
-        tasks: Tasks | SamplingTasks,
+        tasks: AnyTasks,
         stage: str,
         parts: CallProgress,
     ) -> Generator[tuple[Ints, Done] | None, None, None]:
@@ -165,7 +170,7 @@ class Scheduler:
 
 
 def _timed(
-    plan: Plan, occluders: Occluders, work: Callable[..., Done], task: RefinementTask | SamplingTask
+    plan: Plan, occluders: Occluders, work: Callable[..., Done], task: AnyTask
 ) -> tuple[Done, float]:
     """Result of a task, and the seconds it took."""
     began = time.perf_counter()

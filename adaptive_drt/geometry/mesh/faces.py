@@ -18,6 +18,7 @@ from ...numerics.vector import cross, dot, normalize
 from ..smooth_surface import SmoothSurface
 from .bvh import face_clusters
 from .edges import MeshEdges
+from .outline_edges import OutlineEdges
 from .tracer import START_OFFSET, FaceTracer
 
 __all__ = ["MeshFaces"]
@@ -63,6 +64,11 @@ class MeshFaces:
     def edges(self) -> MeshEdges:
         """The edges of the faces."""
         return MeshEdges.make(self.vertices, self.faces, self.normals)
+
+    @cached_property
+    def outlines(self) -> OutlineEdges:
+        """Outlines as seen from surface points."""
+        return OutlineEdges.make(self.vertices, self.faces)
 
     @cached_property
     def clusters(self) -> tuple[Array, Array]:

@@ -17,7 +17,7 @@ from ...numerics.gather import columns
 from ...numerics.vector import cross, dot
 from ..camera import PinholeCamera
 
-__all__ = ["PixelWindow", "meeting_pixels"]
+__all__ = ["NEAREST", "PixelWindow", "meeting_pixels"]
 
 
 PIXEL_MARGIN = 2.0**-16

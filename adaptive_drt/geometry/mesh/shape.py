@@ -18,12 +18,14 @@ from ...numerics.arrays import Array, Ints, Mask
 from ...numerics.gather import columns
 from ...scene.triangle_mesh import TriangleMesh
 from ..camera import PinholeCamera
+from ..line_crossings import LightLines, LineCrossings
 from ..line_forms import BoxRays, LineForms
 from ..pixel_coverage import PixelCoverage
 from ..shape import ShapeSet
 from ..smooth_surface import SmoothSurface
 from .faces import MeshFaces
 from .pixel_coverage import mesh_coverage
+from .pixel_lines import edges_on_lines
 
 __all__ = ["MeshSet"]
 
@@ -119,6 +121,23 @@ class MeshSet(ShapeSet):
             flags[:, rows] = part.may_hit, part.covers
             bounds[:, rows] = part.near, part.far
         return PixelCoverage(*flags, *bounds)
+
+    def outline_crossings(
+        self, index: int, point: Array, lines: LightLines
+    ) -> LineCrossings | None:
+        """See `ShapeSet.outline_crossings`."""
+        if self.displacement is not None and self.displacement[:, index].any():
+            return None
+        return self.meshes[index].outlines.crossings(point, lines)
+
+    def edges_on_lines(
+        self, index: int, camera: PinholeCamera, x: Ints, y: Ints, count: int
+    ) -> tuple[Ints, Array] | None:
+        """See `ShapeSet.edges_on_lines`."""
+        if self.displacement is not None and self.displacement[:, index].any():
+            return None
+        mesh = self.meshes[index]
+        return edges_on_lines(mesh, camera, x, y, count) if mesh.faces.size else None
 
     def line_forms(self, index: Ints, rows: Ints, rays: BoxRays) -> LineForms:
         """Meshes have none: pixels that may show one are sampled."""
