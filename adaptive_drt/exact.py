@@ -20,6 +20,7 @@ from .cubature.cut_pixels import sample_cut_pixels
 from .cubature.error_budget import Goal, make_goal
 from .cubature.sampled_centers import sample_centers
 from .cubature.sampled_pixels import sample_pixels
+from .geometry.ray_counts import counted_rays, rays_since
 from .image.biquadratic_blocks import SIDES, BiquadraticBlocks
 from .image.chebyshev_blocks import SIDES as SMOOTH_SIDES
 from .image.chebyshev_blocks import PixelBlocks, coarse_bounds, coarse_plan
@@ -184,8 +185,8 @@ class ExactRender:
         done = 0
         for result in results:
             if result is not None:
-                _, (found, seconds) = result
-                self.work.add(seconds)
+                _, (found, seconds, rays) = result
+                self.work.add(seconds, rays)
                 for blocks in found.blocks:
                     frame.add_smooth_blocks(blocks)
                 for x, y, pixels in found.pixels:
@@ -297,9 +298,12 @@ class ExactRender:
         if frame.centers is None:
             return
         clock = StageTimer()
-        kinds = [partial(ShadowBlocks, side=side) for side in SHADOW_SIDES]
-        for make in (*kinds, ShadowStencil):
-            blocks: ShadowBlocks | ShadowStencil = make(frame, self.goal)
+        for side in (*SHADOW_SIDES, 1):
+            blocks: ShadowBlocks | ShadowStencil = (
+                ShadowStencil(frame, self.goal)
+                if side == 1
+                else ShadowBlocks(frame, self.goal, side)
+            )
             rows = blocks.missing_pixels()
             clock("shadow blocks")
             tasks = frame.center_tasks(
@@ -426,7 +430,8 @@ def _within(low: float, high: float, steps: Steps) -> Steps:
 
 def _first_pass_call(
     plan: Plan, occluders: Occluders, bounds: Ints, blocks: PixelBlocks
-) -> tuple[FirstPass, dict[str, float]]:
+) -> tuple[FirstPass, dict[str, float], dict[str, int]]:
     plan.raise_if_cancelled()
-    clock = StageTimer()
-    return trace_first_pass(plan, occluders, bounds, blocks, clock), clock.seconds
+    clock, before = StageTimer(), counted_rays()
+    found = trace_first_pass(plan, occluders, bounds, blocks, clock)
+    return found, clock.seconds, rays_since(before)

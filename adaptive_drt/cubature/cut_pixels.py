@@ -2,11 +2,11 @@
 """Pixels that the edges of meshes cut, by lines with exact events.
 
 Along a horizontal line within a pixel, what is seen changes only where an edge of the picture
-crosses the line. Between crossings radiance is smooth, and two Gauss points give its mean; what is
-left is one integral across the lines, by the midpoint rule (Gribel, Barringer and Akenine-Moeller
-2011, "High-quality spatio-temporal rendering using semi-analytical visibility"). Every third line
-makes a midpoint rule of its own; their difference, and that between neighbouring lines, give the
-error.
+crosses the line. Between crossings radiance is smooth, and two points about the middle give its
+mean; what is left is one integral across the lines, by the midpoint rule (Gribel, Barringer and
+Akenine-Moeller 2011, "High-quality spatio-temporal rendering using semi-analytical visibility").
+Every third line makes a midpoint rule of its own; their difference, and that between neighbouring
+lines, give the error.
 """
 
 from __future__ import annotations
@@ -40,8 +40,14 @@ MAX_PIECES = 12
 """Largest mean number of pieces of the lines of a pixel; sampling points takes less with more."""
 PIXELS_PER_CHUNK = 512
 """Number of pixels in one batch of work; it bounds memory."""
-GAUSS_PLACES: Array = 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3.0)
-"""Places of the two Gauss points along a piece."""
+GOLDEN_RATIO = (5.0**0.5 - 1.0) / 2.0
+"""Generator of the distances of the two points of a piece from its middle: those of consecutive
+lines differ, so that variation along the lines, as on meshes finer than pixels, is not met always
+at the same places, and is seen in what differs between lines."""
+FEWEST_FOR_GROUPS = 27
+"""Number of lines from which the error may also be that of groups of three neighbouring lines. The
+points of a group complement each other, so that groups differ less than lines where light varies
+along these; at kinks lines differ less."""
 SECOND_DIFFERENCE_VARIANCE = 6.0
 """Variance of the second difference of values whose own is 1."""
 
@@ -79,7 +85,7 @@ class _CutPixels:
     pairs : pairs of pixels and the objects that may be seen in them, sorted by pixel.
     lines : number of lines in each pixel.
     line : (p,) pixel * lines + line of each piece, ascending.
-    weight : (p,) share of the pixel.  w : (3, p, 2) directions through the Gauss points.
+    weight : (p,) share of the pixel.  w : (3, p, 2) directions through two points of each piece.
     """
 
     rows: Ints
@@ -143,7 +149,9 @@ class _CutPixels:
         long = (end > start).nonzero()[0]
         line, start, end = line[long], start[long], end[long]
         pixel = rows[chosen[line // lines]]
-        across = task.x[pixel] - 0.5 + start + (end - start) * GAUSS_PLACES[:, None]
+        away = 0.5 * (end - start) * ((line % lines + 0.5) * GOLDEN_RATIO % 1.0)
+        middle = task.x[pixel] - 0.5 + 0.5 * (start + end)
+        across = np.array([middle - away, middle + away])
         up = task.y[pixel] - 0.5 + (line % lines + 0.5) / lines
         w = plan.lens.directions(across.T, np.repeat(up[:, None], 2, axis=1))
         return cls(
@@ -152,7 +160,7 @@ class _CutPixels:
         )  # fmt: skip
 
     def sample(self, plan: Plan, occluders: Occluders) -> SampledPixels:
-        """Trace and shade the Gauss points."""
+        """Trace and shade the points."""
         n = self.rows.size
         pixel = np.repeat(self.line // self.lines, 2)
         weight = np.repeat(0.5 * self.weight, 2)
@@ -177,31 +185,40 @@ class _CutPixels:
             rays = LIGHT_RAYS * np.bincount(row[found.sampled], minlength=n)
             unseen += (np.where(rays > 0, UNSEEN_SHARE / np.maximum(rays, 1), 0.0) * bright) ** 2
         values = self._line_values(color * weight)
-        mean = sum_rows(np.moveaxis(values, 2, 0)) / self.lines
-        alpha = np.ones(n)
-        if plan.transparent:
-            alpha = np.bincount(row, weights=share, minlength=n)
+        mean: Array = sum_rows(np.moveaxis(values, 2, 0)) / self.lines
+        covered = np.asarray(np.bincount(row, weights=share, minlength=n), dtype=np.float64)
+        alpha = np.clip(covered, 0.0, 1.0) if plan.transparent else np.ones(n)
         points = np.bincount(pixel, minlength=n)
         mixed = np.full(n, MIXED)
         return SampledPixels(
-            np.maximum(mean, 0.0), np.clip(alpha, 0.0, 1.0), points,
+            np.maximum(mean, 0.0), alpha, points,
             np.hypot(self._error(values, mean), np.sqrt(unseen)), np.zeros(n), mixed, mixed,
         )  # fmt: skip
 
     def _line_values(self, color: Array) -> Array:
-        """Means (3, n, lines) over lines, from the Gauss points' shares (3, 2 p) of the pixels."""
+        """Means (3, n, lines) over lines, from the points' shares (3, 2 p) of the pixels."""
         line = np.repeat(self.line, 2)
         count = self.rows.size * self.lines
         sums = [np.bincount(line, weights=each, minlength=count) for each in color]
-        return self.lines * np.array(sums).reshape(3, self.rows.size, self.lines)
+        values: Array = self.lines * np.array(sums, dtype=np.float64)
+        return values.reshape(3, self.rows.size, self.lines)
 
     def _error(self, values: Array, mean: Array) -> Array:
         """Errors (n,) of means, from the values (3, n, lines) of lines."""
         third = values[:, :, 1::3].mean(axis=2)
-        bend = values[:, :, 2:] - 2.0 * values[:, :, 1:-1] + values[:, :, :-2]
-        noise = (bend * bend).mean(axis=2) / (SECOND_DIFFERENCE_VARIANCE * self.lines)
-        error: Array = np.maximum(LINE_ERROR * rms(third - mean), rms(np.sqrt(noise)))
+        noise = _spread(values)
+        if self.lines >= FEWEST_FOR_GROUPS:
+            groups = values.reshape(*values.shape[:2], -1, 3).mean(axis=3)
+            noise = np.minimum(noise, _spread(groups))
+        error: Array = np.maximum(LINE_ERROR * rms(third - mean), noise)
         return error
+
+
+def _spread(values: Array) -> Array:
+    """Errors (n,) of means of k values (3, n, k), by what differs from a line through them."""
+    bend = values[:, :, 2:] - 2.0 * values[:, :, 1:-1] + values[:, :, :-2]
+    square = (bend * bend).mean(axis=2) / (SECOND_DIFFERENCE_VARIANCE * values.shape[2])
+    return rms(np.sqrt(square))
 
 
 def _ratio_estimates(

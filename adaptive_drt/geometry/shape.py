@@ -356,6 +356,10 @@ class ShapeSet(ABC):
         """
         return None
 
+    def figures(self) -> dict[str, float]:
+        """Figures for the statistics, such as numbers of faces; none for most kinds."""
+        return {}
+
     def casts_sharp_edge(
         self, index: Ints, light: LightShape, receivers: Receivers, order: int
     ) -> Mask:

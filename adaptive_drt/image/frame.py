@@ -334,12 +334,15 @@ class Frame:
     @property
     def _usable_centers(self) -> Mask:
         """Mask (n,) of the sampled pixels whose mean follows from centres."""
-        return np.zeros_like(self.sampled) if self.centers is None else self.centers.usable
+        if self.centers is None:
+            return np.zeros_like(self.sampled)
+        return self.centers.usable
 
     @property
     def visibility_of_centers(self) -> Ints:
         """Visibility numbers (n,) of the centres of sampled pixels: see `CenterLight`."""
-        return self._seen[0]
+        visibility: Ints = self._seen[0]
+        return visibility
 
     def unsettled_sampled(self, goal: Goal) -> Ints:
         """Sampled pixels of the region itself whose error is above the goal: ascending indices."""

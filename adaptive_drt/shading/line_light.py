@@ -44,9 +44,11 @@ MIN_CLEARANCE = 0.05
 see a light whose irradiance no polynomial along a line follows."""
 
 
-NODES: Array = 0.5 * (np.polynomial.legendre.leggauss(4)[0] + 1.0)
-"""Places along a line at which the light's irradiance is evaluated; a cubic polynomial goes through
-the values."""
+NODES: Array = np.array(
+    [0.069431844202974, 0.330009478207572, 0.669990521792428, 0.930568155797026]
+)
+"""Places along a line at which the light's irradiance is evaluated, the Gauss points; a cubic
+polynomial goes through the values."""
 PRIMITIVE: Array = np.linalg.inv(NODES[:, None] ** np.arange(4)).T / np.arange(1, 5)
 """Coefficients of u to u^4 in the integral of that polynomial from 0 to u: (node, power)."""
 

@@ -55,6 +55,18 @@ class MeshFaces:
             corners = np.array([_unit_or(each, cross(b - a, c - a)[:, kept]) for each in corners])
         return cls(columns(vertices, used), place.reshape(3, -1), corners)
 
+    @property
+    def build_seconds(self) -> float:
+        """Seconds that embree's tree took to build in this process; 0 before its first ray."""
+        tracer = self.__dict__.get("tracer")
+        return tracer.build_seconds if isinstance(tracer, FaceTracer) else 0.0
+
+    @property
+    def bytes(self) -> int:
+        """Memory of the faces' own arrays; embree's tree comes on top."""
+        arrays = (self.vertices, self.faces, self.normals)
+        return sum(each.nbytes for each in arrays if each is not None)
+
     @cached_property
     def tracer(self) -> FaceTracer:
         """Rays against these faces."""

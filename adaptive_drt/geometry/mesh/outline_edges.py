@@ -71,9 +71,10 @@ class OutlineEdges:
         normal = normalize(cross(b - a, c - a))
         plane = np.concatenate([normal, dot(normal, a)[None]])
         first, last = (columns(vertices, each.ravel()).reshape(3, *shape) for each in ends)
-        planes = tuple(columns(plane, each.ravel()).reshape(4, *shape) for each in face)
+        one, other = (columns(plane, each.ravel()).reshape(4, *shape) for each in face)
         turn = turn.reshape(2, *shape)
-        return cls(first, last, planes, turn, _Clusters.make(first, last, planes, turn))
+        clusters = _Clusters.make(first, last, (one, other), turn)
+        return cls(first, last, (one, other), turn, clusters)
 
     def crossings(self, point: Array, lines: LightLines) -> LineCrossings:
         """Where outlines seen from points (3, n), near each other, cross lines on a light."""

@@ -130,6 +130,16 @@ class MeshSet(ShapeSet):
             return None
         return self.meshes[index].outlines.crossings(point, lines)
 
+    def figures(self) -> dict[str, float]:
+        """Number of faces, seconds that embree's trees took, and bytes of the arrays of faces."""
+        if not self.meshes:
+            return {}
+        return {
+            "mesh_faces": sum(each.faces.shape[1] for each in self.meshes),
+            "mesh_build_seconds": round(sum(each.build_seconds for each in self.meshes), 6),
+            "mesh_bytes": sum(each.bytes for each in self.meshes),
+        }
+
     def edges_on_lines(
         self, index: int, camera: PinholeCamera, x: Ints, y: Ints, count: int
     ) -> tuple[Ints, Array] | None:
