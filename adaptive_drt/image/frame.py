@@ -69,6 +69,9 @@ depends on second differences of its neighbours, which use pixels two further aw
 REGION_ALIGNMENT = 8
 """Regions are extended to multiples of this many pixels, within the picture, so that blocks are
 complete whatever part of the picture is rendered."""
+SAMPLED_ALIGNMENT = 16
+"""The same for scenes with objects that are sampled, whose shadows are interpolated over larger
+blocks."""
 STORAGE_ALIGNMENT = 8
 """Frames begin and end at multiples of this many pixels, so that blocks of the first pass are
 contiguous sub-arrays."""
@@ -137,9 +140,10 @@ def widened_plan(plan: Plan, region: tuple[int, int, int, int]) -> Plan:
     """Plan for a region extended to whole blocks and a border around them."""
     left, bottom, right, top = region
     width, height = plan.resolution
-    left, bottom = left - left % REGION_ALIGNMENT, bottom - bottom % REGION_ALIGNMENT
-    right = max(right, min(right + -right % REGION_ALIGNMENT, width))
-    top = max(top, min(top + -top % REGION_ALIGNMENT, height))
+    step = SAMPLED_ALIGNMENT if plan.shapes.sampled.any() else REGION_ALIGNMENT
+    left, bottom = left - left % step, bottom - bottom % step
+    right = max(right, min(right + -right % step, width))
+    top = max(top, min(top + -top % step, height))
     return replace(plan, region=(left - BORDER, bottom - BORDER, right + BORDER, top + BORDER))
 
 

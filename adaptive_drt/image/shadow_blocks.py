@@ -37,14 +37,16 @@ from .frame import Frame
 __all__ = ["INTERPOLATION_ERROR_SHARE", "NODE_ERROR_SHARE", "SIDES", "ShadowBlocks"]
 
 
-SIDES = (8, 4)
+SIDES = (16, 8, 4)
 """Sides of blocks in pixels, the larger first. Nodes lie at pixel centres."""
 INTERPOLATION_ERROR_SHARE = 0.5
 """Largest interpolation error allowed, as a fraction of the goal. Chosen for cost, not fitted."""
 NODE_ERROR_SHARE = 0.3
 """Error of the light at nodes, as a fraction of the goal, at which they take no more rays. Chosen
 for cost, not fitted."""
-AGREEMENT = 3.0
+SMALLEST_SQUARE = 4
+"""Side in pixels of the smallest squares over which the polynomial is compared with single rays."""
+AGREEMENT = 3.5
 """Largest difference between means of the polynomial and of single rays over a block, in standard
 deviations of the latter, beyond the error allowed."""
 
@@ -168,23 +170,22 @@ class ShadowBlocks:
 
     def _rays_agree(self, means: Array, allowed: Array) -> Mask:
         """Whether few rays from each centre agree with fractions (3, side * side, b), on average
-        over each block and over its quarters: (b,).
+        over each block and over squares of 4 x 4 pixels and larger ones in it: (b,).
 
         allowed : (b,) difference of fractions that does not matter.
         """
-        half = self._side // 2
-        shape = (2, half, 2, half, means.shape[-1])
+        shape = (self._side, self._side, means.shape[-1])
         expected = means.mean(axis=0).reshape(shape)
-        met = self._frame.first_fractions[self._pixels].reshape(shape)
-        excess = (met - expected).sum(axis=(1, 3))
-        variance = (expected * (1.0 - expected)).sum(axis=(1, 3)) / CENTER_RAYS
+        excess = self._frame.first_fractions[self._pixels].reshape(shape) - expected
+        variance = expected * (1.0 - expected) / CENTER_RAYS
         fine = np.ones(means.shape[-1], dtype=np.bool_)
-        for gap, spread, count in (
-            (excess, variance, half * half),
-            (excess.sum(axis=(0, 1)), variance.sum(axis=(0, 1)), 4 * half * half),
-        ):
-            near = np.abs(gap) <= count * allowed + AGREEMENT * np.sqrt(spread)
-            fine &= near.reshape(-1, fine.size).all(axis=0)
+        size = 1
+        while size < self._side:
+            size *= 2
+            excess, variance = _sums_of_squares(excess), _sums_of_squares(variance)
+            if size >= SMALLEST_SQUARE:
+                limit = size * size * allowed + AGREEMENT * np.sqrt(variance)
+                fine &= (np.abs(excess) <= limit).all(axis=(0, 1))
         return fine
 
     def _product_means(self, rows: Ints, fraction: Array) -> Array:
@@ -207,3 +208,8 @@ class ShadowBlocks:
         off = np.hypot(off, self._centers.variation[index])
         self._frame.settle(index, color[:, mine], np.ones(index.size), off, off)
         self._wanted[index] = False
+
+
+def _sums_of_squares(values: Array) -> Array:
+    """Sums (k / 2, k / 2, b) over squares of 2 x 2 of values (k, k, b)."""
+    return values[::2, ::2] + values[1::2, ::2] + values[::2, 1::2] + values[1::2, 1::2]
