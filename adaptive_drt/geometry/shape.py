@@ -260,6 +260,12 @@ class ShapeSet(ABC):
         v, r = columns(center, index), radius[index]
         return sphere_coverage(v, r, w, camera, order).of_enclosed(dot(v, v) <= r * r)
 
+    def block_coverage(
+        self, index: Ints, w: Array, camera: PinholeCamera, order: int
+    ) -> PixelCoverage:
+        """`coverage`, of pixels that stand for blocks of pixels: it may say less, to be quicker."""
+        return self.coverage(index, w, camera, order)
+
     def moving_coverage(
         self, index: Ints, w: Array, camera: PinholeCamera, order: int, whole_pixel: bool
     ) -> PixelCoverage:

@@ -23,6 +23,7 @@ from ...numerics.gather import columns
 from ...numerics.morton import morton_order
 from ...numerics.vector import cross, dot, normalize
 from ..line_crossings import LightLines, LineCrossings
+from .welding import welded_vertices
 
 __all__ = ["OutlineEdges"]
 
@@ -112,8 +113,7 @@ class OutlineEdges:
 
 def _edges_of_faces(vertices: Array, faces: Ints) -> tuple[Ints, Ints, Array]:
     """Ends (2, e), faces (2, e) and turns (2, e) of edges, as `OutlineEdges` has them."""
-    _, place = np.unique(vertices.T, axis=0, return_inverse=True)
-    place = place.ravel()
+    place = welded_vertices(vertices)
     first, last = faces.ravel(), np.roll(faces, -1, axis=0).ravel()
     own = np.tile(np.arange(faces.shape[1]), 3)
     turned = place[first] > place[last]

@@ -19,9 +19,9 @@ from ...numerics.vector import dot
 from ..camera import PinholeCamera
 from ..pixel_coverage import PixelCoverage
 from .faces import MeshFaces
-from .raster import PixelWindow, meeting_pixels
+from .raster import PixelWindow, meeting_pixels, meeting_rectangles
 
-__all__ = ["mesh_coverage"]
+__all__ = ["may_meet", "mesh_coverage"]
 
 
 DEPTH_MARGIN = 1e-6
@@ -50,6 +50,22 @@ def mesh_coverage(mesh: MeshFaces, w: Array, camera: PinholeCamera) -> PixelCove
     second = mesh.second_hits(columns(w, rows), t[rows])
     covers[rows[second <= far[rows]]] = False
     return PixelCoverage(met, covers, near, np.where(covers, far, np.inf))
+
+
+def may_meet(mesh: MeshFaces, w: Array, camera: PinholeCamera) -> tuple[Mask, Array]:
+    """Whether faces may be seen in m pixels, and a lower bound on their depths, inf for none.
+
+    w : (3, m) directions through the pixels' centres. Faces count by their bounding rectangles.
+    """
+    m = w.shape[1]
+    if not mesh.faces.size:
+        return np.zeros(m, dtype=np.bool_), np.full(m, np.inf)
+    x, y = _pixel_coordinates(w, camera)
+    window = PixelWindow.around(x, y)
+    corners = [columns(mesh.vertices, each) for each in mesh.faces]
+    met, near = meeting_rectangles(corners, camera, window)
+    found = met[y - window.bottom, x - window.left]
+    return found, np.where(found, near, np.inf)
 
 
 def _pixel_coordinates(w: Array, camera: PinholeCamera) -> tuple[Ints, Ints]:

@@ -11,13 +11,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...numerics.arrays import Array, Ints
+from ...numerics.arrays import Array, Ints, Mask
 from ...numerics.floats import TINY
 from ...numerics.gather import columns
 from ...numerics.vector import cross, dot
 from ..camera import PinholeCamera
 
-__all__ = ["NEAREST", "PixelWindow", "meeting_pixels"]
+__all__ = ["NEAREST", "PixelWindow", "meeting_pixels", "meeting_rectangles"]
 
 
 PIXEL_MARGIN = 2.0**-16
@@ -63,10 +63,7 @@ def meeting_pixels(
     polygon : (m,) indices.  pixel : (m,) numbers in the window, row by row.
     near, far : (n,) least and greatest depths of the polygons before the camera: ray parameters.
     """
-    across = cross(camera.right, camera.up)[:, None]
-    depths = np.array([dot(corner, across) for corner in corners])
-    depths /= float(dot(camera.base[:, None], across)[0])
-    cut = NEAREST * max(float(depths.max(initial=0.0)), TINY)
+    depths, cut = _depths(corners, camera)
     near, far = np.maximum(depths.min(axis=0), 0.0), depths.max(axis=0)
     seen = (far > cut).nonzero()[0]
     points = [columns(corner, seen) for corner in corners]
@@ -88,6 +85,48 @@ def meeting_pixels(
     start = (y - window.bottom) * window.width + (left - window.left)
     pixel = np.repeat(start.astype(np.int64), wide) + _positions(wide)
     return np.repeat(seen[one], wide), pixel, near, far
+
+
+def meeting_rectangles(
+    corners: list[Array], camera: PinholeCamera, window: PixelWindow
+) -> tuple[Mask, float]:
+    """Pixels (height, width) of a window that the bounding rectangle of a polygon meets, and the
+    least depth of any polygon before the camera.
+
+    The parameters are those of `meeting_pixels`.
+    """
+    depths, cut = _depths(corners, camera)
+    seen = (depths.max(axis=0) > cut).nonzero()[0]
+    points = [columns(corner, seen) for corner in corners]
+    xs, ys = _projected(points, depths[:, seen], cut, camera)
+    margin = PIXEL_MARGIN + COORDINATE_ROUNDING * np.maximum(np.abs(xs), np.abs(ys)).max(axis=0)
+    bounds = []
+    for values, low, size in ((xs, window.left, window.width), (ys, window.bottom, window.height)):
+        first = np.floor(values.min(axis=0) - margin) - low
+        last = np.floor(values.max(axis=0) + margin) + 1.0 - low
+        bounds += [np.clip(each, 0, size).astype(np.int64) for each in (first, last)]
+    left, right, bottom, top = bounds
+    # sums of signs at the corners of rectangles are the numbers of rectangles over each pixel
+    wide = window.width + 1
+    change = np.zeros((window.height + 1) * wide)
+    for row, column, sign in (
+        (bottom, left, 1),
+        (bottom, right, -1),
+        (top, left, -1),
+        (top, right, 1),
+    ):
+        change += sign * np.bincount(row * wide + column, minlength=change.size)
+    count = change.reshape(window.height + 1, wide).cumsum(axis=0).cumsum(axis=1)
+    met: Mask = count[:-1, :-1] > 0.5
+    return met, max(float(depths.min(initial=np.inf)), 0.0)
+
+
+def _depths(corners: list[Array], camera: PinholeCamera) -> tuple[Array, float]:
+    """Depths (k, n) of polygons' corners before the camera, and the depth at which they are cut."""
+    across = cross(camera.right, camera.up)[:, None]
+    depths = np.array([dot(corner, across) for corner in corners])
+    depths /= float(dot(camera.base[:, None], across)[0])
+    return depths, NEAREST * max(float(depths.max(initial=0.0)), TINY)
 
 
 def _positions(size: Ints) -> Ints:

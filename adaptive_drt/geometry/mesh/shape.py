@@ -24,7 +24,7 @@ from ..pixel_coverage import PixelCoverage
 from ..shape import ShapeSet
 from ..smooth_surface import SmoothSurface
 from .faces import MeshFaces
-from .pixel_coverage import mesh_coverage
+from .pixel_coverage import may_meet, mesh_coverage
 from .pixel_lines import edges_on_lines
 
 __all__ = ["MeshSet"]
@@ -121,6 +121,17 @@ class MeshSet(ShapeSet):
             flags[:, rows] = part.may_hit, part.covers
             bounds[:, rows] = part.near, part.far
         return PixelCoverage(*flags, *bounds)
+
+    def block_coverage(
+        self, index: Ints, w: Array, camera: PinholeCamera, order: int
+    ) -> PixelCoverage:
+        """See `ShapeSet.block_coverage`: blocks that show meshes are never smooth."""
+        del order
+        m = w.shape[1]
+        met, near = np.zeros(m, dtype=np.bool_), np.full(m, np.inf)
+        for mesh, _, rows in self._groups(index, m):
+            met[rows], near[rows] = may_meet(mesh, columns(w, rows), camera)
+        return PixelCoverage(met, np.zeros(m, dtype=np.bool_), near, np.full(m, np.inf))
 
     def outline_crossings(
         self, index: int, point: Array, lines: LightLines
