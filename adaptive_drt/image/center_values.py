@@ -27,7 +27,8 @@ __all__ = ["CenterValues"]
 NOISE_WEIGHT = 70.0**-0.5
 """Weight of the fourth difference in the error of a mean where light varies within pixels, as on
 meshes finer than pixels: centres are then independent samples, whose fourth difference has 70 times
-their variance, and the error of one sample as the mean is its standard deviation."""
+their variance, and the error of one sample as the mean is its standard deviation. The differences
+along both axes are added, as a margin."""
 
 
 class CenterValues:
@@ -72,7 +73,11 @@ class CenterValues:
             off += np.where(wide, left(rms, before, bend, after), bent)
             noise += np.where(wide, rms(before - 2.0 * bend + after) ** 2, 0.0)
         place(self.mean, rows, np.maximum(mean, 0.0))
-        self.variation[rows] = np.maximum(off, NOISE_WEIGHT * np.sqrt(0.5 * noise))
+        rough = np.zeros(self.item.size)
+        rough[rows] = NOISE_WEIGHT * np.sqrt(noise)
+        # a single fourth difference is small now and then where light varies within pixels
+        rough = np.maximum(rough[rows], np.maximum(rough[rows - 1], rough[rows + 1]))
+        self.variation[rows] = np.maximum(off, rough)
         self.usable[rows] = True
         return rows
 
