@@ -82,6 +82,7 @@ class _CutPixels:
     Attributes
     ----------
     rows : (n,) the pixels in the task.  index : (n,) their numbers in the whole picture.
+    contrast : (n,) difference of radiance across outlines: see `SamplingTask`.
     pairs : pairs of pixels and the objects that may be seen in them, sorted by pixel.
     lines : number of lines in each pixel.
     line : (p,) pixel * lines + line of each piece, ascending.
@@ -90,6 +91,7 @@ class _CutPixels:
 
     rows: Ints
     index: Ints
+    contrast: Array
     pairs: Pairs
     lines: int
     line: Ints
@@ -155,7 +157,8 @@ class _CutPixels:
         up = task.y[pixel] - 0.5 + (line % lines + 0.5) / lines
         w = plan.lens.directions(across.T, np.repeat(up[:, None], 2, axis=1))
         return cls(
-            rows[chosen], task.index[rows[chosen]], pairs.for_pixels(chosen, rows.size), lines,
+            rows[chosen], task.index[rows[chosen]], task.contrast[rows[chosen]],
+            pairs.for_pixels(chosen, rows.size), lines,
             line, (end - start) / lines, w,
         )  # fmt: skip
 
@@ -186,25 +189,31 @@ class _CutPixels:
             unseen += (np.where(rays > 0, UNSEEN_SHARE / np.maximum(rays, 1), 0.0) * bright) ** 2
         values = self._line_values(color * weight)
         mean: Array = sum_rows(np.moveaxis(values, 2, 0)) / self.lines
-        covered = np.asarray(np.bincount(row, weights=share, minlength=n), dtype=np.float64)
-        alpha = np.clip(covered, 0.0, 1.0) if plan.transparent else np.ones(n)
+        error = np.hypot(self._error(values, mean), np.sqrt(unseen))
+        alpha = np.ones(n)
+        if plan.transparent:
+            # as a colour of three equal channels
+            covered = self._line_values(np.tile((item >= 0) * weight, (3, 1)))
+            shown = sum_rows(np.moveaxis(covered, 2, 0)) / self.lines
+            alpha = np.clip(shown[0], 0.0, 1.0)
+            error = np.maximum(error, self.contrast * self._error(covered, shown))
         points = np.bincount(pixel, minlength=n)
         mixed = np.full(n, MIXED)
         return SampledPixels(
             np.maximum(mean, 0.0), alpha, points,
-            np.hypot(self._error(values, mean), np.sqrt(unseen)), np.zeros(n), mixed, mixed,
+            error, np.zeros(n), mixed, mixed,
         )  # fmt: skip
 
     def _line_values(self, color: Array) -> Array:
-        """Means (3, n, lines) over lines, from the points' shares (3, 2 p) of the pixels."""
+        """Means (k, n, lines) over lines, from the points' shares (k, 2 p) of the pixels."""
         line = np.repeat(self.line, 2)
         count = self.rows.size * self.lines
         sums = [np.bincount(line, weights=each, minlength=count) for each in color]
         values: Array = self.lines * np.array(sums, dtype=np.float64)
-        return values.reshape(3, self.rows.size, self.lines)
+        return values.reshape(len(color), self.rows.size, self.lines)
 
     def _error(self, values: Array, mean: Array) -> Array:
-        """Errors (n,) of means, from the values (3, n, lines) of lines."""
+        """Errors (n,) of means (k, n), from the values (k, n, lines) of lines."""
         third = values[:, :, 1::3].mean(axis=2)
         noise = _spread(values)
         if self.lines >= FEWEST_FOR_GROUPS:
@@ -215,7 +224,7 @@ class _CutPixels:
 
 
 def _spread(values: Array) -> Array:
-    """Errors (n,) of means of k values (3, n, k), by what differs from a line through them."""
+    """Errors (n,) of means of m values (k, n, m), by what differs from a line through them."""
     bend = values[:, :, 2:] - 2.0 * values[:, :, 1:-1] + values[:, :, :-2]
     square = (bend * bend).mean(axis=2) / (SECOND_DIFFERENCE_VARIANCE * values.shape[2])
     return rms(np.sqrt(square))
