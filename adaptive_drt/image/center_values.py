@@ -18,7 +18,7 @@ from ..numerics.midpoint import (
     left,
     second_differences,
 )
-from ..numerics.vector import rms
+from ..numerics.vector import rms, total
 from ..shading.center_light import CenterLight
 
 __all__ = ["CenterValues"]
@@ -40,6 +40,7 @@ class CenterValues:
     unhidden : (3, n) radiance without shadows.  fraction : (3, n) visible part of it.
     mean : (3, n) means over pixels of `unhidden`.  variation : (n,) their errors.
     error : (n,) error of the light at the centre.
+    first_fraction : (n,) mean visible fraction by the first few rays.
     usable : (n,) pixels whose mean follows from centres.
     """
 
@@ -48,7 +49,7 @@ class CenterValues:
         self._width = width
         self.item = np.full(count, -1)
         self.unhidden, self.fraction, self.mean = np.zeros((3, 3, count))
-        self.variation, self.error = np.zeros((2, count))
+        self.variation, self.error, self.first_fraction = np.zeros((3, count))
         self.usable = np.zeros(count, dtype=np.bool_)
 
     def enter(self, rows: Ints, light: CenterLight) -> None:
@@ -58,6 +59,14 @@ class CenterValues:
         fraction = np.where(lit, light.color, 1.0) / np.where(lit, light.unhidden, 1.0)
         place(self.fraction, rows, fraction)
         self.error[rows] = np.maximum(light.spread, light.unseen)
+
+    def enter_first(self, rows: Ints, item: Ints) -> None:
+        """Enter the objects (k,) that fill pixels whose light is by the first few rays."""
+        self.item[rows] = item
+        whole = columns(self.unhidden, rows)
+        lit = total(whole)
+        seen = total(whole * columns(self.fraction, rows))
+        self.first_fraction[rows] = np.where(lit > 0.0, seen, 1.0) / np.where(lit > 0.0, lit, 1.0)
 
     def correct(self) -> Ints:
         """Find the means of the unhidden light, and the pixels (k,) that have one."""

@@ -204,13 +204,9 @@ class Frame:
         # of sampled pixels, see `SampledPixels`; and how many around them agree
         (self._spread, self._unseen), self._seen = np.zeros((2, n)), np.full((2, n), UNKNOWN)
         self._agreeing, self._edge_share = np.ones((2, n))
-        # of sampled pixels that one object fills: light at the centres, and the visible fractions
-        # by few rays
-        self.centers: CenterValues | None = None
-        self.first_fractions = np.zeros(0)
-        if plan.shapes.sampled.any():
-            self.centers = CenterValues(self.width, n)
-            self.first_fractions = np.ones(n)
+        # light at the centres of sampled pixels that one object fills
+        sampled = plan.shapes.sampled.any()
+        self.centers = CenterValues(self.width, n) if sampled else None
         # pixels traced by a ray of their own; predicted errors of the first pass are 0 elsewhere
         self.traced = np.zeros(n, dtype=np.bool_)
         self._corrected, self._change = np.zeros(0, dtype=np.int64), np.zeros((3, 0))
@@ -241,11 +237,7 @@ class Frame:
         assert self.centers is not None
         rows, light = index[filled.rows], filled.light
         self.centers.enter(rows, light)
-        self.centers.item[rows] = filled.item
-        whole = light.unhidden.sum(axis=0)
-        lit = whole > 0.0
-        fraction = np.where(lit, light.color.sum(axis=0), 1.0) / np.where(lit, whole, 1.0)
-        self.first_fractions[rows] = fraction
+        self.centers.enter_first(rows, filled.item)
         self._spread[rows], self._unseen[rows] = light.spread, light.unseen
         self._seen[0, rows], self._seen[1, rows] = light.visibility, filled.item + 1
 

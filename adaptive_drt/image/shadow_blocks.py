@@ -176,7 +176,7 @@ class ShadowBlocks:
         """
         shape = (self._side, self._side, means.shape[-1])
         expected = means.mean(axis=0).reshape(shape)
-        excess = self._frame.first_fractions[self._pixels].reshape(shape) - expected
+        excess = self._centers.first_fraction[self._pixels].reshape(shape) - expected
         variance = expected * (1.0 - expected) / CENTER_RAYS
         fine = np.ones(means.shape[-1], dtype=np.bool_)
         size = 1
@@ -212,4 +212,5 @@ class ShadowBlocks:
 
 def _sums_of_squares(values: Array) -> Array:
     """Sums (k / 2, k / 2, b) over squares of 2 x 2 of values (k, k, b)."""
-    return values[::2, ::2] + values[1::2, ::2] + values[::2, 1::2] + values[1::2, 1::2]
+    sums: Array = values[::2, ::2] + values[1::2, ::2] + values[::2, 1::2] + values[1::2, 1::2]
+    return sums

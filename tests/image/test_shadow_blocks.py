@@ -7,11 +7,10 @@ import numpy as np
 import pytest
 
 from adaptive_drt.exact import ExactRender
-from adaptive_drt.image.center_values import CenterValues
+from adaptive_drt.image import shadow_blocks
 from adaptive_drt.render import render_image
 from adaptive_drt.scene.description import Material, Quad, QuadLight, Scene
 from adaptive_drt.scene.settings import Settings
-from adaptive_drt.shading.center_light import CenterLight
 from mesh_shapes import ball_mesh, mesh_of
 from oracle.converged import relative_rmse
 from oracle.mesh_rays import sampled_mesh_picture
@@ -64,30 +63,17 @@ def test_parts_of_a_picture_are_those_of_the_whole():
     np.testing.assert_array_equal(found, whole[:, 10:51, 21:80])
 
 
-def values_of(field, width=12):
-    """Light at all pixels of a square frame that one object fills."""
-    y, x = np.divmod(np.arange(width * width), width)
-    light = np.tile(field(x, y), (3, 1))
-    none = np.zeros(light.shape[1])
-    values = CenterValues(width, light.shape[1])
-    values.enter(np.arange(none.size), CenterLight(light, 0.5 * light, none, none, none))
-    values.item[:] = 0
-    return values
+def test_sums_over_squares_are_of_all_their_pixels():
+    values = np.random.default_rng(0).random((8, 8, 3))
+    sums = shadow_blocks._sums_of_squares(values)
+    np.testing.assert_allclose(sums, values.reshape(4, 2, 4, 2, 3).sum(axis=(1, 3)))
 
 
-def test_means_of_quadratic_light_are_exact():
-    values = values_of(lambda x, y: 1.0 + 0.1 * x + 0.02 * x * x - 0.01 * y * y)
-    rows = values.correct()
-    y, x = np.divmod(rows, 12)
-    mean = 1.0 + 0.1 * x + 0.02 * x * x - 0.01 * y * y + (0.02 - 0.01) / 12.0
-    np.testing.assert_allclose(values.mean[:, rows], np.tile(mean, (3, 1)), rtol=1e-12)
-    assert rows.size == 100 and values.fraction[:, rows].max() == 0.5
-    assert values.variation[values.usable].max() < 0.01
-
-
-def test_light_that_varies_within_pixels_is_seen():
-    rng = np.random.default_rng(0)
-    values = values_of(lambda x, y: 1.0 + 0.1 * rng.normal(size=x.size), width=40)
-    rows = values.correct()
-    assert 0.1 < np.sqrt((values.variation[rows] ** 2).mean()) < 0.3
-    assert (values.variation[rows] > 0.05).mean() > 0.9
+def test_blocks_that_single_rays_contradict_are_left(monkeypatch):
+    """Rays that never agree leave all blocks in penumbrae to the stencil and to points."""
+    settings = Settings(tolerance=1e-2)
+    film = render_image(SCENE, settings)
+    monkeypatch.setattr(shadow_blocks, "AGREEMENT", -1e9)
+    other = render_image(SCENE, settings)
+    assert other.stats["rays"]["mesh shadow"] > film.stats["rays"]["mesh shadow"]
+    assert relative_rmse(film.color, other.color) < 1e-2
