@@ -172,19 +172,8 @@ class Frame:
         region : pixels (left, bottom, right, top).
         film : takes the pixels of the region; None if nobody is to see them.
         """
-        left, bottom, right, top = plan.region
-        self.plan, align = plan, STORAGE_ALIGNMENT
-        self.left, self.bottom = left - left % align, bottom - bottom % align
-        self.width, self.height = (
-            end + -end % align - first for first, end in ((self.left, right), (self.bottom, top))
-        )
-        # columns and rows of the region itself
-        self.region_slices = (
-            slice(region[1] - self.bottom, region[3] - self.bottom),
-            slice(region[0] - self.left, region[2] - self.left),
-        )
-        self.film = film
-        assert max(self.region_slices[0].start, self.region_slices[1].start) <= FILM_BORDER
+        self.plan, self.film = plan, film
+        self._set_extent(region)
         # rows of the first pass that are not in the film yet
         self._unwritten_rows = np.zeros(self.height, dtype=np.bool_)
         n = self.width * self.height
@@ -213,6 +202,19 @@ class Frame:
         # a picture made of smooth blocks only has no pixel with candidate objects
         nothing = np.zeros(0, dtype=np.int64)
         self._candidates: list[Pairs] = [Pairs(nothing, nothing)]
+
+    def _set_extent(self, region: tuple[int, int, int, int]) -> None:
+        """Set the frame's place and size, and the columns and rows of the region itself."""
+        (left, bottom, right, top), align = self.plan.region, STORAGE_ALIGNMENT
+        self.left, self.bottom = left - left % align, bottom - bottom % align
+        self.width, self.height = (
+            end + -end % align - first for first, end in ((self.left, right), (self.bottom, top))
+        )
+        self.region_slices = (
+            slice(region[1] - self.bottom, region[3] - self.bottom),
+            slice(region[0] - self.left, region[2] - self.left),
+        )
+        assert max(self.region_slices[0].start, self.region_slices[1].start) <= FILM_BORDER
 
     def add_pixels(self, x: Ints, y: Ints, pixels: FirstPassPixels) -> None:
         """Enter pixels that the first pass has traced, given their coordinates (n,)."""
