@@ -36,6 +36,10 @@ LINE_COUNTS = (9, 27, 81)
 LINE_ERROR = 0.35
 """Error of the midpoint rule, as a fraction of the difference to that of every third line; the
 error of N lines falls like N^-1.5 at kinks, which gives 0.24."""
+UNSEEN_CORNER = 0.05
+"""Error of N lines, as a fraction of the contrast times N^-1.5, by corners of pixels that an edge
+cuts off and no line meets. Derived: such a corner has a height of up to 1 / (2 N), so that every
+N-th edge or so cuts one off, whose area has a root mean square of some 0.05 / N."""
 MAX_PIECES = 12
 """Largest mean number of pieces of the lines of a pixel; sampling points takes less with more."""
 PIXELS_PER_CHUNK = 512
@@ -189,7 +193,8 @@ class _CutPixels:
             unseen += (np.where(rays > 0, UNSEEN_SHARE / np.maximum(rays, 1), 0.0) * bright) ** 2
         values = self._line_values(color * weight)
         mean: Array = sum_rows(np.moveaxis(values, 2, 0)) / self.lines
-        error = np.hypot(self._error(values, mean), np.sqrt(unseen))
+        corner = self.contrast * UNSEEN_CORNER * self.lines**-1.5
+        error = np.hypot(self._error(values, mean), np.sqrt(unseen) + corner)
         alpha = np.ones(n)
         if plan.transparent:
             # as a colour of three equal channels
