@@ -9,14 +9,18 @@ from __future__ import annotations
 from collections.abc import Callable, Generator
 from contextlib import closing
 from dataclasses import dataclass, field, replace
+from functools import partial
 from itertools import chain
 from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 
 from .cubature.adaptive import refine, shade_initial_cells
+from .cubature.cut_pixels import sample_cut_pixels
 from .cubature.error_budget import Goal, make_goal
+from .cubature.sampled_centers import sample_centers
 from .cubature.sampled_pixels import sample_pixels
+from .geometry.ray_counts import counted_rays, rays_since
 from .image.biquadratic_blocks import SIDES, BiquadraticBlocks
 from .image.chebyshev_blocks import SIDES as SMOOTH_SIDES
 from .image.chebyshev_blocks import PixelBlocks, coarse_bounds, coarse_plan
@@ -25,6 +29,9 @@ from .image.frame import Frame, widened_plan
 from .image.node_values import NodeValues
 from .image.progress_model import LEVEL_SHARES, progress_shares
 from .image.schedule import Scheduler, StageTimer
+from .image.shadow_blocks import SIDES as SHADOW_SIDES
+from .image.shadow_blocks import ShadowBlocks
+from .image.shadow_stencil import ShadowStencil
 from .image.stencil_means import StencilMeans
 from .numerics.arrays import Array, Ints, Mask
 from .numerics.gather import columns
@@ -122,8 +129,11 @@ class ExactRender:
         self._correct_smooth_pixels(frame)
         yield from _within(traced, resolved, self._set_goal(frame))
         self.stage = "Sampling pixels"
-        rows = (frame.sampled & frame.inner() & (frame.error > self.goal.error)).nonzero()[0]
-        for _ in self._sample(frame, rows, self.goal):
+        for _ in self._interpolate_shadows(frame):
+            yield resolved
+        for _ in self._sample_cut_pixels(frame):
+            yield resolved
+        for _ in self._sample(frame, frame.unsettled_sampled(self.goal), self.goal):
             yield resolved
         frame.settled[frame.sampled] = True
         # step 7: pixels smooth in time
@@ -175,8 +185,8 @@ class ExactRender:
         done = 0
         for result in results:
             if result is not None:
-                _, (found, seconds) = result
-                self.work.add(seconds)
+                _, (found, seconds, rays) = result
+                self.work.add(seconds, rays)
                 for blocks in found.blocks:
                     frame.add_smooth_blocks(blocks)
                 for x, y, pixels in found.pixels:
@@ -189,6 +199,7 @@ class ExactRender:
     def _correct_smooth_pixels(self, frame: Frame) -> None:
         clock = StageTimer()
         frame.correct_smooth_pixels()
+        frame.correct_centers()
         clock("means of smooth pixels")
         self.work.add(clock.seconds)
 
@@ -254,6 +265,7 @@ class ExactRender:
         with closing(self.work.executor.run(calls)) as results:
             yield from self._enter_first_pass(frame, results, {})
         frame.correct_smooth_pixels()
+        frame.correct_centers()
 
     def _take_goal(self, frame: Frame, inside: Mask) -> None:
         clock = StageTimer()
@@ -272,6 +284,38 @@ class ExactRender:
         tasks = frame.sampling_tasks(rows, goal, self.work.pixels_per_call(rows.size))
         outcomes = self.work.run(sample_pixels, tasks, "sampled pixels")
         return self._enter_outcomes(outcomes, frame.enter_sampled, rows.size)
+
+    def _sample_cut_pixels(self, frame: Frame) -> Steps:
+        """Sample the pixels that edges cut by lines across them, where that is possible."""
+        rows = frame.unsettled_sampled(self.goal)
+        rows = rows[frame.cut[rows]]
+        tasks = frame.sampling_tasks(rows, self.goal, self.work.pixels_per_call(rows.size))
+        outcomes = self.work.run(sample_cut_pixels, tasks, "cut pixels")
+        return self._enter_outcomes(outcomes, partial(frame.enter_cut, self.goal), rows.size)
+
+    def _interpolate_shadows(self, frame: Frame) -> Steps:
+        """Interpolate the light of sampled pixels between centres, where it varies smoothly."""
+        if frame.centers is None:
+            return
+        clock = StageTimer()
+        for side in (*SHADOW_SIDES, 1):
+            blocks: ShadowBlocks | ShadowStencil = (
+                ShadowStencil(frame, self.goal)
+                if side == 1
+                else ShadowBlocks(frame, self.goal, side)
+            )
+            rows = blocks.missing_pixels()
+            clock("shadow blocks")
+            tasks = frame.center_tasks(
+                rows, blocks.node_limit, self.work.pixels_per_call(rows.size)
+            )
+            outcomes = self.work.run(sample_centers, tasks, "shadow nodes")
+
+            yield from self._enter_outcomes(outcomes, blocks.enter, rows.size)
+            clock.restart()
+            blocks.settle()
+            clock("shadow blocks")
+        self.work.add(clock.seconds)
 
     def _enter_outcomes(
         self,
@@ -386,7 +430,8 @@ def _within(low: float, high: float, steps: Steps) -> Steps:
 
 def _first_pass_call(
     plan: Plan, occluders: Occluders, bounds: Ints, blocks: PixelBlocks
-) -> tuple[FirstPass, dict[str, float]]:
+) -> tuple[FirstPass, dict[str, float], dict[str, int]]:
     plan.raise_if_cancelled()
-    clock = StageTimer()
-    return trace_first_pass(plan, occluders, bounds, blocks, clock), clock.seconds
+    clock, before = StageTimer(), counted_rays()
+    found = trace_first_pass(plan, occluders, bounds, blocks, clock)
+    return found, clock.seconds, rays_since(before)

@@ -32,6 +32,7 @@ from ..numerics.low_discrepancy import hashed_sequence_points
 from ..numerics.vector import cross, dot, rms
 from ..numerics.vector import total as sum_rows
 from ..parallel.call_progress import progress_range, report_progress
+from ..shading.center_light import MIXED, visibility_numbers
 from ..shading.direct_light import emission
 from ..shading.sample_light import LightSampler
 from ..shading.sampled_occlusion import BATCHES, UNSEEN_SHARE
@@ -42,6 +43,7 @@ from ..tracing.shadow_rays import batches_by_rank
 
 __all__ = [
     "FIRST_POINTS",
+    "LIGHT_RAYS",
     "MIXED",
     "SampledPixels",
     "SamplingTask",
@@ -57,8 +59,6 @@ LIGHT_RAYS = 8
 some ten rays."""
 POINTS_PER_CHUNK = 1 << 14
 """Number of points in one batch of work; it bounds memory."""
-MIXED = -1
-"""Number of pixels from which a light is visible in part, or that show several objects."""
 UNSEEN_AREA = 0.3
 """Error of the area of a part of a pixel that no point met, as a fraction of one point's share.
 Derived: a part that is cut off by an outline at random and met by no point has areas of up to one
@@ -387,7 +387,8 @@ class _Sums:
         unseen = np.sqrt(sum_rows((share * bright) ** 2))
         alpha = np.clip(_batch_mean(plain[3]), 0.0, 1.0)
         samples = np.full(alpha.size, points)
-        state = _visibility(*(sum_rows(np.moveaxis(part, 1, 0)) for part in (total, visible)))
+        sums = (sum_rows(np.moveaxis(part, 1, 0)) for part in (total, visible))
+        state = visibility_numbers(*sums)
         color = np.maximum(mean, 0.0)
         return SampledPixels(color, alpha, samples, spread, unseen, state, self.item)
 
@@ -416,15 +417,6 @@ def _batch_mean(values: Array) -> Array:
     """Means (..., n) over the batches of values (..., B, n), summed in the same order for any n."""
     mean: Array = sum_rows(np.moveaxis(values, -2, 0)) / BATCHES
     return mean
-
-
-def _visibility(total: Array, visible: Array) -> Ints:
-    """Numbers (n,) of which lights (l, n) are seen by all rays, by none, or dark; or `MIXED`."""
-    number, mixed = np.zeros(total.shape[1], dtype=np.int64), np.zeros(total.shape[1], dtype=bool)
-    for whole, seen in zip(total, visible, strict=True):
-        state = np.where(seen == whole, 1, np.where(seen > 0.0, 3, 2)) * (whole > 0.0)
-        number, mixed = 3 * number + state % 3, mixed | (state == 3)
-    return np.where(mixed, MIXED, number)
 
 
 def _inverse(matrix: Array) -> Array:

@@ -172,15 +172,21 @@ class _SilhouetteFlags:
     silhouette: Mask
 
 
-def _find_silhouettes(plan: Plan, center: CenterRays, clock: StageCallback) -> _SilhouetteFlags:
-    """Find silhouettes and intersection curves in the pixels of a tile, during the shutter."""
+def _find_silhouettes(
+    plan: Plan, center: CenterRays, clock: StageCallback, blocks: bool = False
+) -> _SilhouetteFlags:
+    """Find silhouettes and intersection curves in the pixels of a tile, during the shutter.
+
+    blocks : whether the pixels stand for blocks of pixels.
+    """
     count = center.depth.size
     pairs = center.pairs
     motion, edge = np.zeros((2, count), dtype=np.bool_)
     front_still = clear = center.depth_at_rest
     test = None
     if plan.edges:
-        test = detect_edges(plan, count, pairs, columns(center.w, pairs.pixel), center.t)
+        w = columns(center.w, pairs.pixel)
+        test = detect_edges(plan, count, pairs, w, center.t, blocks)
         edge |= test.edge
         front_still, clear = test.covered_from_at_rest, test.nearest_at_rest
         clock("detect edges")
@@ -235,7 +241,7 @@ def detect_smooth_blocks(
 
     `plan` is the scene compiled for an image whose pixels are the blocks, with `edges` enabled.
     """
-    found = _find_silhouettes(plan, center, clock)
+    found = _find_silhouettes(plan, center, clock, blocks=True)
     assert found.test is not None
     clear = ~found.silhouette & ~found.motion
     rows = clear[center.rows].nonzero()[0]

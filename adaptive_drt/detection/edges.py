@@ -48,7 +48,9 @@ class EdgeTest:
     far: Array
 
 
-def detect_edges(plan: Plan, count: int, pairs: Pairs, w: Array, t: Array) -> EdgeTest:
+def detect_edges(
+    plan: Plan, count: int, pairs: Pairs, w: Array, t: Array, blocks: bool = False
+) -> EdgeTest:
     """Find the pixels in which a silhouette, or a change of depth order, may be visible.
 
     Parameters
@@ -56,8 +58,9 @@ def detect_edges(plan: Plan, count: int, pairs: Pairs, w: Array, t: Array) -> Ed
     count : number of pixels in the batch.  pairs : their m candidate pairs.
     w : (3, m) directions through the pixels' centres, per pair.
     t : (m,) ray parameters of the centre rays' hits, inf for a miss.
+    blocks : whether the pixels stand for blocks of pixels: see `ShapeSet.block_coverage`.
     """
-    cover = _classify_coverage(plan, pairs, w)
+    cover = _classify_coverage(plan, pairs, w, blocks)
     covered_from = np.full(count, np.inf)
     full = cover.covers.nonzero()[0]
     np.minimum.at(covered_from, pairs.pixel[full], cover.far[full])
@@ -113,14 +116,15 @@ def _intersection_edges(
     return seam
 
 
-def _classify_coverage(plan: Plan, pairs: Pairs, w: Array) -> PixelCoverage:
+def _classify_coverage(plan: Plan, pairs: Pairs, w: Array, blocks: bool) -> PixelCoverage:
     """Coverage of pixels by candidates; w (3, m) are the pixels' centre directions, per pair."""
     m = pairs.item.size
     cover = PixelCoverage(
         np.zeros(m, dtype=np.bool_), np.zeros(m, dtype=np.bool_), np.zeros(m), np.full(m, np.inf)
     )
     for shapes, rows, index in plan.shapes.runs(pairs.item):
-        part = shapes.coverage(index, columns(w, rows), plan.lens, plan.settings.order)
+        coverage = shapes.block_coverage if blocks else shapes.coverage
+        part = coverage(index, columns(w, rows), plan.lens, plan.settings.order)
         cover.may_hit[rows], cover.covers[rows] = part.may_hit, part.covers
         cover.near[rows], cover.far[rows] = part.near, part.far
     return cover

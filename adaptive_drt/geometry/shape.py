@@ -26,6 +26,7 @@ from .camera import PinholeCamera
 from .implicit_surface import ImplicitPlane, ImplicitSurface
 from .light_plane import LightPlane
 from .light_protocol import AreaLight, LightShape
+from .line_crossings import LightLines, LineCrossings
 from .line_forms import BoxRays, LineForms
 from .occluder_outline import RAYS
 from .pixel_coverage import PixelCoverage
@@ -259,6 +260,12 @@ class ShapeSet(ABC):
         v, r = columns(center, index), radius[index]
         return sphere_coverage(v, r, w, camera, order).of_enclosed(dot(v, v) <= r * r)
 
+    def block_coverage(
+        self, index: Ints, w: Array, camera: PinholeCamera, order: int
+    ) -> PixelCoverage:
+        """`coverage`, of pixels that stand for blocks of pixels: it may say less, to be quicker."""
+        return self.coverage(index, w, camera, order)
+
     def moving_coverage(
         self, index: Ints, w: Array, camera: PinholeCamera, order: int, whole_pixel: bool
     ) -> PixelCoverage:
@@ -334,6 +341,30 @@ class ShapeSet(ABC):
         d = self.displacement
         moved = np.zeros_like(center) if d is None else columns(d, index)
         return moving_sphere_may_shadow(light, receivers, center, moved, r)
+
+    def outline_crossings(
+        self, index: int, point: Array, lines: LightLines
+    ) -> LineCrossings | None:
+        """Where outlines of one shape, seen from points (3, n), cross lines across a light.
+
+        None where that is not known, as for most shapes, or where the shape moves.
+        """
+        return None
+
+    def edges_on_lines(
+        self, index: int, camera: PinholeCamera, x: Ints, y: Ints, count: int
+    ) -> tuple[Ints, Array] | None:
+        """Where edges of one shape's picture cross horizontal lines within pixels.
+
+        There are `count` lines in each of the pixels x, y (n,), at heights (j + 0.5) / count.
+        Returns the number of the line, pixel * count + j, and the place along it, from 0 to 1, of
+        each crossing; or None where they are not known, as for most shapes.
+        """
+        return None
+
+    def figures(self) -> dict[str, float]:
+        """Figures for the statistics, such as numbers of faces; none for most kinds."""
+        return {}
 
     def casts_sharp_edge(
         self, index: Ints, light: LightShape, receivers: Receivers, order: int

@@ -18,7 +18,16 @@ from ..numerics.error_coefficients import DIFFERENCE_FACTOR, RESIDUAL_FACTOR
 from ..numerics.gather import columns
 from .node_values import NodeValues
 
-__all__ = ["SIDES", "BiquadraticBlocks"]
+__all__ = [
+    "CHECK_POINTS",
+    "SIDES",
+    "BiquadraticBlocks",
+    "cubic_means",
+    "cubic_terms",
+    "node_means",
+    "node_weights",
+    "tensor_sums",
+]
 
 
 SIDES = (8, 4)
@@ -58,9 +67,9 @@ class BiquadraticBlocks:
             return
         at = self._nodes
         nodes = points.values(at)
-        weights = _weights(CHECK_POINTS)
-        miss = points.values(self._checks) - _tensor_sums(nodes, weights, weights)
-        up, across, left = _cubic_terms(miss)
+        weights = node_weights(CHECK_POINTS)
+        miss = points.values(self._checks) - tensor_sums(nodes, weights, weights)
+        up, across, left = cubic_terms(miss)
         off = np.maximum(
             RESIDUAL_FACTOR * points.size(left).max(axis=0),
             DIFFERENCE_FACTOR * points.size(miss).max(axis=0),
@@ -69,8 +78,8 @@ class BiquadraticBlocks:
         if not smooth.size:
             return
         whole = bool(points.frame.plan.edges)
-        means = _means(columns(nodes, smooth, -1), self.side, whole)
-        means += _cubic_means(columns(up, smooth), columns(across, smooth), self.side, whole)
+        means = node_means(columns(nodes, smooth, -1), self.side, whole)
+        means += cubic_means(columns(up, smooth), columns(across, smooth), self.side, whole)
         chosen = columns(at, smooth)
         error = np.hypot(points.error[chosen].max(axis=0), off[smooth])
         rows = columns(self.pixels, smooth)
@@ -118,7 +127,7 @@ class BiquadraticBlocks:
         return origin
 
 
-def _cubic_terms(miss: Array) -> tuple[Array, Array, Array]:
+def cubic_terms(miss: Array) -> tuple[Array, Array, Array]:
     """Cubic terms along y and along x, by their values at the first of `CHECK_POINTS`: (k, b) each.
 
     miss : (k, 4, b) values less the biquadratic polynomial at the check points, row by row.
@@ -133,8 +142,8 @@ def _cubic_terms(miss: Array) -> tuple[Array, Array, Array]:
     return up, across, left.reshape(miss.shape)
 
 
-def _cubic_means(up: Array, across: Array, side: int, whole: bool) -> Array:
-    """Means over pixels (k, side * side, b) of cubic terms along y and along x: see `_means`."""
+def cubic_means(up: Array, across: Array, side: int, whole: bool) -> Array:
+    """Means over pixels (k, side * side, b) of cubic terms along y and x: see `node_means`."""
     x = np.arange(side, dtype=np.float64) / (0.5 * side)
     size = CHECK_POINTS[0] * (CHECK_POINTS[0] - 1.0) * (CHECK_POINTS[0] - 2.0)
     cubic = x * (x - 1.0) * (x - 2.0)
@@ -147,7 +156,7 @@ def _cubic_means(up: Array, across: Array, side: int, whole: bool) -> Array:
     return means
 
 
-def _means(values: Array, side: int, whole: bool) -> Array:
+def node_means(values: Array, side: int, whole: bool) -> Array:
     """Means over pixels (k, side * side, b) of the biquadratic polynomials through nodes (k, 9, b).
 
     Parameters
@@ -156,11 +165,11 @@ def _means(values: Array, side: int, whole: bool) -> Array:
     """
     # x from 0 to 2 over the block; the mean of x^2 over a pixel adds a twelfth of its squared side
     x: Array = np.arange(side, dtype=np.float64) / (0.5 * side)
-    weights = _weights(x, (2.0 / side) ** 2 / 12.0 if whole else 0.0)
-    return _tensor_sums(values, weights, weights)
+    weights = node_weights(x, (2.0 / side) ** 2 / 12.0 if whole else 0.0)
+    return tensor_sums(values, weights, weights)
 
 
-def _weights(x: Array, more: float = 0.0) -> Array:
+def node_weights(x: Array, more: float = 0.0) -> Array:
     """Weights (3, p) of the nodes at 0, 1 and 2 in quadratic interpolation at x.
 
     `more` is added to x^2: the variance of x, for means over pixels.
@@ -169,7 +178,7 @@ def _weights(x: Array, more: float = 0.0) -> Array:
     return np.array([0.5 * square - 1.5 * x + 1.0, 2.0 * x - square, 0.5 * (square - x)])
 
 
-def _tensor_sums(values: Array, up: Array, across: Array) -> Array:
+def tensor_sums(values: Array, up: Array, across: Array) -> Array:
     """Tensor-product sums (k, p * p, b) of nodes (k, 9, b), with weights (3, p) for rows and
     columns.
     """

@@ -24,6 +24,7 @@ from ..detection.detect import (
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.gather import columns, place
 from ..parallel.call_progress import progress_range, report_progress
+from ..shading.center_light import CenterLight, sample_center_light
 from ..shading.direct_light import DirectLight, shade
 from ..shading.footprint import make_patch
 from ..shading.variation import STEP_KIND, zero_variation
@@ -42,6 +43,9 @@ Clock: TypeAlias = Callable[[str], None]
 
 SAMPLED_ITEM = -2
 """Item of sampled pixels: no object, so that no neighbour counts as showing the same one."""
+CENTER_RAYS = 8
+"""Number of rays to each light from the centre of a sampled pixel that one object fills: they tell
+where a light is visible in part."""
 DETECTION_WORK_SHARE = 0.4
 """Fraction of the work of a first pass that precedes shading (a third to a half, with 2 to 2,000
 objects); for a progress bar."""
@@ -72,6 +76,8 @@ class FirstPassPixels:
     sampled : (n,) pixels that are to be sampled: see `ShapeSet.sampled`. Nothing is known of their
         radiance yet, and no outlines are stated.
     cut : (n,) sampled pixels in which outlines may pass.
+    centers : the light at the centres of those sampled pixels that one object at rest fills; None
+        if there are none.
     """
 
     color: Array
@@ -89,6 +95,22 @@ class FirstPassPixels:
     candidates: Pairs
     sampled: Mask
     cut: Mask
+    centers: FilledPixels | None
+
+
+@dataclass(frozen=True)
+class FilledPixels:
+    """Some of n sampled pixels, each filled by one object at rest.
+
+    Attributes
+    ----------
+    rows : (k,) the pixels, ascending.  item : (k,) the objects.
+    light : the light at their centres, by `CENTER_RAYS` rays to each light.
+    """
+
+    rows: Ints
+    item: Ints
+    light: CenterLight
 
 
 @dataclass(frozen=True)
@@ -191,8 +213,9 @@ def _trace_pixels(
     refined = candidates.take(outline[candidates.pixel])
     visibility_key = _visibility_keys(plan, np.array([x, y]), center, flags, outline, refined)
     clock("visibility keys")
-    item = center.item
+    item, filled = center.item, None
     if sampled.any():
+        filled = _sample_filled_pixels(plan, (x, y), center, flags, sampled)
         candidates = _with_filled_pixels(center, flags, sampled, candidates)
         visibility_key[sampled] = NO_KEY
         item = np.where(sampled, SAMPLED_ITEM, item)
@@ -200,7 +223,7 @@ def _trace_pixels(
         color, alpha, deviation, sampling, deviation.sum(axis=(0, 1)) + sampling,
         deviation[:STEP_KIND, :2].sum(axis=(0, 1)), flags.mask, outline,
         item, visibility_key, center.depth, normal, candidates, sampled,
-        sampled & flags.silhouette,
+        sampled & flags.silhouette, filled,
     )  # fmt: skip
 
 
@@ -216,6 +239,32 @@ def _sampled_pixels(plan: Plan, center: CenterRays, flags: DetectionFlags) -> Ma
     for pairs in flags.candidates:
         sampled[center.rows[pairs.pixel[chosen[pairs.item]]]] = True
     return sampled
+
+
+def _sample_filled_pixels(
+    plan: Plan,
+    middle: tuple[Array, Array],
+    center: CenterRays,
+    flags: DetectionFlags,
+    sampled: Mask,
+) -> FilledPixels | None:
+    """Light at the centres of those sampled pixels that one object at rest fills.
+
+    middle : coordinates x, y (n,) of the pixels' centres.
+    """
+    if not plan.edges:
+        return None
+    filled = (sampled & ~flags.silhouette & ~flags.mask[1])[center.rows].nonzero()[0]
+    if not filled.size:
+        return None
+    rows = center.rows[filled]
+    x, y = ((values[rows] - 0.5).astype(np.int64) for values in middle)
+    shadows = [each.take(filled) for each in flags.visibilities]
+    light = sample_center_light(
+        plan, center.hits.take(filled), y * plan.resolution[0] + x, shadows,
+        (CENTER_RAYS, CENTER_RAYS),
+    )  # fmt: skip
+    return FilledPixels(rows, center.item[rows], light)
 
 
 def _with_filled_pixels(

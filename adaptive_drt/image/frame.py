@@ -25,8 +25,10 @@ from ..cubature.error_budget import (
 )
 from ..cubature.evaluate import multi_node_error
 from ..cubature.regions import Cells
+from ..cubature.sampled_centers import CenterTask
 from ..cubature.sampled_pixels import (
     FIRST_POINTS,
+    LIGHT_RAYS,
     MIXED,
     SampledPixels,
     SamplingTask,
@@ -45,9 +47,10 @@ from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs
 from ..visibility.fragments import MAX_REFINED_CANDIDATES
 from .block_interpolation import SmoothBlocks
-from .first_pass import FirstPassPixels
+from .center_values import CenterValues
+from .first_pass import CENTER_RAYS, FilledPixels, FirstPassPixels
 from .midpoint_correction import PixelCenters
-from .schedule import SamplingTasks, Tasks
+from .schedule import CenterTasks, SamplingTasks, Tasks
 from .visibility_key import NO_KEY
 
 __all__ = [
@@ -66,6 +69,9 @@ depends on second differences of its neighbours, which use pixels two further aw
 REGION_ALIGNMENT = 8
 """Regions are extended to multiples of this many pixels, within the picture, so that blocks are
 complete whatever part of the picture is rendered."""
+SAMPLED_ALIGNMENT = 16
+"""The same for scenes with objects that are sampled, whose shadows are interpolated over larger
+blocks."""
 STORAGE_ALIGNMENT = 8
 """Frames begin and end at multiples of this many pixels, so that blocks of the first pass are
 contiguous sub-arrays."""
@@ -77,6 +83,12 @@ MULTI_NODE_GOAL = 0.03
 from the first. Chosen for cost, not fitted."""
 
 
+CENTER_ERROR_SHARE = 0.5
+"""Error of the mean of the unhidden light over a pixel, as a fraction of the goal, up to which the
+pixel's light is interpolated between centres. Chosen for cost, not fitted."""
+FIRST_RAYS_RATIO = FIRST_POINTS * LIGHT_RAYS / CENTER_RAYS
+"""Ratio of the numbers of first rays to a light of pixels that are sampled by several points, and
+at their centres only."""
 SAMPLED_END = 0.75
 """Error at which the sampling of a pixel ends on average, as a fraction of its limit: the number of
 points is doubled, and the error then falls to about half."""
@@ -98,21 +110,27 @@ def sampled_limits(error: Array, goal: float, motion: bool) -> Array:
     return limits
 
 
-def agreeing_neighbours(seen: Ints, width: int) -> Array:
+def agreeing_neighbours(seen: Ints, width: int, rays: Array | None = None) -> Array:
     """Number of pixels (n,) around each one if all of these agree with it, else 1.
 
     seen : (n,) visibility or items of the pixels of a frame, row by row: see `SampledPixels`.
+    rays : (n,) numbers of rays by which pixels count, in any unit; None where all count alike. What
+        is returned is then the number of all rays, as a multiple of the pixel's own.
     """
     table = seen.reshape(-1, width)
     height, reach = len(table), AGREEMENT_REACH
+    weight = np.ones(table.shape) if rays is None else rays.reshape(-1, width)
     wide = np.full((height + 2 * reach, width + 2 * reach), UNKNOWN)
     wide[reach:-reach, reach:-reach] = table
+    parts = np.zeros(wide.shape)
+    parts[reach:-reach, reach:-reach] = weight
     same, count = np.full(table.shape, True), np.zeros(table.shape)
     for y in range(2 * reach + 1):
         for x in range(2 * reach + 1):
-            other = wide[y : y + height, x : x + width]
-            same &= (other == table) | (other == UNKNOWN)
-            count += other == table
+            part = np.s_[y : y + height, x : x + width]
+            same &= (wide[part] == table) | (wide[part] == UNKNOWN)
+            count += (wide[part] == table) * parts[part]
+    count /= weight
     alike = same & (table != MIXED) & (table != UNKNOWN)
     found: Array = np.where(alike, np.maximum(count, 1.0), 1.0).ravel()
     return found
@@ -122,9 +140,10 @@ def widened_plan(plan: Plan, region: tuple[int, int, int, int]) -> Plan:
     """Plan for a region extended to whole blocks and a border around them."""
     left, bottom, right, top = region
     width, height = plan.resolution
-    left, bottom = left - left % REGION_ALIGNMENT, bottom - bottom % REGION_ALIGNMENT
-    right = max(right, min(right + -right % REGION_ALIGNMENT, width))
-    top = max(top, min(top + -top % REGION_ALIGNMENT, height))
+    step = SAMPLED_ALIGNMENT if plan.shapes.sampled.any() else REGION_ALIGNMENT
+    left, bottom = left - left % step, bottom - bottom % step
+    right = max(right, min(right + -right % step, width))
+    top = max(top, min(top + -top % step, height))
     return replace(plan, region=(left - BORDER, bottom - BORDER, right + BORDER, top + BORDER))
 
 
@@ -153,19 +172,8 @@ class Frame:
         region : pixels (left, bottom, right, top).
         film : takes the pixels of the region; None if nobody is to see them.
         """
-        left, bottom, right, top = plan.region
-        self.plan, align = plan, STORAGE_ALIGNMENT
-        self.left, self.bottom = left - left % align, bottom - bottom % align
-        self.width, self.height = (
-            end + -end % align - first for first, end in ((self.left, right), (self.bottom, top))
-        )
-        # columns and rows of the region itself
-        self.region_slices = (
-            slice(region[1] - self.bottom, region[3] - self.bottom),
-            slice(region[0] - self.left, region[2] - self.left),
-        )
-        self.film = film
-        assert max(self.region_slices[0].start, self.region_slices[1].start) <= FILM_BORDER
+        self.plan, self.film = plan, film
+        self._set_extent(region)
         # rows of the first pass that are not in the film yet
         self._unwritten_rows = np.zeros(self.height, dtype=np.bool_)
         n = self.width * self.height
@@ -185,12 +193,28 @@ class Frame:
         # of sampled pixels, see `SampledPixels`; and how many around them agree
         (self._spread, self._unseen), self._seen = np.zeros((2, n)), np.full((2, n), UNKNOWN)
         self._agreeing, self._edge_share = np.ones((2, n))
+        # light at the centres of sampled pixels that one object fills
+        sampled = plan.shapes.sampled.any()
+        self.centers = CenterValues(self.width, n) if sampled else None
         # pixels traced by a ray of their own; predicted errors of the first pass are 0 elsewhere
         self.traced = np.zeros(n, dtype=np.bool_)
         self._corrected, self._change = np.zeros(0, dtype=np.int64), np.zeros((3, 0))
         # a picture made of smooth blocks only has no pixel with candidate objects
         nothing = np.zeros(0, dtype=np.int64)
         self._candidates: list[Pairs] = [Pairs(nothing, nothing)]
+
+    def _set_extent(self, region: tuple[int, int, int, int]) -> None:
+        """Set the frame's place and size, and the columns and rows of the region itself."""
+        (left, bottom, right, top), align = self.plan.region, STORAGE_ALIGNMENT
+        self.left, self.bottom = left - left % align, bottom - bottom % align
+        self.width, self.height = (
+            end + -end % align - first for first, end in ((self.left, right), (self.bottom, top))
+        )
+        self.region_slices = (
+            slice(region[1] - self.bottom, region[3] - self.bottom),
+            slice(region[0] - self.left, region[2] - self.left),
+        )
+        assert max(self.region_slices[0].start, self.region_slices[1].start) <= FILM_BORDER
 
     def add_pixels(self, x: Ints, y: Ints, pixels: FirstPassPixels) -> None:
         """Enter pixels that the first pass has traced, given their coordinates (n,)."""
@@ -203,7 +227,21 @@ class Frame:
         self._spatial_error[index] = pixels.spatial_error
         self.traced[index] = True
         self._candidates.append(Pairs(index[pixels.candidates.pixel], pixels.candidates.item))
+        if pixels.centers is not None:
+            self._add_centers(index, pixels.centers)
         self._write_surfaces(x, y, pixels.depth, pixels.normal)
+
+    def _add_centers(self, index: Ints, filled: FilledPixels) -> None:
+        """Enter the light at the centres of sampled pixels that one object fills.
+
+        index : (n,) the pixels of the first pass that `filled` tells of.
+        """
+        assert self.centers is not None
+        rows, light = index[filled.rows], filled.light
+        self.centers.enter(rows, light)
+        self.centers.enter_first(rows, filled.item)
+        self._spread[rows], self._unseen[rows] = light.spread, light.unseen
+        self._seen[0, rows], self._seen[1, rows] = light.visibility, filled.item + 1
 
     def add_smooth_blocks(self, blocks: SmoothBlocks) -> None:
         """Enter smooth blocks, whose pixel means are known."""
@@ -281,6 +319,43 @@ class Frame:
             self.error[index] = columns(self.deviation, index, -1).sum(axis=(0, 1))
             self.error[index] += self.sampling[index]
 
+    def correct_centers(self) -> None:
+        """Compute the means of the unhidden light of sampled pixels from their centres."""
+        if self.centers is None:
+            return
+        rows = self.centers.correct()
+        color = columns(self.centers.mean, rows) * columns(self.centers.fraction, rows)
+        place(self.color, rows, color)
+        self.alpha[rows] = self.plan.opacity(self.item[rows])
+        self._write_pixels(rows[self.inner()[rows]])
+
+    @property
+    def _usable_centers(self) -> Mask:
+        """Mask (n,) of the sampled pixels whose mean follows from centres."""
+        if self.centers is None:
+            return np.zeros_like(self.sampled)
+        return self.centers.usable
+
+    @property
+    def visibility_of_centers(self) -> Ints:
+        """Visibility numbers (n,) of the centres of sampled pixels: see `CenterLight`."""
+        visibility: Ints = self._seen[0]
+        return visibility
+
+    def unsettled_sampled(self, goal: Goal) -> Ints:
+        """Sampled pixels of the region itself whose error is above the goal: ascending indices."""
+        wanted = self.sampled & self.inner() & ~self.settled & (self.error > goal.error)
+        index: Ints = wanted.nonzero()[0]
+        return index
+
+    def unsettled_centers(self, goal: Goal) -> Mask:
+        """Mask (n,) of the pixels whose light is to be interpolated between centres."""
+        wanted: Mask = self._usable_centers & self.inner() & ~self.settled
+        wanted &= self.error > goal.error
+        if self.centers is not None:
+            wanted &= self.centers.variation <= CENTER_ERROR_SHARE * goal.error
+        return wanted
+
     def goal(self, rows: Mask, found: tuple[Ints, Array] | None = None) -> Goal:
         """Find the error goal from some rows of pixels.
 
@@ -342,8 +417,8 @@ class Frame:
         return index
 
     def sampled_pixels(self) -> Ints:
-        """Pixels of the region and its border that are to be sampled."""
-        index: Ints = self.sampled.nonzero()[0]
+        """Pixels of the region and its border that are to be sampled by several points."""
+        index: Ints = (self.sampled & ~self._usable_centers).nonzero()[0]
         return index
 
     def any_lit(self, rows: Mask) -> bool:
@@ -497,7 +572,7 @@ class Frame:
 
     def _sampling_task(self, part: Ints, goal: Goal | None) -> SamplingTask:
         x, y, _ = self._pixel_centers(part)
-        index = (y - 0.5).astype(np.int64) * self.plan.resolution[0] + (x - 0.5).astype(np.int64)
+        index = self._picture_numbers(x, y)
         limit = np.full(part.size, np.inf)
         if goal is not None:
             limit = sampled_limits(self.error[part], goal.error, self.plan.motion)
@@ -506,6 +581,23 @@ class Frame:
         return SamplingTask(
             x, y, index, moves, self._candidates_of(part), limit, contrast, agreeing
         )
+
+    def center_tasks(self, rows: Ints, limit: float, size: int) -> CenterTasks:
+        """Tasks of at most `size` pixels that sample the light at the centres of the pixels
+        `rows`, up to an error `limit`.
+        """
+        parts = interleaved_parts(rows, size) if rows.size else []
+        return [(part, self._center_task(part, limit)) for part in parts]
+
+    def _center_task(self, part: Ints, limit: float) -> CenterTask:
+        assert self.centers is not None
+        x, y, _ = self._pixel_centers(part)
+        item = self.centers.item[part]
+        return CenterTask(x, y, self._picture_numbers(x, y), item, np.full(part.size, limit))
+
+    def _picture_numbers(self, x: Array, y: Array) -> Ints:
+        """Numbers (n,) in the whole picture of pixels with centres x, y (n,)."""
+        return (y - 0.5).astype(np.int64) * self.plan.resolution[0] + (x - 0.5).astype(np.int64)
 
     def contrast(self, inside: Mask) -> float:
         """Size of the radiance of a sample of the picture: its rows in a mask (height,)."""
@@ -518,18 +610,21 @@ class Frame:
 
         contrast : of the picture.
         """
-        rows = self.sampled_pixels()
+        rows = self.sampled.nonzero()[0]
         if not rows.size:
             return
         visibility, items = self._seen
-        self._agreeing = agreeing_neighbours(visibility, self.width)
+        weight = np.where(self._usable_centers, 1.0, FIRST_RAYS_RATIO)
+        self._agreeing = agreeing_neighbours(visibility, self.width, weight)
         # where things move, outlines are bounded by balls: most pixels have none
         share = 1.0 / agreeing_neighbours(items, self.width)
         self._edge_share = np.where(self.mask[1], share, 1.0)
         error = np.maximum(self._spread[rows], self._unseen[rows] / self._agreeing[rows])
         contrast_here = contrast * self.cut[rows] * self._edge_share[rows]
-        unseen = unseen_error(contrast_here, FIRST_POINTS)
-        self.error[rows] = self.sampling[rows] = np.maximum(error, unseen)
+        error = np.maximum(error, unseen_error(contrast_here, FIRST_POINTS))
+        if self.centers is not None:
+            error = np.hypot(error, self.centers.variation[rows])
+        self.error[rows] = self.sampling[rows] = error
 
     def enter_sampled(self, rows: Ints, done: SampledPixels) -> None:
         """Enter sampled pixels."""
@@ -541,6 +636,14 @@ class Frame:
         inside = rows[self.inner()[rows]]
         self._write_pixels(inside)
         self.count_samples(inside, done.samples[self.inner()[rows]])
+
+    def enter_cut(self, goal: Goal, rows: Ints, done: SampledPixels) -> None:
+        """Enter pixels that lines have sampled; those above their limits are left as they are."""
+        limit = sampled_limits(self.error[rows], goal.error, self.plan.motion)
+        fine = (done.spread <= limit).nonzero()[0]
+        rows, error = rows[fine], done.spread[fine]
+        self.settle(rows, columns(done.color, fine), done.alpha[fine], error, error)
+        self.count_samples(rows, done.samples[fine] + 1)
 
     def enter_initial_cells(self, rows: Ints, shaded: InitialCells) -> None:
         """Enter the initial cells of pixels with outlines; they may still be refined."""

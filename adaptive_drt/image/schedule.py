@@ -9,21 +9,27 @@ from contextlib import closing
 from typing import TypeAlias, TypeVar
 
 from ..cubature.adaptive import InitialCells, RefinedPixels, RefinementTask, refine
+from ..cubature.sampled_centers import CenterTask, SampledCenters
 from ..cubature.sampled_pixels import SampledPixels, SamplingTask
+from ..geometry.ray_counts import counted_rays, rays_since
 from ..numerics.arrays import Ints
 from ..parallel.executor import CallProgress, DeferredCalls, RenderExecutor
 from ..parallel.pool import Call, SharedArguments, worker_pool
 from ..tracing.compile import Plan
 from ..tracing.occluder_culling import Occluders
 
-__all__ = ["SamplingTasks", "Scheduler", "StageTimer", "Tasks"]
+__all__ = ["CenterTasks", "SamplingTasks", "Scheduler", "StageTimer", "Tasks"]
 
 Tasks: TypeAlias = list[tuple[Ints, RefinementTask]]
 """Pixel indices, and what is to be done for those pixels."""
 SamplingTasks: TypeAlias = list[tuple[Ints, SamplingTask]]
 """Pixel indices, and how those pixels are sampled."""
-Done = TypeVar("Done", InitialCells, RefinedPixels, SampledPixels)
-Outcomes: TypeAlias = Generator[tuple[int, tuple[Done, float]] | None, None, None]
+CenterTasks: TypeAlias = list[tuple[Ints, CenterTask]]
+"""Pixel indices, and how the light at those pixels' centres is sampled."""
+AnyTask: TypeAlias = RefinementTask | SamplingTask | CenterTask
+AnyTasks: TypeAlias = Tasks | SamplingTasks | CenterTasks
+Done = TypeVar("Done", InitialCells, RefinedPixels, SampledPixels, SampledCenters)
+Outcomes: TypeAlias = Generator[tuple[int, tuple[Done, float, dict[str, int]]] | None, None, None]
 
 MAX_PIXELS = 32_768
 """Largest number of pixels refined in one call."""
@@ -68,6 +74,7 @@ class Scheduler:
     ----------
     executor : runs the calls.
     seconds : by stage, summed over threads.  shaded : number of points shaded.
+    rays : numbers of rays against meshes, by kind: see `ray_counts`.
     in_progress : completed fractions of the calls in progress, in pixels.
     background_tasks : the tasks that run in the background.
     """
@@ -78,6 +85,7 @@ class Scheduler:
         self._shared = SharedArguments((plan, occluders))
         self.seconds: dict[str, float] = {}
         self.shaded, self.in_progress = 0, 0.0
+        self.rays: dict[str, int] = {}
         self._plan = plan
         self.background_tasks: Tasks = []
         self._deferred = DeferredCalls(0)
@@ -87,8 +95,10 @@ class Scheduler:
         """Number of workers that can refine pixels in the background."""
         return worker_pool.ready_count if self._plan.threads > 1 else 0
 
-    def add(self, seconds: dict[str, float]) -> None:
-        """Add to the seconds by stage."""
+    def add(self, seconds: dict[str, float], rays: dict[str, int] | None = None) -> None:
+        """Add to the seconds by stage, and to the numbers of rays against meshes by kind."""
+        for kind, count in (rays or {}).items():
+            self.rays[kind] = self.rays.get(kind, 0) + count
         for stage, span in seconds.items():
             self.seconds[stage] = self.seconds.get(stage, 0.0) + span
 
@@ -115,7 +125,7 @@ class Scheduler:
         return min(max(size, least), most)
 
     def run(
-        self, work: Callable[..., Done], tasks: Tasks | SamplingTasks, stage: str = "refining"
+        self, work: Callable[..., Done], tasks: AnyTasks, stage: str = "refining"
     ) -> Generator[tuple[Ints, Done] | None, None, None]:
         """Run tasks; yields pixel indices with results as they come, and None at heartbeats in
         between.
@@ -134,13 +144,13 @@ class Scheduler:
         outcomes = self.executor.finish_deferred(self._deferred)
         return self._counted(outcomes, self.background_tasks, "refining", self._deferred.progress)
 
-    def _calls(self, work: Callable[..., Done], tasks: Tasks | SamplingTasks) -> list[Call]:
+    def _calls(self, work: Callable[..., Done], tasks: AnyTasks) -> list[Call]:
         return [Call(_timed, self._shared, (work, task)) for _, task in tasks]
 
     def _counted(
         self,
         outcomes: Outcomes[Done],
-        tasks: Tasks | SamplingTasks,
+        tasks: AnyTasks,
         stage: str,
         parts: CallProgress,
     ) -> Generator[tuple[Ints, Done] | None, None, None]:
@@ -153,9 +163,9 @@ class Scheduler:
                 if outcome is None:
                     yield None
                     continue
-                number, (done, seconds) = outcome
+                number, (done, seconds, rays) = outcome
                 rows, _ = tasks[number]
-                self.add({stage: seconds})
+                self.add({stage: seconds}, rays)
                 self.shaded += int(done.samples.sum()) - rows.size
                 yield rows, done
 
@@ -165,9 +175,9 @@ class Scheduler:
 
 
 def _timed(
-    plan: Plan, occluders: Occluders, work: Callable[..., Done], task: RefinementTask | SamplingTask
-) -> tuple[Done, float]:
-    """Result of a task, and the seconds it took."""
-    began = time.perf_counter()
+    plan: Plan, occluders: Occluders, work: Callable[..., Done], task: AnyTask
+) -> tuple[Done, float, dict[str, int]]:
+    """Result of a task, the seconds it took, and the rays against meshes that it traced."""
+    began, before = time.perf_counter(), counted_rays()
     done = work(plan, occluders, task)
-    return done, time.perf_counter() - began
+    return done, time.perf_counter() - began, rays_since(before)

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..geometry.axial_profile import AxialProfile
 from ..geometry.light_plane import LightPlane
+from ..geometry.light_protocol import LinearSpan
 from ..geometry.planar_faces import PlanarFaces
 from ..geometry.silhouettes import OpenSilhouette
 from ..numerics.arrays import Array, Ints, Mask
@@ -288,6 +289,13 @@ class Emitter(LightBounds, ABC):
         radius = np.where(np.asarray(bend) > 0.0, 1.0 / safe, 0.0)
         tilt: Array = turn * (np.sqrt(dot(to, to)) + self.radius + radius)
         return tilt
+
+    @property
+    def filled_span(self) -> LinearSpan | None:
+        """The parallelogram that the light fills, if `sample` maps the unit square to it linearly:
+        a along `half_u`, b along `half_v`.
+        """
+        return None
 
     def contact(self, to: Array, normal: Array) -> LightContact | None:
         """Return where points are relative to the light's surface; None if it has no fixed one.

@@ -111,6 +111,11 @@ class QuadEmitter(FlatEmitter):
         edge = cross(half_u, half_v)
         return to, self._sample_weights(to, point, normal, 4.0 * np.sqrt(dot(edge, edge)))
 
+    @property
+    def filled_span(self) -> LinearSpan:
+        """The light's own parallelogram."""
+        return self.span
+
     def silhouette(self, to: Array, normal: Array) -> Array:
         """Return the light's corners: (4, 3, n) metres from the points."""
         return np.array(self.corners(to))

@@ -42,7 +42,7 @@ NO_DEPTH = 1e10
 """Depth in metres of pixels where nothing is hit, Blender's own value."""
 
 
-FILM_BORDER = 16
+FILM_BORDER = 32
 """Number of pixels around the picture that may be written: renderers that work in blocks of pixels
 need not cut the blocks at its sides. Nobody reads them."""
 

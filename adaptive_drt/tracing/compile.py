@@ -151,6 +151,7 @@ class Plan:
         counts = [shapes.count for shapes in self.shapes.sets]
         return {
             **dict(zip(kinds, counts, strict=True)),
+            **{k: v for shapes in self.shapes.sets for k, v in shapes.figures().items()},
             "lights": len(self.lights),
             "penumbra": self.penumbra,
             "motion": self.motion,

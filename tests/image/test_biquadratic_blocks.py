@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from adaptive_drt.exact import ExactRender
-from adaptive_drt.image.biquadratic_blocks import SIDES, BiquadraticBlocks, _cubic_means, _means
+from adaptive_drt.image.biquadratic_blocks import SIDES, BiquadraticBlocks, cubic_means, node_means
 from adaptive_drt.render import render_image
 from adaptive_drt.scene.description import Motion, PointLight, Quad, QuadLight, Scene, Sphere
 from adaptive_drt.scene.settings import Settings
@@ -36,7 +36,7 @@ def test_pixels_of_a_quadratic_and_cubics_get_its_means(side, whole):
     y, x = np.divmod(np.arange(9), 3)
     nodes = value(x * side / 2, y * side / 2)
     row, column = np.divmod(np.arange(side * side), side)
-    found = _means(nodes[None, :, None], side, whole)
+    found = node_means(nodes[None, :, None], side, whole)
     np.testing.assert_allclose(found[0, :, 0], mean(column, row), rtol=1e-12, atol=1e-12)
 
     def cubic(x, more):
@@ -44,7 +44,7 @@ def test_pixels_of_a_quadratic_and_cubics_get_its_means(side, whole):
         x, more = x / (side / 2), more / (side / 2) ** 2
         return (x**3 + 3.0 * x * more - 3.0 * (x * x + more) + 2.0 * x) / 0.375
 
-    found = _cubic_means(c[6:7, None], c[7:, None], side, whole)
+    found = cubic_means(c[6:7, None], c[7:, None], side, whole)
     truth = c[6] * cubic(row, more) + c[7] * cubic(column, more)
     np.testing.assert_allclose(found[0, :, 0], truth, rtol=1e-12, atol=1e-12)
 

@@ -10,33 +10,19 @@ from __future__ import annotations
 import numpy as np
 
 from ...numerics.arrays import Array, Ints, Mask
+from ...numerics.morton import morton_order
 from ...numerics.vector import cross, dot
 
-__all__ = ["CLUSTER_SIZE", "FaceTree", "face_clusters", "morton_order"]
+__all__ = ["CLUSTER_SIZE", "FaceTree", "face_clusters"]
 
 
 CLUSTER_SIZE = 32
 """Number of faces of a cluster."""
 FANOUT = 4
 """Number of children of a node of the tree."""
-MORTON_BITS = 16
-"""Number of bits along each axis of the Morton curve."""
 EDGE_TOLERANCE = 2.0**-40
 """Barycentric coordinate by which a ray may pass beside a face and still meet it, so that none
 passes between two faces that share an edge."""
-
-
-def morton_order(point: Array) -> Ints:
-    """Indices (n,) that sort points (3, n) along the Morton curve (Morton 1966)."""
-    low = point.min(axis=1, keepdims=True)
-    size = float((point.max(axis=1, keepdims=True) - low).max()) or 1.0
-    most = (1 << MORTON_BITS) - 1
-    cell = np.minimum(((point - low) * (most / size)).astype(np.int64), most)
-    key = np.zeros(point.shape[1], dtype=np.int64)
-    for bit in range(MORTON_BITS):
-        for axis in range(3):
-            key |= ((cell[axis] >> bit) & 1) << (3 * bit + axis)
-    return np.argsort(key, kind="stable")
 
 
 def face_clusters(vertices: Array, faces: Ints) -> tuple[Ints, Array, Array]:

@@ -13,6 +13,7 @@ import numpy as np
 from ...numerics.arrays import Array, Ints, Mask
 from ...numerics.gather import columns
 from ...numerics.vector import cross, dot, norm, normalize
+from .welding import welded_vertices
 
 __all__ = ["MeshEdges"]
 
@@ -44,8 +45,7 @@ class MeshEdges:
     @classmethod
     def make(cls, vertices: Array, faces: Ints, normals: Array | None) -> MeshEdges:
         """The edges of a mesh: vertices (3, v), faces (3, f), corner normals (3, 3, f) or None."""
-        _, place = np.unique(vertices.T, axis=0, return_inverse=True)
-        place = place.ravel()
+        place = welded_vertices(vertices)
         first, last = faces.ravel(), np.roll(faces, -1, axis=0).ravel()
         apex = np.roll(faces, -2, axis=0).ravel()
         if normals is None:

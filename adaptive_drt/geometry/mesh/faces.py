@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -15,9 +16,12 @@ from ...numerics.arrays import Array, Ints, Mask
 from ...numerics.floats import TINY
 from ...numerics.gather import columns
 from ...numerics.vector import cross, dot, normalize
+from ..camera import PinholeCamera
 from ..smooth_surface import SmoothSurface
 from .bvh import face_clusters
 from .edges import MeshEdges
+from .outline_edges import OutlineEdges
+from .raster import ProjectedPolygons
 from .tracer import START_OFFSET, FaceTracer
 
 __all__ = ["MeshFaces"]
@@ -54,6 +58,31 @@ class MeshFaces:
             corners = np.array([_unit_or(each, cross(b - a, c - a)[:, kept]) for each in corners])
         return cls(columns(vertices, used), place.reshape(3, -1), corners)
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Pickled state, without what is projected on the picture again by who needs it."""
+        return {name: value for name, value in self.__dict__.items() if name != "_picture"}
+
+    def on_picture(self, camera: PinholeCamera) -> PictureOfMesh:
+        """The faces and edges on the picture of a camera; those of the last one are kept."""
+        kept = self.__dict__.get("_picture")
+        if isinstance(kept, PictureOfMesh) and kept.camera is camera:
+            return kept
+        made = PictureOfMesh.make(self, camera)
+        self.__dict__["_picture"] = made
+        return made
+
+    @property
+    def build_seconds(self) -> float:
+        """Seconds that embree's tree took to build in this process; 0 before its first ray."""
+        tracer = self.__dict__.get("tracer")
+        return tracer.build_seconds if isinstance(tracer, FaceTracer) else 0.0
+
+    @property
+    def bytes(self) -> int:
+        """Memory of the faces' own arrays; embree's tree comes on top."""
+        arrays = (self.vertices, self.faces, self.normals)
+        return sum(each.nbytes for each in arrays if each is not None)
+
     @cached_property
     def tracer(self) -> FaceTracer:
         """Rays against these faces."""
@@ -63,6 +92,11 @@ class MeshFaces:
     def edges(self) -> MeshEdges:
         """The edges of the faces."""
         return MeshEdges.make(self.vertices, self.faces, self.normals)
+
+    @cached_property
+    def outlines(self) -> OutlineEdges:
+        """Outlines as seen from surface points."""
+        return OutlineEdges.make(self.vertices, self.faces)
 
     @cached_property
     def clusters(self) -> tuple[Array, Array]:
@@ -162,6 +196,24 @@ class MeshFaces:
         if not self.faces.size:
             return np.zeros(to.shape[1], dtype=np.bool_)
         return self.tracer.blocked(start, to)
+
+
+@dataclass(frozen=True)
+class PictureOfMesh:
+    """The faces of a mesh, and the edges of its picture, on the picture of a camera."""
+
+    camera: PinholeCamera
+    faces: ProjectedPolygons
+    edges: ProjectedPolygons
+
+    @classmethod
+    def make(cls, mesh: MeshFaces, camera: PinholeCamera) -> PictureOfMesh:
+        """Project a mesh."""
+        corners = [columns(mesh.vertices, each) for each in mesh.faces]
+        chosen = mesh.edges.seen_from_origin(mesh.vertices)
+        ends = [columns(mesh.vertices, mesh.edges.ends[k, chosen]) for k in range(2)]
+        faces, edges = (ProjectedPolygons.make(each, camera) for each in (corners, ends))
+        return cls(camera, faces, edges)
 
 
 def _unit_or(vector: Array, other: Array) -> Array:

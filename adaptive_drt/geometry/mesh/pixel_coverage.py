@@ -19,9 +19,9 @@ from ...numerics.vector import dot
 from ..camera import PinholeCamera
 from ..pixel_coverage import PixelCoverage
 from .faces import MeshFaces
-from .raster import PixelWindow, meeting_pixels
+from .raster import PixelWindow, meeting_rectangles
 
-__all__ = ["mesh_coverage"]
+__all__ = ["may_meet", "mesh_coverage"]
 
 
 DEPTH_MARGIN = 1e-6
@@ -52,6 +52,22 @@ def mesh_coverage(mesh: MeshFaces, w: Array, camera: PinholeCamera) -> PixelCove
     return PixelCoverage(met, covers, near, np.where(covers, far, np.inf))
 
 
+def may_meet(mesh: MeshFaces, w: Array, camera: PinholeCamera) -> tuple[Mask, Array]:
+    """Whether faces may be seen in m pixels, and a lower bound on their depths, inf for none.
+
+    w : (3, m) directions through the pixels' centres. Faces count by their bounding rectangles.
+    """
+    m = w.shape[1]
+    if not mesh.faces.size:
+        return np.zeros(m, dtype=np.bool_), np.full(m, np.inf)
+    x, y = _pixel_coordinates(w, camera)
+    window = PixelWindow.around(x, y)
+    corners = [columns(mesh.vertices, each) for each in mesh.faces]
+    met, near = meeting_rectangles(corners, camera, window)
+    found = met[y - window.bottom, x - window.left]
+    return found, np.where(found, near, np.inf)
+
+
 def _pixel_coordinates(w: Array, camera: PinholeCamera) -> tuple[Ints, Ints]:
     """Pixels (m,) whose centres directions (3, m) pass through."""
     away = w - camera.base[:, None]
@@ -62,12 +78,10 @@ def _pixel_coordinates(w: Array, camera: PinholeCamera) -> tuple[Ints, Ints]:
 
 def _edge_depths(mesh: MeshFaces, camera: PinholeCamera, window: PixelWindow) -> Array:
     """Lower bounds on the depths of edges of the picture in a window's pixels; inf for none."""
-    edges = mesh.edges
-    chosen = edges.seen_from_origin(mesh.vertices)
-    ends = [columns(mesh.vertices, edges.ends[k, chosen]) for k in range(2)]
-    edge, pixel, near, _ = meeting_pixels(ends, camera, window)
+    edges = mesh.on_picture(camera).edges
+    edge, pixel = edges.meeting_pixels(window)
     depth = np.full(window.width * window.height, np.inf)
-    np.minimum.at(depth, pixel, near[edge])
+    np.minimum.at(depth, pixel, edges.near[edge])
     return depth
 
 
@@ -78,8 +92,9 @@ def _depth_bounds(
 
     place : (m,) numbers of the pixels in the window.
     """
-    corners = [columns(mesh.vertices, each) for each in mesh.faces]
-    face, pixel, least, most = meeting_pixels(corners, camera, window)
+    faces = mesh.on_picture(camera).faces
+    face, pixel = faces.meeting_pixels(window)
+    least, most = faces.near, faces.far
     number = np.full(window.width * window.height, -1)
     number[place] = np.arange(place.size)
     own = number[pixel]

@@ -11,13 +11,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...numerics.arrays import Array, Ints
+from ...numerics.arrays import Array, Ints, Mask
 from ...numerics.floats import TINY
 from ...numerics.gather import columns
 from ...numerics.vector import cross, dot
 from ..camera import PinholeCamera
 
-__all__ = ["PixelWindow", "meeting_pixels"]
+__all__ = [
+    "NEAREST",
+    "PixelWindow",
+    "ProjectedPolygons",
+    "meeting_pixels",
+    "meeting_rectangles",
+]
 
 
 PIXEL_MARGIN = 2.0**-16
@@ -63,31 +69,108 @@ def meeting_pixels(
     polygon : (m,) indices.  pixel : (m,) numbers in the window, row by row.
     near, far : (n,) least and greatest depths of the polygons before the camera: ray parameters.
     """
-    across = cross(camera.right, camera.up)[:, None]
-    depths = np.array([dot(corner, across) for corner in corners])
-    depths /= float(dot(camera.base[:, None], across)[0])
-    cut = NEAREST * max(float(depths.max(initial=0.0)), TINY)
-    near, far = np.maximum(depths.min(axis=0), 0.0), depths.max(axis=0)
-    seen = (far > cut).nonzero()[0]
+    polygons = ProjectedPolygons.make(corners, camera)
+    return *polygons.meeting_pixels(window), polygons.near, polygons.far
+
+
+@dataclass(frozen=True)
+class ProjectedPolygons:
+    """n convex polygons of k corners on the picture of a camera.
+
+    Attributes
+    ----------
+    seen : (s,) those before the camera.
+    x, y : (2 k, s) pixel coordinates of their corners: see `_projected`.
+    margin : (s,) width by which they are enlarged, in pixels.
+    first, last, left, right : (s,) rows and columns that bound them, the ends exclusive.
+    near, far : (n,) least and greatest depths before the camera: ray parameters.
+    """
+
+    seen: Ints
+    x: Array
+    y: Array
+    margin: Array
+    first: Array
+    last: Array
+    left: Array
+    right: Array
+    near: Array
+    far: Array
+
+    @classmethod
+    def make(cls, corners: list[Array], camera: PinholeCamera) -> ProjectedPolygons:
+        """Project polygons, given by their corners (3, n)."""
+        depths, cut = _depths(corners, camera)
+        near, far = np.maximum(depths.min(axis=0), 0.0), depths.max(axis=0)
+        seen = (far > cut).nonzero()[0]
+        points = [columns(corner, seen) for corner in corners]
+        xs, ys = _projected(points, depths[:, seen], cut, camera)
+        size = np.maximum(np.abs(xs), np.abs(ys)).max(axis=0)
+        margin = PIXEL_MARGIN + COORDINATE_ROUNDING * size
+        first, left = (np.floor(each.min(axis=0) - margin) for each in (ys, xs))
+        last, right = (np.floor(each.max(axis=0) + margin) + 1.0 for each in (ys, xs))
+        return cls(seen, xs, ys, margin, first, last, left, right, near, far)
+
+    def meeting_pixels(self, window: PixelWindow) -> tuple[Ints, Ints]:
+        """Pairs of polygons and pixels of a window: see the function `meeting_pixels`."""
+        end, top = window.left + window.width, window.bottom + window.height
+        inside = (self.right > window.left) & (self.left < end)
+        some = (inside & (self.last > window.bottom) & (self.first < top)).nonzero()[0]
+        first = np.maximum(self.first[some], window.bottom)
+        rows = (np.minimum(self.last[some], top) - first).astype(np.int64)
+        one = np.repeat(np.arange(some.size), rows)
+        y = first[one] + _positions(rows)
+        one = some[one]
+        margin = self.margin[one]
+        x0, x1 = _spans(columns(self.x, one), columns(self.y, one), y, margin)
+        left = np.clip(np.floor(x0 - margin), window.left, end)
+        right = np.clip(np.floor(x1 + margin) + 1.0, window.left, end)
+        wide = np.maximum(right - left, 0.0).astype(np.int64)
+        start = (y - window.bottom) * window.width + (left - window.left)
+        pixel = np.repeat(start.astype(np.int64), wide) + _positions(wide)
+        return np.repeat(self.seen[one], wide), pixel
+
+
+def meeting_rectangles(
+    corners: list[Array], camera: PinholeCamera, window: PixelWindow
+) -> tuple[Mask, float]:
+    """Pixels (height, width) of a window that the bounding rectangle of a polygon meets, and the
+    least depth of any polygon before the camera.
+
+    The parameters are those of `meeting_pixels`.
+    """
+    depths, cut = _depths(corners, camera)
+    seen = (depths.max(axis=0) > cut).nonzero()[0]
     points = [columns(corner, seen) for corner in corners]
     xs, ys = _projected(points, depths[:, seen], cut, camera)
     margin = PIXEL_MARGIN + COORDINATE_ROUNDING * np.maximum(np.abs(xs), np.abs(ys)).max(axis=0)
-    low, high = ys.min(axis=0) - margin, ys.max(axis=0) + margin
-    first = np.clip(np.floor(low), window.bottom, window.bottom + window.height)
-    last = np.clip(np.floor(high) + 1.0, window.bottom, window.bottom + window.height)
-    inside = (xs.max(axis=0) + margin >= window.left) & (
-        xs.min(axis=0) - margin <= window.left + window.width
-    )
-    rows = np.where(inside, np.maximum(last - first, 0.0), 0.0).astype(np.int64)
-    one = np.repeat(np.arange(seen.size), rows)
-    y = first[one] + _positions(rows)
-    x0, x1 = _spans(columns(xs, one), columns(ys, one), y, margin[one])
-    left = np.clip(np.floor(x0 - margin[one]), window.left, window.left + window.width)
-    right = np.clip(np.floor(x1 + margin[one]) + 1.0, window.left, window.left + window.width)
-    wide = np.maximum(right - left, 0.0).astype(np.int64)
-    start = (y - window.bottom) * window.width + (left - window.left)
-    pixel = np.repeat(start.astype(np.int64), wide) + _positions(wide)
-    return np.repeat(seen[one], wide), pixel, near, far
+    bounds = []
+    for values, low, size in ((xs, window.left, window.width), (ys, window.bottom, window.height)):
+        first = np.floor(values.min(axis=0) - margin) - low
+        last = np.floor(values.max(axis=0) + margin) + 1.0 - low
+        bounds += [np.clip(each, 0, size).astype(np.int64) for each in (first, last)]
+    left, right, bottom, top = bounds
+    # sums of signs at the corners of rectangles are the numbers of rectangles over each pixel
+    wide = window.width + 1
+    change = np.zeros((window.height + 1) * wide)
+    for row, column, sign in (
+        (bottom, left, 1),
+        (bottom, right, -1),
+        (top, left, -1),
+        (top, right, 1),
+    ):
+        change += sign * np.bincount(row * wide + column, minlength=change.size)
+    count = change.reshape(window.height + 1, wide).cumsum(axis=0).cumsum(axis=1)
+    met: Mask = count[:-1, :-1] > 0.5
+    return met, max(float(depths.min(initial=np.inf)), 0.0)
+
+
+def _depths(corners: list[Array], camera: PinholeCamera) -> tuple[Array, float]:
+    """Depths (k, n) of polygons' corners before the camera, and the depth at which they are cut."""
+    across = cross(camera.right, camera.up)[:, None]
+    depths = np.array([dot(corner, across) for corner in corners])
+    depths /= float(dot(camera.base[:, None], across)[0])
+    return depths, NEAREST * max(float(depths.max(initial=0.0)), TINY)
 
 
 def _positions(size: Ints) -> Ints:

@@ -18,12 +18,14 @@ from ...numerics.arrays import Array, Ints, Mask
 from ...numerics.gather import columns
 from ...scene.triangle_mesh import TriangleMesh
 from ..camera import PinholeCamera
+from ..line_crossings import LightLines, LineCrossings
 from ..line_forms import BoxRays, LineForms
 from ..pixel_coverage import PixelCoverage
 from ..shape import ShapeSet
 from ..smooth_surface import SmoothSurface
 from .faces import MeshFaces
-from .pixel_coverage import mesh_coverage
+from .pixel_coverage import may_meet, mesh_coverage
+from .pixel_lines import edges_on_lines
 
 __all__ = ["MeshSet"]
 
@@ -119,6 +121,44 @@ class MeshSet(ShapeSet):
             flags[:, rows] = part.may_hit, part.covers
             bounds[:, rows] = part.near, part.far
         return PixelCoverage(*flags, *bounds)
+
+    def block_coverage(
+        self, index: Ints, w: Array, camera: PinholeCamera, order: int
+    ) -> PixelCoverage:
+        """See `ShapeSet.block_coverage`: blocks that show meshes are never smooth."""
+        del order
+        m = w.shape[1]
+        met, near = np.zeros(m, dtype=np.bool_), np.full(m, np.inf)
+        for mesh, _, rows in self._groups(index, m):
+            met[rows], near[rows] = may_meet(mesh, columns(w, rows), camera)
+        return PixelCoverage(met, np.zeros(m, dtype=np.bool_), near, np.full(m, np.inf))
+
+    def outline_crossings(
+        self, index: int, point: Array, lines: LightLines
+    ) -> LineCrossings | None:
+        """See `ShapeSet.outline_crossings`."""
+        if self.displacement is not None and self.displacement[:, index].any():
+            return None
+        return self.meshes[index].outlines.crossings(point, lines)
+
+    def figures(self) -> dict[str, float]:
+        """Number of faces, seconds that embree's trees took, and bytes of the arrays of faces."""
+        if not self.meshes:
+            return {}
+        return {
+            "mesh_faces": sum(each.faces.shape[1] for each in self.meshes),
+            "mesh_build_seconds": round(sum(each.build_seconds for each in self.meshes), 6),
+            "mesh_bytes": sum(each.bytes for each in self.meshes),
+        }
+
+    def edges_on_lines(
+        self, index: int, camera: PinholeCamera, x: Ints, y: Ints, count: int
+    ) -> tuple[Ints, Array] | None:
+        """See `ShapeSet.edges_on_lines`."""
+        if self.displacement is not None and self.displacement[:, index].any():
+            return None
+        mesh = self.meshes[index]
+        return edges_on_lines(mesh, camera, x, y, count) if mesh.faces.size else None
 
     def line_forms(self, index: Ints, rows: Ints, rays: BoxRays) -> LineForms:
         """Meshes have none: pixels that may show one are sampled."""

@@ -9,6 +9,7 @@ to its distance. Embree's robust mode leaves no gaps between faces that share ve
 from __future__ import annotations
 
 import threading
+import time
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ import numpy as np
 from ...numerics.arrays import Array, Ints, Mask
 from ...numerics.vector import dot
 from ..embree import has_embree, make_embree_scene
+from ..ray_counts import count_rays
 from .bvh import FaceTree
 
 __all__ = ["START_OFFSET", "FaceTracer"]
@@ -51,6 +53,7 @@ class FaceTracer:
         self._radius += SPHERE_MARGIN
         self._lock = threading.Lock()
         self._scene: Any = None
+        self.build_seconds = 0.0
 
     def __getstate__(self) -> dict[str, Any]:
         """Pickled state, without embree's own."""
@@ -65,6 +68,7 @@ class FaceTracer:
         rows, origin, unit, _ = self._entering(start, way, np.inf)
         found = np.full(start.shape[1], -1, dtype=np.int64)
         scene = self._traced()
+        count_rays("nearest", rows.size)
         if isinstance(scene, FaceTree):
             found[rows] = scene.nearest(origin, unit)
         elif rows.size:
@@ -86,6 +90,7 @@ class FaceTracer:
             return found
         rows, origin, unit, left = rows[some], origin[:, some], unit[:, some], left[some]
         scene = self._traced()
+        count_rays("shadow", rows.size)
         if isinstance(scene, FaceTree):
             found[rows] = scene.blocked(origin, unit, left)
         else:
@@ -125,7 +130,9 @@ class FaceTracer:
         """Embree's scene, or the tree that stands for it, built once."""
         with self._lock:
             if self._scene is None:
+                began = time.perf_counter()
                 self._scene = self._build()
+                self.build_seconds = time.perf_counter() - began
         return self._scene
 
     def _build(self) -> Any:

@@ -4,7 +4,8 @@
 import numpy as np
 import pytest
 
-from adaptive_drt.geometry.mesh.bvh import CLUSTER_SIZE, FaceTree, face_clusters, morton_order
+from adaptive_drt.geometry.mesh.bvh import CLUSTER_SIZE, FaceTree, face_clusters
+from adaptive_drt.numerics.morton import morton_order
 from mesh_shapes import bumpy_mesh, triangle_soup
 
 

@@ -1,0 +1,232 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Direct light at single points, of which rays estimate the visible parts of lights.
+
+Unhidden light is exact, and rays estimate the fraction of each light that is visible: a ratio
+estimator (Heitz, Hill and McGuire 2018). The rays of a point form one low-discrepancy sequence,
+which is cut into consecutive batches; the spread of their estimates gives the error (batch means:
+Owen 2013, chapter 17).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..detection.occlusion import LightVisibility
+from ..lights.emitter import Emitter
+from ..numerics.arrays import Array, Ints
+from ..numerics.floats import TINY
+from ..numerics.low_discrepancy import hashed_kronecker_points
+from ..numerics.vector import rms
+from ..tracing.compile import Plan
+from ..tracing.intersect import Pairs, Surface
+from .direct_light import add_emission, diffuse_brdf
+from .line_light import LINE_COUNTS, line_fractions, points_for_lines
+from .ratio_estimator import LightSums, gather_light, ratio_estimate, unoccluded_factor
+from .sample_light import LIGHT_STREAM
+from .sampled_occlusion import BATCHES, UNSEEN_SHARE
+
+__all__ = ["MIXED", "CenterLight", "sample_center_light", "visibility_numbers"]
+
+
+MIXED = -1
+"""Number of points from which a light is visible in part, or of pixels that show several
+objects."""
+
+
+@dataclass(frozen=True)
+class CenterLight:
+    """Light that n points send to the camera: of lights, and their own.
+
+    Attributes
+    ----------
+    unhidden : (3, n) radiance without shadows.  color : (3, n) radiance with them.
+    spread : (n,) estimated error by the spread of the rays' batches.
+    unseen : (n,) error of parts of lights that no ray may have met.
+    visibility : (n,) a number that tells which lights all rays have reached, and which none; or
+        `MIXED` where a light is visible in part.
+    """
+
+    unhidden: Array
+    color: Array
+    spread: Array
+    unseen: Array
+    visibility: Ints
+
+
+def sample_center_light(
+    plan: Plan,
+    hits: Surface,
+    pixel: Ints,
+    shadows: Sequence[LightVisibility],
+    rays: tuple[int, int],
+    allowed: Array | None = None,
+) -> CenterLight:
+    """Sample the lights that are visible in part from n points.
+
+    Parameters
+    ----------
+    hits : the points, at mid-shutter.  pixel : (n,) numbers that the points' rays depend on.
+    shadows : for each light, its visibility from the points.
+    rays : number of rays that each point sends to each light at first, and up to which it is
+        doubled.
+    allowed : (n,) error, as a radiance, up to which no more rays are sent; None for any.
+    """
+    count = pixel.size
+    brdf = diffuse_brdf(plan, hits.item)
+    unhidden, color = np.zeros((2, 3, count))
+    add_emission(plan, hits, unhidden)
+    add_emission(plan, hits, color)
+    spread, unseen = np.zeros((2, count))
+    whole, seen = np.zeros((2, len(plan.lights), count))
+    for number, (light, shadow) in enumerate(zip(plan.lights, shadows, strict=True)):
+        shape = plan.as_shadow_caster(light)
+        factor = unoccluded_factor(light, shape, light.to_center(hits.point, 0.0), hits)
+        weight = brdf * light.power[:, None]
+        share, errors = np.ones(count), np.zeros((2, count))
+        if light.casts_shadow:
+            share[shadow.hidden] = 0.0
+            pairs = shadow.pairs.take(factor[shadow.pairs.pixel] > 0.0)
+            size = rms(weight) * factor
+            most = None if allowed is None else allowed / np.sqrt(len(plan.lights))
+            fractions = _Fractions(plan, hits, pixel, number, pairs)
+            fractions.sample(rays, size, most, share, errors)
+            spread += (size * errors[0]) ** 2
+            unseen += (size * errors[1]) ** 2
+        unhidden += weight * factor
+        color += weight * (factor * share)
+        whole[number], seen[number] = factor, share
+    return CenterLight(
+        unhidden, color, np.sqrt(spread), np.sqrt(unseen), visibility_numbers(whole, seen * whole)
+    )
+
+
+def visibility_numbers(total: Array, visible: Array) -> Ints:
+    """Numbers (n,) of which lights (l, n) are seen by all rays, by none, or dark; or `MIXED`."""
+    number, mixed = np.zeros(total.shape[1], dtype=np.int64), np.zeros(total.shape[1], dtype=bool)
+    for whole, seen in zip(total, visible, strict=True):
+        state = np.where(seen == whole, 1, np.where(seen > 0.0, 3, 2)) * (whole > 0.0)
+        number, mixed = 3 * number + state % 3, mixed | (state == 3)
+    return np.where(mixed, MIXED, number)
+
+
+@dataclass(frozen=True)
+class _Fractions:
+    """Estimator of the visible fractions of one light.
+
+    Attributes
+    ----------
+    plan, hits, pixel : see `sample_center_light`.  number : the light's.
+    pairs : pairs of points and occluders, sorted by point.
+    """
+
+    plan: Plan
+    hits: Surface
+    pixel: Ints
+    number: int
+    pairs: Pairs
+
+    def sample(
+        self,
+        rays: tuple[int, int],
+        size: Array,
+        allowed: Array | None,
+        share: Array,
+        errors: Array,
+    ) -> None:
+        """Enter fractions (n,) and errors (2, n), by spread and unseen parts, of some points.
+
+        size : (n,) radiance of the whole light.  allowed : (n,) error as a radiance, or None.
+        """
+        some = np.zeros(self.pixel.size, dtype=np.bool_)
+        some[self.pairs.pixel] = True
+        rows = some.nonzero()[0]
+        if allowed is not None:
+            rows = self._by_lines(rows, size, allowed, share, errors)
+        first, end, sums = 0, rays[0], None
+        while rows.size:
+            new = self._sums(rows, first, end)
+            sums = new if sums is None else _joined(sums, new)
+            share[rows], errors[0, rows] = _mean_and_spread(sums)
+            extended = self.plan.as_shadow_caster(self._light).extended
+            errors[1, rows] = UNSEEN_SHARE / end if extended else 0.0
+            first, end = end, 2 * end
+            if allowed is None or end > rays[1]:
+                return
+            more = (size * errors.max(axis=0) > allowed)[rows].nonzero()[0]
+            rows, sums = rows[more], _taken(sums, more)
+
+    def _by_lines(
+        self, rows: Ints, size: Array, allowed: Array, share: Array, errors: Array
+    ) -> Ints:
+        """Enter fractions of the points `rows` by lines across the light, where these are known.
+
+        Returns the other points.
+        """
+        pairs = self.pairs.for_pixels(rows, self.pixel.size)
+        fit = points_for_lines(self.plan, self._light, self.hits.take(rows), pairs)
+        left, rows = rows[~fit], rows[fit]
+        for lines in LINE_COUNTS:
+            if not rows.size:
+                break
+            pairs = self.pairs.for_pixels(rows, self.pixel.size)
+            found, error = line_fractions(
+                self.plan, self._light, self.hits.take(rows), pairs, lines
+            )
+            known = np.isfinite(error)
+            share[rows[known]], errors[0, rows[known]] = found[known], error[known]
+            left = np.concatenate([left, rows[~known]])
+            rows = rows[known & (size[rows] * error > allowed[rows])]
+        return np.sort(left)
+
+    @property
+    def _light(self) -> Emitter:
+        return self.plan.lights[self.number]
+
+    def _sums(self, rows: Ints, first: int, end: int) -> LightSums:
+        """Sums (k, batches) of k points over rays `first` to `end` - 1."""
+        pairs = self.pairs.for_pixels(rows, self.pixel.size)
+        hits, light = self.hits.take(rows), self._light
+        if not self.plan.as_shadow_caster(light).extended:
+            return gather_light(self.plan, hits, light, pairs, None, 0.0)
+        start = np.full(rows.size, first)
+        spots = hashed_kronecker_points(
+            self.plan.settings.seed, self.pixel[rows], LIGHT_STREAM + self.number, start,
+            end - first,
+        )  # fmt: skip
+        times = np.zeros((rows.size, BATCHES))
+        return gather_light(self.plan, hits, light, pairs, spots, times)
+
+
+def _joined(one: LightSums, other: LightSums) -> LightSums:
+    """Means over the batches of two sets of equally many rays, two and two consecutive ones."""
+
+    def pairs(a: Array, b: Array) -> Array:
+        if a.shape[1] == 1:
+            return a
+        both = np.concatenate([a, b], axis=1)
+        mean: Array = 0.5 * (both[:, ::2] + both[:, 1::2])
+        return mean
+
+    return LightSums(
+        pairs(one.closed, other.closed),
+        pairs(one.total, other.total),
+        pairs(one.visible, other.visible),
+    )
+
+
+def _taken(sums: LightSums, rows: Ints) -> LightSums:
+    """The sums of some of the points."""
+    return LightSums(sums.closed[rows], sums.total[rows], sums.visible[rows])
+
+
+def _mean_and_spread(sums: LightSums) -> tuple[Array, Array]:
+    """Visible fractions (n,) and their standard errors, by the residuals of the batches' ratios."""
+    every, visible = sums.total.mean(axis=1), sums.visible.mean(axis=1)
+    share = ratio_estimate(np.ones_like(every), every, visible)
+    residual = sums.visible - share[:, None] * sums.total
+    batches = residual.shape[1]
+    square = (residual * residual).sum(axis=1) / (batches * max(batches - 1, 1))
+    return share, np.sqrt(square) / np.maximum(every, TINY)

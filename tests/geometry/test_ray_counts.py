@@ -1,0 +1,20 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Counts of rays by thread."""
+
+from concurrent.futures import ThreadPoolExecutor
+
+from adaptive_drt.geometry.ray_counts import RAY_KINDS, count_rays, counted_rays, rays_since
+
+
+def test_each_thread_counts_its_own_rays():
+    before = counted_rays()
+    count_rays("shadow", 5)
+
+    def other():
+        count_rays("nearest", 7)
+        return counted_rays()
+
+    with ThreadPoolExecutor(1) as pool:
+        assert pool.submit(other).result() == {"nearest": 7, "shadow": 0}
+    assert rays_since(before) == {"nearest": 0, "shadow": 5}
+    assert set(before) == set(RAY_KINDS)

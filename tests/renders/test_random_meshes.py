@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Random scenes of meshes keep their tolerance, against brute force that tests every triangle."""
+
+import numpy as np
+import pytest
+
+from adaptive_drt.render import render_image
+from adaptive_drt.scene.settings import Settings
+from oracle.converged import relative_rmse
+from oracle.mesh_rays import sampled_mesh_picture
+from random_meshes import random_mesh_scene
+
+
+def compared(seed, tolerance, samples, resolution=(36, 24)):
+    """Error of a picture, of the truth that it is compared with, and the picture."""
+    scene = random_mesh_scene(seed, resolution)
+    first, second = (sampled_mesh_picture(scene, samples, k) for k in range(2))
+    truth = 0.5 * (first + second)
+    film = render_image(scene, Settings(tolerance=tolerance))
+    return relative_rmse(film.color, truth), 0.5 * relative_rmse(first, second), film, truth
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_pictures_keep_a_tolerance_of_one_percent(seed):
+    error, noise, film, truth = compared(seed, 1e-2, 256)
+    assert error < np.hypot(1e-2, noise)
+    assert abs(film.color.mean() / truth.mean() - 1.0) < 2e-3
+    assert film.stats["error_estimate"] < 1.3e-2
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(12))
+def test_pictures_keep_a_tolerance_of_a_thousandth(seed):
+    error, noise, film, _ = compared(seed, 1e-3, 16_384, (24, 16))
+    assert error < np.hypot(1e-3, noise)
+    assert film.stats["error_estimate"] < 1.3e-3
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_mask_misses_no_pixel(seed):
+    """Where single rays of a pixel differ, in what they hit or how much light reaches it, the mask
+    is set."""
+    scene = random_mesh_scene(seed)
+    pictures = [sampled_mesh_picture(scene, 1, k) for k in range(24)]
+    film = render_image(scene, Settings(tolerance=1e-2))
+    smooth = [sampled_mesh_picture(scene, 256, k) for k in range(2)]
+    unmasked = ~film.mask.any(axis=0)
+    # a pixel without penumbra or edge varies by its light's own distance and angle only
+    for one in smooth:
+        off = np.abs(one - film.color).max(axis=0) / film.color.mean()
+        assert off[unmasked].max(initial=0.0) < 0.02
+    dark = np.array([picture.max(axis=0) == 0.0 for picture in pictures])
+    assert not (dark.any(axis=0) & ~dark.all(axis=0))[unmasked].any()
