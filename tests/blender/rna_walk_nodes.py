@@ -179,11 +179,17 @@ def unlisted(package):
 
 def _untold(stage, rna, name, entry):
     prop, tried = rna.properties[name], 0
-    for value in STARTS[prop.type](prop):
+    values = list(STARTS[prop.type](prop))
+    if entry.when is not None and prop.type == "FLOAT":
+        values.append(prop.hard_min)  # listed on one side of a limit
+    for value in values:
         if value in entry.neutral:
             continue
-        owner, tried = stage.owner(rna.identifier), tried + 1
+        owner = stage.owner(rna.identifier)
         setattr(owner, name, value)
+        if entry.when is not None and not entry.when(owner):
+            continue
+        tried += 1
         told = stage.issues()
         said = entry.reason.partition("{")[0]
         words = [w for w in (said, entry.reason.partition("}")[2]) if w]

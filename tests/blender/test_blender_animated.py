@@ -93,7 +93,7 @@ def test_a_light_s_nodes(export, shutter):
 
 
 def test_a_light_that_is_left_out_is_not_rendered_at_the_middle(export, shutter):
-    things.keyed(things.light("AREA", spread=1.0).data, "energy", 1.0, 5.0)
+    things.keyed(things.light("AREA", spread=0.0).data, "energy", 1.0, 5.0)
     assert _told(export, "LIGHT") == []
 
 

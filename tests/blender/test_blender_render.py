@@ -157,7 +157,7 @@ def test_saved_and_loaded_and_rendered_again(file, tracer, tmp_path):
 
 
 def test_statistics(file, tracer):
-    things.light("AREA", "Odd", spread=1.0)
+    things.light("AREA", "Odd", spread=0.0)
     bpy.ops.adaptive_drt.render()
     stats = _stats()
     assert stats["a"] == 0.25 and stats["counts"]["motion"] == 8
@@ -343,7 +343,7 @@ def test_cancelled_job_keeps_its_film(file, tracer, part, export):
 
 
 def test_check_lists_without_rendering(file, tracer, part):
-    things.light("AREA", "Odd", spread=1.0)
+    things.light("AREA", "Odd", spread=0.0)
     assert bpy.ops.adaptive_drt.check() == {"FINISHED"}
     panels = part("ui.panels")
     (issue,) = panels.known_issues(bpy.context.scene)
