@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from .light_records import (
     DiskLight,
     EllipseLight,
+    EnvironmentLight,
     Light,
     PointLight,
     QuadLight,
@@ -45,6 +46,7 @@ __all__ = [
     "Camera",
     "DiskLight",
     "EllipseLight",
+    "EnvironmentLight",
     "Issue",
     "Light",
     "Material",

@@ -1,0 +1,223 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Irradiance of an environment map over regions of directions, by quadrature along their boundary.
+
+The boundary integral of `environment_map`, of the form G dpsi with G = (S cos psi, S sin psi, C),
+is singular at the nadir. With a = -z there, q = -n (which no region above the horizon holds), the
+forms eta_p = p.(w x dw) / (1 - p.w) and T the integral of L w over all directions, the integral of
+L w over a region, whether or not it holds a pole, is the sum along its boundary of
+
+    G dpsi + T / (4 pi) (eta_a - eta_q)                               where w is nearer to the zenith,
+    (G - K) dpsi + dA + T / (4 pi) (eta_z - eta_q)                    where w is nearer to the nadir,
+
+since (eta_p - eta_q) / 2 is closed and winds by 2 pi about p, and dpsi = (eta_z - eta_a) / 2. K is
+G at the nadir and A the periodic part of its integral over psi. Each term is bounded where it is
+used: the arcs are cut so that none comes near both poles.
+
+The integrand is exact, so that the only error is that of the quadrature: by Gauss-Kronrod pairs of
+7 and 15 nodes (Piessens and others 1983, QUADPACK) on pieces of arcs, which are halved while their
+difference is more than allowed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..geometry.boundary_arcs import BoundaryArcs
+from ..numerics.arrays import Array, Ints
+from ..numerics.floats import TINY
+from ..numerics.gather import columns
+from ..numerics.vector import cross, dot
+from .environment_map import EnvironmentMap
+
+__all__ = ["integrate_over_arcs"]
+
+
+NODES = np.array(
+    [
+        0.991455371120812639206854697526329, 0.949107912342758524526189684047851,
+        0.864864423359769072789712788640926, 0.741531185599394439863864773280788,
+        0.586087235467691130294144691693013, 0.405845151377397166906606412076961,
+        0.207784955007898467600689403773245, 0.0,
+    ]
+)  # fmt: skip
+"""Nodes at or above 0 of Kronrod's rule of 15 points, from -1 to 1."""
+KRONROD = np.array(
+    [
+        0.022935322010529224963732008058970, 0.063092092629978553290700663189204,
+        0.104790010322250183839876322541518, 0.140653259715525918745189590510238,
+        0.169004726639267902826583426598550, 0.190350578064785409913256402421014,
+        0.204432940075298892414161999234649, 0.209482141084727828012999174891714,
+    ]
+)  # fmt: skip
+"""Weights of these nodes."""
+GAUSS = np.array(
+    [
+        0.0, 0.129484966168869693270611432679082, 0.0, 0.279705391489276667901467771423780,
+        0.0, 0.381830050505118944950369775488975, 0.0, 0.417959183673469387755102040816327,
+    ]
+)  # fmt: skip
+"""Weights of those that are nodes of Gauss's rule of 7 points, else 0."""
+ABSCISSAS = np.concatenate([-NODES, NODES[-2::-1]])[:, None]
+RULES = [np.concatenate([w, w[-2::-1]])[:, None] for w in (KRONROD, GAUSS)]
+
+LONGEST_TURN, LONGEST_ARC = 1.6, 0.8
+"""Largest angle about its circle, and largest length on the unit sphere, of the first pieces of
+arcs, in radians. Pieces of that length come near one pole at most."""
+LAST_HALVING = 14
+"""Number of halvings of a piece after which its error is left as it is."""
+NODES_AT_A_TIME = 1 << 16
+"""Number of nodes evaluated at a time, which bounds memory."""
+ROUNDING = 2.0**-44
+"""Least error that is asked for, relative to the largest radiance times a radian."""
+
+
+def integrate_over_arcs(
+    environment: EnvironmentMap, normal: Array, arcs: BoundaryArcs, allowed: Array
+) -> tuple[Array, Array]:
+    """Integrals of L n.w over regions above the horizon, and estimates of their errors.
+
+    Parameters
+    ----------
+    normal : (3, n) unit vectors in the tracer's axes.
+    arcs : boundaries of the regions that n points see.
+    allowed : (n,) errors up to which pieces are not halved.
+
+    Returns
+    -------
+    value (k, n) for each channel, error (n,) the largest of the channels. Both are independent of
+    the rest of the batch to the last bit.
+    """
+    n = environment.turned(normal)
+    count, k = normal.shape[1], environment.channel_count
+    value, error = np.zeros((k, count)), np.zeros(count)
+    least = ROUNDING * float(np.abs(environment.values).max(initial=0.0))
+    if not arcs.low.size or least == 0.0:
+        return value, error
+    allowed = np.maximum(allowed, least)
+    vectors = (environment.turned(v) for v in (arcs.origin, arcs.first, arcs.second))
+    pieces = _first_pieces(replace(arcs, **dict(zip(("origin", "first", "second"), vectors))))
+    for halving in range(LAST_HALVING + 1):
+        part, off = _integrate_pieces(environment, n, pieces)
+        point = pieces.point
+        total = np.bincount(point, weights=off, minlength=count)
+        number = np.maximum(np.bincount(point, minlength=count), 1)
+        room = allowed - error
+        # as many as are left share what is allowed
+        wrong = (total > room)[point] & (off > 0.5 * (np.maximum(room, 0.0) / number)[point])
+        if halving == LAST_HALVING:
+            wrong[:] = False
+        done = ~wrong
+        for channel in range(k):
+            value[channel] += np.bincount(
+                point[done], weights=part[channel][done], minlength=count
+            )
+        error += np.bincount(point[done], weights=off[done], minlength=count)
+        rows = wrong.nonzero()[0]
+        if not rows.size:
+            break
+        pieces = _split(pieces, rows, np.full(rows.size, 2))
+    return value, error
+
+
+def _first_pieces(arcs: BoundaryArcs) -> BoundaryArcs:
+    """Return the arcs cut into pieces that are short enough."""
+    turn = arcs.high - arcs.low
+    number = np.maximum(np.ceil(turn / LONGEST_TURN), np.ceil(turn * arcs.radius / LONGEST_ARC))
+    return _split(arcs, np.arange(turn.size), np.maximum(number, 1.0).astype(np.int64))
+
+
+def _split(arcs: BoundaryArcs, rows: Ints, number: Ints) -> BoundaryArcs:
+    """Return some of the arcs, each cut into a number of equal pieces."""
+    index = np.repeat(rows, number)
+    first = np.repeat(np.cumsum(number) - number, number)
+    place, parts = np.arange(index.size) - first, np.repeat(number, number)
+    pieces = arcs.take(index)
+    low, step = pieces.low, (pieces.high - pieces.low) / parts
+    # pieces that meet have the same end to the last bit
+    ends = np.where(place + 1 == parts, pieces.high, low + (place + 1) * step)
+    return replace(pieces, low=low + place * step, high=ends)
+
+
+def _integrate_pieces(
+    environment: EnvironmentMap, normal: Array, pieces: BoundaryArcs
+) -> tuple[Array, Array]:
+    """Integrals (k, m) along pieces, and their errors (m,), by Gauss-Kronrod pairs."""
+    count = pieces.low.size
+    value, error = np.zeros((environment.channel_count, count)), np.zeros(count)
+    step = max(1, NODES_AT_A_TIME // ABSCISSAS.size)
+    for first in range(0, count, step):
+        rows = np.arange(first, min(first + step, count))
+        value[:, rows], error[rows] = _integrate_some(environment, normal, pieces.take(rows))
+    return value, error
+
+
+def _integrate_some(
+    environment: EnvironmentMap, normal: Array, pieces: BoundaryArcs
+) -> tuple[Array, Array]:
+    """`_integrate_pieces` of few pieces."""
+    m, k = pieces.low.size, environment.channel_count
+    middle, half = 0.5 * (pieces.low + pieces.high), 0.5 * (pieces.high - pieces.low)
+    n = columns(normal, pieces.point)
+    phi = (middle + half * ABSCISSAS).ravel()
+    nodes = _Nodes(pieces, n, phi, ABSCISSAS.size)
+    # where a piece is nearer to the nadir
+    south = pieces.origin[2] + pieces.first[2] * np.cos(middle) + pieces.second[2] * np.sin(middle)
+    south = south < 0.0
+    integrand = nodes.integrand(environment, np.tile(south, ABSCISSAS.size))
+    grid = integrand.reshape(k, ABSCISSAS.size, m)
+    fine, rough = ((grid * rule).sum(axis=1) * half for rule in RULES)
+    error = np.abs(fine - rough).max(axis=0)
+    rows = south.nonzero()[0]
+    if rows.size:
+        fine[:, rows] += _nadir_changes(environment, pieces.take(rows), columns(n, rows))
+    return pieces.sign * fine, error
+
+
+class _Nodes:
+    """Nodes of a rule of `size` points on m pieces: directions, and what changes along the arcs."""
+
+    def __init__(self, pieces: BoundaryArcs, normal: Array, phi: Array, size: int) -> None:
+        c, s = np.cos(phi), np.sin(phi)
+        origin, first, second = (
+            np.tile(v, (1, size)) for v in (pieces.origin, pieces.first, pieces.second)
+        )
+        self.way = origin + c * first + s * second
+        along = c * second - s * first
+        self.turn = cross(self.way, along)
+        self.normal = np.tile(normal, (1, size))
+
+    def integrand(self, environment: EnvironmentMap, south: Array) -> Array:
+        """Integrand (k, m size) of the boundary integral, but for the changes of A."""
+        (x, y, z), n = self.way, self.normal
+        turn = self.turn[2]
+        square = np.maximum(x * x + y * y, TINY)
+        aside = np.sqrt(square)
+        theta, psi = np.arctan2(aside, z), np.arctan2(y, x)
+        sine, height = environment.antiderivatives(theta, psi)
+        rows = south.nonzero()[0]
+        if rows.size:
+            last = environment.nadir_antiderivatives(psi[rows])
+            sine[:, rows] -= last[0]
+            height[:, rows] -= last[1]
+        level = (n[0] * x + n[1] * y) / aside
+        value = (sine * level + height * n[2]) * (turn / square)
+        # eta of the pole that is not near, less that of -n
+        pole = np.where(south, turn / (1.0 - z), -turn / (1.0 + z))
+        winding = pole + dot(n, self.turn) / (1.0 + dot(n, self.way))
+        total = environment.total.T / (4.0 * np.pi)
+        for channel, (a, b, c) in enumerate(total):
+            value[channel] += (a * n[0] + b * n[1] + c * n[2]) * winding
+        return value
+
+
+def _nadir_changes(environment: EnvironmentMap, pieces: BoundaryArcs, normal: Array) -> Array:
+    """Changes (k, m) of n.A from the beginnings of pieces to their ends."""
+    ends = []
+    for phi in (pieces.low, pieces.high):
+        x, y, _ = pieces.origin + np.cos(phi) * pieces.first + np.sin(phi) * pieces.second
+        a, b, c = environment.nadir_integrals(np.arctan2(y, x))
+        ends.append(normal[0] * a + normal[1] * b + normal[2] * c)
+    change: Array = ends[1] - ends[0]
+    return change
