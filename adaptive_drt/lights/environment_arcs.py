@@ -204,7 +204,8 @@ class _Nodes:
         level = (n[0] * x + n[1] * y) / aside
         value = (sine * level + height * n[2]) * (turn / square)
         # eta of the pole that is not near, less that of -n
-        pole = np.where(south, turn / (1.0 - z), -turn / (1.0 + z))
+        side = np.where(south, -1.0, 1.0)
+        pole = -side * turn / (1.0 + side * z)
         winding = pole + dot(n, self.turn) / (1.0 + dot(n, self.way))
         total = environment.total.T / (4.0 * np.pi)
         for channel, (a, b, c) in enumerate(total):

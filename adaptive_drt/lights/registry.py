@@ -9,6 +9,7 @@ from typing import Any, TypeAlias
 from ..scene.description import (
     DiskLight,
     EllipseLight,
+    EnvironmentLight,
     Light,
     PointLight,
     QuadLight,
@@ -20,6 +21,7 @@ from ..scene.description import (
 from .disk_light import make_disk_emitter
 from .ellipse_light import make_ellipse_emitter
 from .emitter import Emitter, LightMotion
+from .environment_light import make_environment_emitter
 from .point_light import make_point_emitter
 from .quad_light import make_quad_emitter
 from .sky_light import make_sky_emitter
@@ -40,6 +42,7 @@ LIGHTS: tuple[tuple[type[Light], _Maker], ...] = (
     (SpotLight, make_spot_emitter),
     (SunLight, make_sun_emitter),
     (SkyLight, make_sky_emitter),
+    (EnvironmentLight, make_environment_emitter),
 )
 """Records of lights, and the functions that make emitters of them: the one list of all kinds."""
 

@@ -365,12 +365,17 @@ class Camera:
 
 @dataclass(frozen=True)
 class Scene:
-    """The input of a render. `background` is the radiance (RGB) of rays that hit nothing."""
+    """The input of a render.
+
+    `background` is the radiance (RGB) of rays that hit nothing, unless `backdrop` is given, which
+    then tells it by direction.
+    """
 
     camera: Camera | None = None
     shapes: tuple[ShapeRecord, ...] = ()
     lights: tuple[Light, ...] = ()
     background: Vector = ZERO
+    backdrop: EnvironmentLight | None = None
     transparent: bool = False
     issues: tuple[Issue, ...] = field(default=())
 
@@ -397,7 +402,12 @@ def validate(scene: Scene) -> Scene:
             )
         )
         background = ZERO
-    return replace(scene, shapes=shapes, lights=lights, background=background, issues=tuple(issues))
+    backdrop = scene.backdrop
+    if backdrop is not None and (reason := backdrop.defect()):
+        issues.append(Issue(backdrop.name, f"{reason}; it is not seen", kind="WORLD"))
+        backdrop = None
+    kept = {"shapes": shapes, "lights": lights, "background": background, "backdrop": backdrop}
+    return replace(scene, **kept, issues=tuple(issues))
 
 
 def checked_camera(scene: Scene) -> Camera:
