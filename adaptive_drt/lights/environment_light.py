@@ -20,14 +20,14 @@ from ..scene.description import EnvironmentLight
 from .emitter import Emitter, LightMotion, column
 from .environment_factor import Environment
 from .environment_map import make_environment_map
-from .open_irradiance import OpenIrradiance, make_open_irradiance
+from .open_irradiance import OpenIrradiance
 from .point_light import PointEmitter
 from .sky_light import CENTER, RADIUS, SkyEmitter, UnboundedEmitter
 
 __all__ = ["AmbientEnvironmentEmitter", "EnvironmentEmitter", "make_environment_emitter"]
 
 
-ACCURACY_SHARE = 0.02
+ACCURACY_SHARE = 0.1
 """Error of the unhidden irradiance, as a fraction of the picture's tolerance."""
 DEFAULT_ACCURACY = 2e-5
 """The same relative to the mean irradiance, where no tolerance is known."""
@@ -48,7 +48,7 @@ class _MapEmitter(Emitter):
     @cached_property
     def open_irradiance(self) -> OpenIrradiance:
         """Irradiance factors of the unhidden light."""
-        return make_open_irradiance(self.environment, self.accuracy)
+        return OpenIrradiance(self.environment, self.accuracy)
 
     @property
     def factor_error(self) -> float:
@@ -64,8 +64,8 @@ class _MapEmitter(Emitter):
         return factor[0] if factor.shape[0] == 1 else factor
 
     def normal_incidence_factor(self, square: Array, half: Array) -> Array:
-        """Largest irradiance factor (n,)."""
-        return np.full_like(square, self.open_irradiance.largest)
+        """Mean irradiance factor (n,) over all normals."""
+        return np.full_like(square, np.pi * float(self.environment.level.max()))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -109,7 +109,9 @@ class EnvironmentEmitter(_MapEmitter, SkyEmitter):
         """Return the light as accurate as a picture of a tolerance needs, with its tables."""
         ready = replace(self, accuracy=ACCURACY_SHARE * tolerance)
         if ready.environment.rest.values.any():
-            assert ready.open_irradiance.accuracy >= 0.0
+            # made once, and not in each worker
+            assert ready.environment.rest.total.size
+            assert ready.open_irradiance.accuracy > 0.0
         return ready
 
 

@@ -3,12 +3,12 @@
 
 Its values at a grid of normals are interpolated by cubic polynomials. The difference from the
 quadrature in the middle of each cell tells the error; where that is too large, as where a very
-bright spot is near the horizon, the irradiance of each normal is integrated.
+bright spot is near the horizon, the irradiance of each normal is integrated, and so it is for
+normals that many points share. Values are computed when they are first asked for; they do not
+depend on what else is.
 """
 
 from __future__ import annotations
-
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,79 +17,82 @@ from ..numerics.gather import columns
 from ..numerics.vector import dot
 from .environment_factor import Environment
 
-__all__ = ["OpenIrradiance", "make_open_irradiance"]
+__all__ = ["OpenIrradiance"]
 
 
-ROWS, COLUMNS = 24, 48
-"""Number of cells of the table along the colatitude and the longitude: 7.5 degrees each."""
+ROWS, COLUMNS = 48, 96
+"""Number of cells of the table along the colatitude and the longitude: 3.75 degrees each."""
 MARGIN = 2.0
-"""Factor by which the error within a cell may be above the one in its middle, and in those around
-it: with equal fourth derivatives the middle has the largest."""
+"""Factor by which the error within a cell may be above the one in its middle: with equal fourth
+derivatives the middle has the largest."""
+SHARED_BY = 8
+"""Number of points a normal, on average, from which each normal is integrated."""
+UNKNOWN, GOOD, BAD = 0, 1, 2
+"""What is known of a cell: nothing yet, or whether its interpolation is accurate."""
 
 
-@dataclass(frozen=True)
 class OpenIrradiance:
-    """Irradiance factors by normal.
+    """Irradiance factors by normal, of an environment, to an accuracy relative to their mean."""
 
-    Attributes
-    ----------
-    environment : the map.  accuracy : error up to which factors are right.
-    table : (k, ROWS + 3, COLUMNS + 3) values at the grid, with a margin for the interpolation.
-    good : (ROWS, COLUMNS) whether the interpolation is so accurate.
-    """
-
-    environment: Environment
-    accuracy: float
-    table: Array
-    good: Array
+    def __init__(self, environment: Environment, accuracy: float) -> None:
+        """Start with an empty table."""
+        self.environment = environment
+        self.accuracy = accuracy * float(environment.level.max(initial=0.0)) * np.pi
+        k = environment.map.channel_count
+        self._nodes = np.full((k, (ROWS + 1) * COLUMNS), np.nan)
+        self._cells = np.full(ROWS * COLUMNS, UNKNOWN)
 
     def factor(self, normal: Array) -> Array:
         """Irradiance factors (k, n) at unit normals (3, n)."""
-        turned = self.environment.map.turned(normal)
-        row, column, *shares = _place(turned)
-        value = _interpolated(self.table, row, column, shares[0], shares[1])
-        rows = (~self.good[row, column]).nonzero()[0]
+        first, group = _distinct(normal)
+        if first.size * SHARED_BY <= group.size:
+            return columns(self._integrated(columns(normal, first)), group)
+        row, column, u, v = _place(self.environment.map.turned(normal))
+        cell = row * COLUMNS + column
+        self._learn(np.unique(cell[self._cells[cell] == UNKNOWN]))
+        value = _interpolated(self._nodes, row, column, u, v)
+        rows = (self._cells[cell] == BAD).nonzero()[0]
         if rows.size:
-            allowed = np.full(rows.size, 0.5 * self.accuracy)
-            value[:, rows], _ = self.environment.open_factor(columns(normal, rows), allowed)
+            value[:, rows] = self._integrated(columns(normal, rows))
         return value
 
-    @property
-    def largest(self) -> float:
-        """Largest factor of all normals and channels, approximately."""
-        return float(self.table.max())
+    def _integrated(self, normal: Array) -> Array:
+        """Factors (k, n) by quadrature."""
+        allowed = np.full(normal.shape[1], 0.5 * self.accuracy)
+        return self.environment.open_factor(normal, allowed)[0]
 
+    def _learn(self, cell: Ints) -> None:
+        """Compute what interpolation in some cells needs, and how accurate it is."""
+        if not cell.size:
+            return
+        row, column = np.divmod(cell, COLUMNS)
+        node = np.unique(_corners(row, column))
+        node = node[np.isnan(self._nodes[0, node])]
+        y, x = np.divmod(node, COLUMNS)
+        self._nodes[:, node] = self._integrated(self._normals(y, x))
+        half = np.full(cell.size, 0.5)
+        found = _interpolated(self._nodes, row, column, half, half)
+        error = np.abs(found - self._integrated(self._normals(row + half, column + half)))
+        good = MARGIN * error.max(axis=0) <= self.accuracy
+        self._cells[cell] = np.where(good, GOOD, BAD)
 
-def make_open_irradiance(environment: Environment, accuracy: float) -> OpenIrradiance:
-    """Return the irradiance of an environment, to an error relative to its mean over normals."""
-    mean = float(environment.level.max(initial=0.0)) * np.pi
-    absolute = accuracy * mean
-    turn = environment.map.turn
-
-    def at(row: Array, column: Array) -> Array:
+    def _normals(self, row: Array | Ints, column: Array | Ints) -> Array:
+        """Normals (3, n) in the tracer's axes at places of the grid."""
         theta, psi = np.pi / ROWS * row, 2.0 * np.pi / COLUMNS * column
-        own = np.array([np.sin(theta) * np.cos(psi), np.sin(theta) * np.sin(psi), np.cos(theta)])
+        x, y, z = np.sin(theta) * np.cos(psi), np.sin(theta) * np.sin(psi), np.cos(theta)
+        turn = self.environment.map.turn
         # the inverse of the rotation into the map
-        x, y, z = own.reshape(3, -1)
         normal = np.array([c[0] * x + c[1] * y + c[2] * z for c in turn.T])
-        normal = normal / np.sqrt(dot(normal, normal))
-        value, _ = environment.open_factor(normal, np.full(normal.shape[1], 0.25 * absolute))
-        return value.reshape(-1, *row.shape)
+        unit: Array = normal / np.sqrt(dot(normal, normal))
+        return unit
 
-    nodes = at(*np.meshgrid(np.arange(ROWS + 1.0), np.arange(float(COLUMNS)), indexing="ij"))
-    # beyond a pole the next meridian is half a turn away
-    half = np.roll(nodes, COLUMNS // 2, axis=2)
-    tall = np.concatenate([half[:, 1:2], nodes, half[:, -2:-1]], axis=1)
-    table = np.concatenate([tall[:, :, -1:], tall, tall[:, :, :2]], axis=2)
-    row, column = np.meshgrid(np.arange(ROWS), np.arange(COLUMNS), indexing="ij")
-    share = np.full(row.size, 0.5)
-    found = _interpolated(table, row.ravel(), column.ravel(), share, share)
-    error = np.abs(found.reshape(-1, ROWS, COLUMNS) - at(row + 0.5, column + 0.5)).max(axis=0)
-    # the largest of each cell and those beside it
-    error = np.maximum(error, np.maximum(np.roll(error, 1, axis=1), np.roll(error, -1, axis=1)))
-    padded = np.concatenate([error[:1], error, error[-1:]])
-    error = np.maximum(error, np.maximum(padded[:-2], padded[2:]))
-    return OpenIrradiance(environment, absolute, table, MARGIN * error <= absolute)
+
+def _distinct(normal: Array) -> tuple[Ints, Ints]:
+    """Indices of the first of each of the distinct vectors (3, n), and which of them each is."""
+    rows = np.ascontiguousarray(normal.T) + 0.0
+    keys = rows.view(np.dtype((np.void, rows.itemsize * 3)))[:, 0]
+    _, first, group = np.unique(keys, return_index=True, return_inverse=True)
+    return first, group
 
 
 def _place(turned: Array) -> tuple[Ints, Ints, Array, Array]:
@@ -103,16 +106,27 @@ def _place(turned: Array) -> tuple[Ints, Ints, Array, Array]:
     return row, column, u - row, v - column
 
 
+def _corners(row: Ints, column: Ints) -> list[list[Ints]]:
+    """Indices (n,) of the 4 x 4 nodes around cells."""
+    rows: list[list[Ints]] = []
+    for i in range(-1, 3):
+        # beyond a pole the next meridian is half a turn away
+        y = row + i
+        beyond = (y < 0) | (y > ROWS)
+        y = np.where(y < 0, -y, np.where(y > ROWS, 2 * ROWS - y, y))
+        turn = np.where(beyond, COLUMNS // 2, 0)
+        rows.append([y * COLUMNS + (column + j + turn) % COLUMNS for j in range(-1, 3)])
+    return rows
+
+
 def _interpolated(table: Array, row: Ints, column: Ints, u: Array, v: Array) -> Array:
     """Values (k, n) by cubic polynomials through 4 x 4 values around cells."""
-    width = table.shape[2]
-    flat = table.reshape(table.shape[0], -1)
     across, down = _cubic_weights(v), _cubic_weights(u)
     value: Array = np.zeros((table.shape[0], row.size))
-    for i, weight in enumerate(down):
+    for weight, places in zip(down, _corners(row, column), strict=True):
         line = np.zeros_like(value)
-        for j, share in enumerate(across):
-            line += share * flat.take((row + i) * width + column + j, axis=1)
+        for share, place in zip(across, places, strict=True):
+            line += share * table.take(place, axis=1)
         value += weight * line
     return value
 
