@@ -22,6 +22,14 @@ from .occluded_form_factor import visible_boundaries, visible_factor
 __all__ = ["Environment"]
 
 
+PYRAMID_LEVELS = 6
+"""Number of resolutions of the mean radiance around directions: from 64 x 128 cells to 2 x 4."""
+FINEST_CELL = np.pi / (2 << (PYRAMID_LEVELS - 1))
+"""Size of the smallest cells, in radians."""
+NARROWEST = 0.2
+"""Least sine of the colatitude by which cells count as narrower than at the equator."""
+
+
 @dataclass(frozen=True)
 class Environment:
     """A map of k channels, split into its mean and the rest."""
@@ -67,6 +75,49 @@ class Environment:
             value[:, own] += more
             error[own] = off
         return np.maximum(value, 0.0), error
+
+    @cached_property
+    def _pyramid(self) -> list[Array]:
+        """Mean radiance (k, rows, 2 rows) over cells of longitude and colatitude, by level."""
+        rows = 2 << (PYRAMID_LEVELS - 1)
+        theta = (np.arange(rows) + 0.5) * np.pi / rows
+        own = self.map.cell_means(rows, 2 * rows)
+        weight = np.sin(theta)[:, None] + np.zeros(2 * rows)
+        levels = []
+        while rows >= 2:
+            levels.append(own / weight if levels else own)
+            if not levels[1:]:
+                own = own * weight
+            own = own.reshape(len(own), rows // 2, 2, rows, 2).sum(axis=(2, 4))
+            weight = weight.reshape(rows // 2, 2, rows, 2).sum(axis=(1, 3))
+            rows //= 2
+        return levels
+
+    def brightness(self, direction: Array, half: Array) -> Array:
+        """Largest mean radiance (k, m) of cells in cones about unit directions (3, m), roughly.
+
+        half : (m,) radians, half angles of the cones, whose size the cells have.
+        """
+        x, y, z = self.map.turned(direction)
+        theta, psi = np.arctan2(np.hypot(x, y), z), np.arctan2(y, x) + 2.0 * np.pi * (y < 0.0)
+        # cells narrow towards the poles
+        size = np.maximum(half, FINEST_CELL) / np.maximum(np.sin(theta), NARROWEST)
+        level = np.clip(np.log2(size / FINEST_CELL), 0, PYRAMID_LEVELS - 1).astype(np.int64)
+        found = np.zeros((self.map.channel_count, half.size))
+        for number, grid in enumerate(self._pyramid):
+            some = (level == number).nonzero()[0]
+            if not some.size:
+                continue
+            rows, count = grid.shape[1:]
+            row = (theta[some] * (rows / np.pi)).astype(np.int64)
+            column = (psi[some] * (count / (2.0 * np.pi))).astype(np.int64)
+            around = [
+                grid[:, np.clip(row + i, 0, rows - 1), (column + j) % count]
+                for i in (-1, 0, 1)
+                for j in (-1, 0, 1)
+            ]
+            found[:, some] = np.maximum.reduce(around)
+        return found
 
     def open_factor(self, normal: Array, allowed: Array) -> tuple[Array, Array]:
         """The same without occluders."""

@@ -131,6 +131,20 @@ class EnvironmentMap:
         mean: Array = rows.sum(axis=0).mean(axis=0) / 2.0
         return mean
 
+    def cell_means(self, rows: int, columns_: int) -> Array:
+        """Mean radiance (k, rows, columns), roughly, over equal steps of both angles."""
+        height, width = self.values.shape[0] - 2, self.column_count
+        fine = max(1, -(-height // rows)), max(1, -(-width // columns_))
+        theta = (np.arange(rows * fine[0]) + 0.5) * (np.pi / (rows * fine[0]))
+        psi = (np.arange(columns_ * fine[1]) + 0.5) * (TWO_PI / (columns_ * fine[1]))
+        total: Array = np.zeros((self.channel_count, rows, columns_))
+        for part in range(fine[0]):
+            t, p = np.meshgrid(theta[part :: fine[0]], psi, indexing="ij")
+            row, column, at, share = self._place(t, p)
+            value = self._mixed(row, column, at, share)
+            total += value.reshape(*total.shape, fine[1]).mean(axis=3) / fine[0]
+        return total
+
     def shifted(self, level: Array) -> EnvironmentMap:
         """The map less some radiance (k,)."""
         return EnvironmentMap(self.turn, self.knots, self.values - level)
@@ -149,7 +163,10 @@ class EnvironmentMap:
         """Radiance (k, ...) in directions (3, ...) of any length."""
         x, y, z = self.turned(direction)
         aside = np.hypot(x, y)
-        row, column, theta, share = self._place(np.arctan2(aside, z), np.arctan2(y, x))
+        return self._mixed(*self._place(np.arctan2(aside, z), np.arctan2(y, x)))
+
+    def _mixed(self, row: Ints, column: Ints, theta: Array, share: Array) -> Array:
+        """Radiance (k, ...) at places as `_place` gives them."""
         low, high = self.knots[row], self.knots[row + 1]
         along = (theta - low) / (high - low)
         after = column + 1
