@@ -242,6 +242,8 @@ class _Points:
         plain = np.zeros((4, *shape))
         if not plan.transparent:
             plain[:3] = plan.background[:, None, None] * ~hit
+            if plan.backdrop is not None:
+                plain[:3, ~hit] = plan.backdrop.radiance(self.w[:, ~hit])
         plain[3] = hit if plan.transparent else 1.0
         closed, total, visible = np.zeros((3, len(plan.lights), 3, *shape))
         rays = np.zeros((len(plan.lights), shape[0]))

@@ -375,9 +375,9 @@ class Scene:
     shapes: tuple[ShapeRecord, ...] = ()
     lights: tuple[Light, ...] = ()
     background: Vector = ZERO
-    backdrop: EnvironmentLight | None = None
     transparent: bool = False
     issues: tuple[Issue, ...] = field(default=())
+    backdrop: EnvironmentLight | None = None
 
 
 def validate(scene: Scene) -> Scene:
