@@ -11,6 +11,7 @@ import numpy as np
 
 from ...adaptive_drt.scene.description import (
     Camera,
+    EnvironmentLight,
     Issue,
     Light,
     Material,
@@ -45,7 +46,7 @@ from .mesh import (
 from .shading import shading_left_out
 from .shutter import Matrix, Shutter, Track, blurs, matrix_of, shutter_of
 from .triangle_mesh import MeshForm, placed_mesh, triangle_form
-from .world import world_of
+from .world import World, world_of
 
 CAMERA_KEY = "camera"
 
@@ -67,6 +68,19 @@ class _Known:
     form: Form | MeshForm
     left_out: tuple[str, ...] = ()
     layout: Layout | None = None
+
+
+@dataclass(frozen=True)
+class _Around:
+    """What a world gives, and what of it is left out."""
+
+    world: World
+    issues: tuple[Issue, ...]
+
+    @classmethod
+    def of(cls, world: Any | None) -> _Around:
+        issues: list[Issue] = []
+        return cls(world_of(world, issues), tuple(issues))
 
 
 @dataclass
@@ -105,12 +119,19 @@ class _Export:
         self.issues.extend(Issue(name, reason, missing) for reason in reasons)
 
     def scene(
-        self, camera: Camera, lights: Sequence[Light], background: Vector, transparent: bool
+        self,
+        camera: Camera,
+        lights: Sequence[Light],
+        background: Vector,
+        backdrop: EnvironmentLight | None,
+        transparent: bool,
     ) -> Scene:
         """Return all that has been gathered, each issue once with the object to select."""
         shapes, issues = tuple(self.shapes), tuple(self.issues)
         # the core would find the same faults, but does not know which object to select
-        made = validate(Scene(camera, shapes, tuple(lights), background, transparent, issues))
+        made = validate(
+            Scene(camera, shapes, tuple(lights), background, transparent, issues, backdrop)
+        )
         # an issue of a mesh or material is told once, however many instances share it
         return replace(made, issues=tuple(map(self._aimed, dict.fromkeys(made.issues))))
 
@@ -187,14 +208,21 @@ def export_scene(
     gathered.override = depsgraph.view_layer_eval.material_override
     camera = _camera(depsgraph, camera_object, gathered)
     gathered.issues.extend(scene_issues(depsgraph))
+    around = _Around.of(_shown_world(depsgraph))
+    gathered.lit_around = around.world.light is not None
     _gather(depsgraph, gathered, draws_strokes)
-    world, background = _world(depsgraph, gathered)
+    world = _shown_world(depsgraph)
+    gathered.issues.extend(around.issues)
+    if around.world.light is not None:
+        gathered.lights.append(around.world.light)
     lens = camera_object.evaluated_get(depsgraph).data
     gathered.issues.extend(clipped(lens, camera, gathered.shapes, animated.clip(lens)))
     gathered.issues.extend(animated.changes(depsgraph, _used(gathered, lens, world)))
     exposure = exposure_of(depsgraph.scene_eval)
-    lights, background = exposed(gathered.lights, background, exposure)
-    return gathered.scene(camera, lights, background, bool(scene.render.film_transparent))
+    lights, *behind = exposed(
+        gathered.lights, around.world.background, around.world.backdrop, exposure
+    )
+    return gathered.scene(camera, lights, *behind, bool(scene.render.film_transparent))
 
 
 def _used(gathered: _Export, camera: Any, world: Any | None) -> set[Key]:
@@ -242,17 +270,7 @@ def _shown_world(depsgraph: Any) -> Any | None:
     return (layer.world_override or depsgraph.scene_eval.world) if layer.use_sky else None
 
 
-def _world(depsgraph: Any, gathered: _Export) -> tuple[Any | None, Vector]:
-    """Return the world of the view layer and its radiance that is seen, and gather its light."""
-    world = _shown_world(depsgraph)
-    found = world_of(world, gathered.issues)
-    if found.light is not None:
-        gathered.lights.append(found.light)
-    return world, found.background
-
-
 def _gather(depsgraph: Any, gathered: _Export, draws_strokes: bool) -> None:
-    gathered.lit_around = world_of(_shown_world(depsgraph), []).light is not None
     layer, objects = depsgraph.view_layer_eval, ObjectIssues()
     components = Components(layer, draws_strokes)
     # an instance is valid only until the next one, so all of it is copied here
