@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The arcs that bound visible regions of directions, of many points at once, one after the other."""
+"""The arcs that bound visible regions of directions, of many points, one after the other."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -42,14 +43,17 @@ class BoundaryArcs:
         if len(parts) == 1:
             return parts[0]
         names = BoundaryArcs.__dataclass_fields__
-        joined = (np.concatenate([getattr(part, name) for part in parts], axis=-1) for name in names)
+        joined: list[Any] = [
+            np.concatenate([getattr(part, name) for part in parts], axis=-1) for name in names
+        ]
         return BoundaryArcs(*joined)
 
     def take(self, index: Ints) -> BoundaryArcs:
         """Return some of the arcs."""
-        vectors = (columns(v, index) for v in (self.origin, self.first, self.second))
-        rest = (self.low, self.high, self.radius, self.point, self.sign)
-        return BoundaryArcs(*vectors, *(values[index] for values in rest))
+        origin, first, second = (columns(v, index) for v in (self.origin, self.first, self.second))
+        low, high, radius = self.low[index], self.high[index], self.radius[index]
+        point, sign = self.point[index], self.sign[index]
+        return BoundaryArcs(origin, first, second, low, high, radius, point, sign)
 
 
 def arcs_of_curve(

@@ -120,9 +120,7 @@ def _open_parts(
     return ring[live], low[live], high[live]
 
 
-def _integral(
-    potential: BoundaryAntiderivative, n: int, parts: tuple[Ints, Array, Array]
-) -> Array:
+def _integral(potential: BoundaryAntiderivative, n: int, parts: tuple[Ints, Array, Array]) -> Array:
     """Integral (n,) of n.(w x dw) along parts of edges, as `open_edges` gives them."""
     ring, low, high = parts
     shift = None if potential.phase is None else potential.phase.ravel()[ring]

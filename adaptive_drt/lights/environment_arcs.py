@@ -6,8 +6,8 @@ is singular at the nadir. With a = -z there, q = -n (which no region above the h
 forms eta_p = p.(w x dw) / (1 - p.w) and T the integral of L w over all directions, the integral of
 L w over a region, whether or not it holds a pole, is the sum along its boundary of
 
-    G dpsi + T / (4 pi) (eta_a - eta_q)                               where w is nearer to the zenith,
-    (G - K) dpsi + dA + T / (4 pi) (eta_z - eta_q)                    where w is nearer to the nadir,
+    G dpsi + T / (4 pi) (eta_a - eta_q)              where w is nearer to the zenith,
+    (G - K) dpsi + dA + T / (4 pi) (eta_z - eta_q)   where w is nearer to the nadir,
 
 since (eta_p - eta_q) / 2 is closed and winds by 2 pi about p, and dpsi = (eta_z - eta_a) / 2. K is
 G at the nadir and A the periodic part of its integral over psi. Each term is bounded where it is
@@ -103,8 +103,8 @@ def integrate_over_arcs(
         return value, error
     # the pieces' errors have random signs: their squares add up
     most = (np.maximum(allowed, least) / ERROR_MARGIN) ** 2
-    vectors = (environment.turned(v) for v in (arcs.origin, arcs.first, arcs.second))
-    pieces = _first_pieces(replace(arcs, **dict(zip(("origin", "first", "second"), vectors))))
+    origin, first, second = (environment.turned(v) for v in (arcs.origin, arcs.first, arcs.second))
+    pieces = _first_pieces(replace(arcs, origin=origin, first=first, second=second))
     before = np.zeros(0)
     for halving in range(LAST_HALVING + 1):
         part, off = _integrate_pieces(environment, n, pieces)
@@ -121,9 +121,7 @@ def integrate_over_arcs(
             wrong[:] = False
         done = ~wrong
         for channel in range(k):
-            value[channel] += np.bincount(
-                point[done], weights=part[channel][done], minlength=count
-            )
+            value[channel] += np.bincount(point[done], weights=part[channel][done], minlength=count)
         error += np.bincount(point[done], weights=square[done], minlength=count)
         rows = wrong.nonzero()[0]
         if not rows.size:
@@ -179,7 +177,8 @@ def _integrate_some(
     south = south < 0.0
     integrand = nodes.integrand(environment, np.tile(south, ABSCISSAS.size))
     grid = integrand.reshape(k, ABSCISSAS.size, m)
-    fine, rough = ((grid * rule).sum(axis=1) * half for rule in RULES)
+    fine: Array = (grid * RULES[0]).sum(axis=1) * half
+    rough: Array = (grid * RULES[1]).sum(axis=1) * half
     error = np.abs(fine - rough).max(axis=0)
     rows = south.nonzero()[0]
     if rows.size:
@@ -214,7 +213,7 @@ class _Nodes:
             sine[:, rows] -= last[0]
             height[:, rows] -= last[1]
         level = (n[0] * x + n[1] * y) / aside
-        value = (sine * level + height * n[2]) * (turn / square)
+        value: Array = (sine * level + height * n[2]) * (turn / square)
         # eta of the pole that is not near, less that of -n
         side = np.where(south, -1.0, 1.0)
         pole = -side * turn / (1.0 + side * z)

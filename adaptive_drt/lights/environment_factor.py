@@ -83,7 +83,7 @@ class Environment:
         theta = (np.arange(rows) + 0.5) * np.pi / rows
         own = self.map.cell_means(rows, 2 * rows)
         weight = np.sin(theta)[:, None] + np.zeros(2 * rows)
-        levels = []
+        levels: list[Array] = []
         while rows >= 2:
             levels.append(own / weight if levels else own)
             if not levels[1:]:

@@ -15,11 +15,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from ..numerics.arrays import Array, Ints
-from ..numerics.floats import TINY
 from ..scene.description import EnvironmentLight
 
 __all__ = ["EnvironmentMap", "make_environment_map"]
@@ -113,12 +113,14 @@ class EnvironmentMap:
                     ]
                 )
             )
-        return ends[1] - ends[0]
+        change: Array = ends[1] - ends[0]
+        return change
 
     @cached_property
     def total(self) -> Array:
         """Integral of L w over all directions, (3, k)."""
-        return self._nadir_integrals[:, -1]
+        total: Array = self._nadir_integrals[:, -1]
+        return total
 
     @cached_property
     def mean(self) -> Array:
@@ -216,8 +218,8 @@ class EnvironmentMap:
         return sine, height
 
     def nadir_integrals(self, psi: Array) -> Array:
-        """Integrals (3, k, n) over the longitude, from 0 to psi (n,), of S cos, S sin and C of whole
-        meridians, less the part that grows: they have one value at each longitude.
+        """Integrals (3, k, n) of S cos, S sin and C of whole meridians, over longitudes from 0 to
+        psi (n,), less the part that grows: they have one value at each longitude.
         """
         psi = psi + TWO_PI * (psi < 0.0)
         _, column, _, _ = self._place(np.zeros_like(psi), psi)
@@ -253,4 +255,5 @@ def make_environment_map(light: EnvironmentLight) -> EnvironmentMap:
     own = np.array(
         [[np.cos(back), -np.sin(back), 0.0], [np.sin(back), np.cos(back), 0.0], [0.0, 0.0, 1.0]]
     )
-    return EnvironmentMap(own @ np.array(light.rotation, dtype=np.float64), knots, values)
+    turn: Any = own @ np.array(light.rotation, dtype=np.float64)
+    return EnvironmentMap(turn, knots, values)

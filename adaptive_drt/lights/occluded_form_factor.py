@@ -199,7 +199,10 @@ def visible_boundaries(
     for rows in _blocks(light, normal.shape[1], spheres[0].shape[0], polygons):
         v, radius = columns(spheres[0], rows, -1), columns(spheres[1], rows, -1)
         part = columns(polygons, rows, -1)
-        yield rows, _boundary(_make_silhouettes(light, columns(normal, rows), v, radius, part, True))
+        yield (
+            rows,
+            _boundary(_make_silhouettes(light, columns(normal, rows), v, radius, part, True)),
+        )
 
 
 def _boundary(outlines: _Silhouettes) -> BoundaryArcs:
@@ -230,9 +233,7 @@ def _boundary(outlines: _Silhouettes) -> BoundaryArcs:
     return BoundaryArcs.join(found)
 
 
-def _arcs_of_spans(
-    curve: Circles | GreatCircleArcs, spans: Intervals, sign: float
-) -> BoundaryArcs:
+def _arcs_of_spans(curve: Circles | GreatCircleArcs, spans: Intervals, sign: float) -> BoundaryArcs:
     """Return the intervals (j, k, n) of curves (k, n) that are not empty."""
     low, high = np.broadcast_arrays(*spans)
     index = (high > low).ravel().nonzero()[0]

@@ -406,8 +406,14 @@ def validate(scene: Scene) -> Scene:
     if backdrop is not None and (reason := backdrop.defect()):
         issues.append(Issue(backdrop.name, f"{reason}; it is not seen", kind="WORLD"))
         backdrop = None
-    kept = {"shapes": shapes, "lights": lights, "background": background, "backdrop": backdrop}
-    return replace(scene, **kept, issues=tuple(issues))
+    return replace(
+        scene,
+        shapes=shapes,
+        lights=lights,
+        background=background,
+        backdrop=backdrop,
+        issues=tuple(issues),
+    )
 
 
 def checked_camera(scene: Scene) -> Camera:

@@ -209,8 +209,8 @@ def _closed_form_factors(
 
     if light.environment is not None:
         hidden = concatenate_polygons(polygons, n)
-        seen, off = light.environment.visible_factor(surface.normal, circles, hidden, allowed)
-        return (seen if len(seen) > 1 else seen[0]), off
+        seen, error = light.environment.visible_factor(surface.normal, circles, hidden, allowed)
+        return (seen if len(seen) > 1 else seen[0]), error
 
     def visible(part: list[Array]) -> Array:
         hidden = concatenate_polygons([*polygons, *part], n)
