@@ -15,12 +15,12 @@ used: the arcs are cut so that none comes near both poles.
 
 The integrand is exact, so that the only error is that of the quadrature: by Gauss-Kronrod pairs of
 7 and 15 nodes (Piessens and others 1983, QUADPACK) on pieces of arcs, which are halved while their
-difference is more than allowed.
+difference is more than allowed. Rules of 3 and 7 nodes are tried first.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -34,33 +34,47 @@ from .environment_map import EnvironmentMap
 __all__ = ["integrate_over_arcs"]
 
 
-NODES = np.array(
+@dataclass(frozen=True)
+class _Rule:
+    """A Kronrod rule and the Gauss rule within it, for the interval from -1 to 1.
+
+    Attributes
+    ----------
+    nodes : (q, 1).  fine, rough : (q, 1) weights of both; those of the latter are 0 at new nodes.
+    """
+
+    nodes: Array
+    fine: Array
+    rough: Array
+
+    @classmethod
+    def make(cls, nodes: list[float], fine: list[float], rough: list[float]) -> _Rule:
+        """Return the rule, given what holds at its nodes from 1 to 0."""
+        x, k, g = np.array(nodes), np.array(fine), np.array(rough)
+        return cls(*(np.concatenate([a, b[-2::-1]])[:, None] for a, b in ((-x, x), (k, k), (g, g))))
+
+
+ROUGH_RULE = _Rule.make(
+    [0.960491268708020283, 0.774596669241483377, 0.434243749346802558, 0.0],
+    [0.104656226026467265, 0.268488089868333441, 0.401397414775962223, 0.450916538658474142],
+    [0.0, 5.0 / 9.0, 0.0, 8.0 / 9.0],
+)
+"""Rule of 7 and 3 nodes, which is tried first."""
+FINE_RULE = _Rule.make(
     [
-        0.991455371120812639206854697526329, 0.949107912342758524526189684047851,
-        0.864864423359769072789712788640926, 0.741531185599394439863864773280788,
-        0.586087235467691130294144691693013, 0.405845151377397166906606412076961,
-        0.207784955007898467600689403773245, 0.0,
-    ]
-)  # fmt: skip
-"""Nodes at or above 0 of Kronrod's rule of 15 points, from -1 to 1."""
-KRONROD = np.array(
+        0.991455371120812639, 0.949107912342758525, 0.864864423359769073, 0.741531185599394440,
+        0.586087235467691130, 0.405845151377397167, 0.207784955007898468, 0.0,
+    ],
     [
-        0.022935322010529224963732008058970, 0.063092092629978553290700663189204,
-        0.104790010322250183839876322541518, 0.140653259715525918745189590510238,
-        0.169004726639267902826583426598550, 0.190350578064785409913256402421014,
-        0.204432940075298892414161999234649, 0.209482141084727828012999174891714,
-    ]
-)  # fmt: skip
-"""Weights of these nodes."""
-GAUSS = np.array(
+        0.022935322010529225, 0.063092092629978553, 0.104790010322250184, 0.140653259715525919,
+        0.169004726639267903, 0.190350578064785410, 0.204432940075298892, 0.209482141084727828,
+    ],
     [
-        0.0, 0.129484966168869693270611432679082, 0.0, 0.279705391489276667901467771423780,
-        0.0, 0.381830050505118944950369775488975, 0.0, 0.417959183673469387755102040816327,
-    ]
+        0.0, 0.129484966168869693, 0.0, 0.279705391489276668,
+        0.0, 0.381830050505118945, 0.0, 0.417959183673469388,
+    ],
 )  # fmt: skip
-"""Weights of those that are nodes of Gauss's rule of 7 points, else 0."""
-ABSCISSAS = np.concatenate([-NODES, NODES[-2::-1]])[:, None]
-RULES = [np.concatenate([w, w[-2::-1]])[:, None] for w in (KRONROD, GAUSS)]
+"""Rule of 15 and 7 nodes, for pieces for which that is too rough."""
 
 LONGEST_TURN, LONGEST_ARC = 1.6, 0.8
 """Largest angle about its circle, and largest length on the unit sphere, of the first pieces of
@@ -107,8 +121,9 @@ def integrate_over_arcs(
     pieces = _first_pieces(replace(arcs, origin=origin, first=first, second=second))
     before = np.zeros(0)
     for halving in range(LAST_HALVING + 1):
-        part, off = _integrate_pieces(environment, n, pieces)
-        if halving:
+        rule = FINE_RULE if halving else ROUGH_RULE
+        part, off = _integrate_pieces(environment, n, pieces, rule)
+        if halving > 1:
             off = np.maximum(off, INHERITED_ERROR * before)
         point = pieces.point
         square = off * off
@@ -126,7 +141,8 @@ def integrate_over_arcs(
         rows = wrong.nonzero()[0]
         if not rows.size:
             break
-        pieces = _split(pieces, rows, np.full(rows.size, 2))
+        # the better rule first, then halves
+        pieces = _split(pieces, rows, np.full(rows.size, 2)) if halving else pieces.take(rows)
         before = np.repeat(off[rows], 2)
     return value, ERROR_MARGIN * np.sqrt(error)
 
@@ -151,34 +167,34 @@ def _split(arcs: BoundaryArcs, rows: Ints, number: Ints) -> BoundaryArcs:
 
 
 def _integrate_pieces(
-    environment: EnvironmentMap, normal: Array, pieces: BoundaryArcs
+    environment: EnvironmentMap, normal: Array, pieces: BoundaryArcs, rule: _Rule
 ) -> tuple[Array, Array]:
     """Integrals (k, m) along pieces, and their errors (m,), by Gauss-Kronrod pairs."""
     count = pieces.low.size
     value, error = np.zeros((environment.channel_count, count)), np.zeros(count)
-    step = max(1, NODES_AT_A_TIME // ABSCISSAS.size)
+    step = max(1, NODES_AT_A_TIME // rule.nodes.size)
     for first in range(0, count, step):
         rows = np.arange(first, min(first + step, count))
-        value[:, rows], error[rows] = _integrate_some(environment, normal, pieces.take(rows))
+        value[:, rows], error[rows] = _integrate_some(environment, normal, pieces.take(rows), rule)
     return value, error
 
 
 def _integrate_some(
-    environment: EnvironmentMap, normal: Array, pieces: BoundaryArcs
+    environment: EnvironmentMap, normal: Array, pieces: BoundaryArcs, rule: _Rule
 ) -> tuple[Array, Array]:
     """`_integrate_pieces` of few pieces."""
     m, k = pieces.low.size, environment.channel_count
     middle, half = 0.5 * (pieces.low + pieces.high), 0.5 * (pieces.high - pieces.low)
     n = columns(normal, pieces.point)
-    phi = (middle + half * ABSCISSAS).ravel()
-    nodes = _Nodes(pieces, n, phi, ABSCISSAS.size)
+    phi = (middle + half * rule.nodes).ravel()
+    nodes = _Nodes(pieces, n, phi, rule.nodes.size)
     # where a piece is nearer to the nadir
     south = pieces.origin[2] + pieces.first[2] * np.cos(middle) + pieces.second[2] * np.sin(middle)
     south = south < 0.0
-    integrand = nodes.integrand(environment, np.tile(south, ABSCISSAS.size))
-    grid = integrand.reshape(k, ABSCISSAS.size, m)
-    fine: Array = (grid * RULES[0]).sum(axis=1) * half
-    rough: Array = (grid * RULES[1]).sum(axis=1) * half
+    integrand = nodes.integrand(environment, np.tile(south, rule.nodes.size))
+    grid = integrand.reshape(k, rule.nodes.size, m)
+    fine: Array = (grid * rule.fine).sum(axis=1) * half
+    rough: Array = (grid * rule.rough).sum(axis=1) * half
     error = np.abs(fine - rough).max(axis=0)
     rows = south.nonzero()[0]
     if rows.size:

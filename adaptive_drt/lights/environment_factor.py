@@ -22,6 +22,8 @@ from .occluded_form_factor import visible_boundaries, visible_factor
 __all__ = ["Environment"]
 
 
+ROUNDING = 2.0**-44
+"""Largest deviation of a map from its mean, as a fraction of that, that counts as none."""
 PYRAMID_LEVELS = 6
 """Number of resolutions of the mean radiance around directions: from 64 x 128 cells to 2 x 4."""
 FINEST_CELL = np.pi / (2 << (PYRAMID_LEVELS - 1))
@@ -43,8 +45,11 @@ class Environment:
 
     @cached_property
     def rest(self) -> EnvironmentMap:
-        """The map less its mean."""
-        return self.map.shifted(self.level)
+        """The map less its mean, which is 0 where only rounding is left."""
+        rest = self.map.shifted(self.level)
+        if (np.abs(rest.values) <= ROUNDING * np.abs(self.level)).all():
+            rest.values[:] = 0.0
+        return rest
 
     def visible_factor(
         self, normal: Array, spheres: tuple[Array, Array], polygons: Array, allowed: Array

@@ -15,9 +15,9 @@ from ..numerics.floats import TINY
 from ..numerics.gather import columns
 from ..numerics.vector import dot
 from ..tracing.intersect import Surface
-from .variation import ROOT_KIND, SMOOTH_KIND
+from .variation import ROOT_KIND, SMOOTH_KIND, zero_variation
 
-__all__ = ["add_environment_deviations"]
+__all__ = ["environment_deviations"]
 
 
 CURVATURE_COEFFICIENT = 1.0 / 6.0
@@ -30,16 +30,15 @@ LIMB_RATIO = 0.3
 """As in `unoccluded_variation`: from where the normal turns by a square root within a patch."""
 
 
-def add_environment_deviations(
-    result: Array, light: Emitter, to: Array, surface: Surface, patch: Patch
-) -> None:
-    """Add deviations (4, 3, n) of the irradiance factors of an environment, in place.
+def environment_deviations(light: Emitter, to: Array, surface: Surface, patch: Patch) -> Array:
+    """Deviations (4, 3, n) of the irradiance factors of a light that surrounds the points.
 
     to : (3, n) metres, vectors to the light's nominal centre.
     """
+    result = zero_variation(patch.curvature.size)
     rows = (patch.curvature > 0.0).nonzero()[0]
-    if not rows.size:
-        return
+    if not rows.size or light.environment is None:
+        return result
     normal, point, to = (columns(v, rows) for v in (surface.normal, surface.point, to))
     slant, bend = patch.cosine[rows], patch.curvature[rows]
     middle = _factors(light, to, point, normal)
@@ -63,6 +62,7 @@ def add_environment_deviations(
         size = CURVATURE_COEFFICIENT * first * turn * near
         kind = np.where(near < LIMB_RATIO, SMOOTH_KIND, ROOT_KIND)
         result[kind, axis, rows] += size
+    return result
 
 
 def _factors(light: Emitter, to: Array, point: Array, normal: Array) -> Array:

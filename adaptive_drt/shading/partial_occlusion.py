@@ -14,6 +14,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from ..geometry.light_plane import LightPlane
 from ..geometry.occluder_outline import CIRCLE, HIDDEN_PART_KINDS, NOTHING, RAYS
 from ..geometry.polygon.clipping import clip_polygons, concatenate_polygons
 from ..lights.emitter import Emitter
@@ -182,35 +183,14 @@ def _closed_form_factors(
     light's plane, and for elliptic lights, and those of environments; 0 where there is none.
     """
     n = surface.item.size
-    when = time if isinstance(time, np.ndarray) else np.full(n, time)
     to = light.to_center(surface.point, time)
-    plane, point = light.plane(to), surface.point[:, None]
-    centers, radii = [np.zeros((0, 3, n))], [np.zeros((0, n))]
-    polygons: list[Array] = []
-    # parts of the light's plane that cut occluders hide, by fine and by rough polygons
-    sections: tuple[list[Array], list[Array]] = [], []
-    for shapes, rows, index in plan.shapes.groups(pairs.item):
-        own = kind[rows]
-        circle, flat, cut = (index[own == one].reshape(n, -1).T for one in HIDDEN_PART_KINDS)
-        if circle.size:
-            center, radius = shapes.circular_outline(circle, point, when)
-            centers.append(center.swapaxes(0, 1))
-            radii.append(radius)
-        if flat.size:
-            corners = np.array(shapes.polygonal_outline(flat, point, when))
-            polygons.append(clip_polygons(plane, corners.transpose(2, 0, 1, 3)))
-        if cut.size:
-            for part, number in zip(sections, (SECTION_CORNERS, SECTION_CORNERS // 2), strict=True):
-                part.append(shapes.outline_in_plane(cut, point, when, plane, number))
-    circles, outline = (
-        (np.concatenate(centers), np.concatenate(radii)),
-        light.silhouette(to, surface.normal),
-    )
-
+    circles, polygons, sections = _outlines(plan, surface, light.plane(to), pairs, kind, time)
     if light.environment is not None:
         hidden = concatenate_polygons(polygons, n)
         seen, error = light.environment.visible_factor(surface.normal, circles, hidden, allowed)
         return (seen if len(seen) > 1 else seen[0]), error
+
+    outline = light.silhouette(to, surface.normal)
 
     def visible(part: list[Array]) -> Array:
         hidden = concatenate_polygons([*polygons, *part], n)
@@ -225,6 +205,42 @@ def _closed_form_factors(
             SECTION_ERROR_MARGIN * SECTION_ERROR_FRACTION * np.abs(visible(sections[1]) - factor)
         )
     return factor, error
+
+
+def _outlines(
+    plan: Plan,
+    surface: Surface,
+    plane: LightPlane,
+    pairs: Pairs,
+    kind: Ints,
+    time: Array | float,
+) -> tuple[tuple[Array, Array], list[Array], tuple[list[Array], list[Array]]]:
+    """Circles, polygons and sections that hide a light, of points with equally many of each.
+
+    Returns
+    -------
+    Centres (k, 3, n) and radii (k, n) of spheres; polygons, clipped by the light's plane; and the
+    parts of that plane that occluders hide which it cuts, by fine and by rough polygons.
+    """
+    n = surface.item.size
+    when, point = time if isinstance(time, np.ndarray) else np.full(n, time), surface.point[:, None]
+    centers, radii = [np.zeros((0, 3, n))], [np.zeros((0, n))]
+    polygons: list[Array] = []
+    sections: tuple[list[Array], list[Array]] = [], []
+    for shapes, rows, index in plan.shapes.groups(pairs.item):
+        own = kind[rows]
+        circle, flat, cut = (index[own == one].reshape(n, -1).T for one in HIDDEN_PART_KINDS)
+        if circle.size:
+            center, radius = shapes.circular_outline(circle, point, when)
+            centers.append(center.swapaxes(0, 1))
+            radii.append(radius)
+        if flat.size:
+            corners = np.array(shapes.polygonal_outline(flat, point, when))
+            polygons.append(clip_polygons(plane, corners.transpose(2, 0, 1, 3)))
+        if cut.size:
+            for part, number in zip(sections, (SECTION_CORNERS, SECTION_CORNERS // 2), strict=True):
+                part.append(shapes.outline_in_plane(cut, point, when, plane, number))
+    return (np.concatenate(centers), np.concatenate(radii)), polygons, sections
 
 
 def _group_keys(plan: Plan, pairs: Pairs, kind: Ints, count: int) -> Ints:

@@ -82,6 +82,13 @@ class _Around:
         issues: list[Issue] = []
         return cls(world_of(world, issues), tuple(issues))
 
+    def enter(self, depsgraph: Any, gathered: _Export) -> Any | None:
+        """Enter the world's light and its issues; returns the world."""
+        gathered.issues.extend(self.issues)
+        if self.world.light is not None:
+            gathered.lights.append(self.world.light)
+        return _shown_world(depsgraph)
+
 
 @dataclass
 class _Export:
@@ -211,18 +218,13 @@ def export_scene(
     around = _Around.of(_shown_world(depsgraph))
     gathered.lit_around = around.world.light is not None
     _gather(depsgraph, gathered, draws_strokes)
-    world = _shown_world(depsgraph)
-    gathered.issues.extend(around.issues)
-    if around.world.light is not None:
-        gathered.lights.append(around.world.light)
+    world = around.enter(depsgraph, gathered)
     lens = camera_object.evaluated_get(depsgraph).data
     gathered.issues.extend(clipped(lens, camera, gathered.shapes, animated.clip(lens)))
     gathered.issues.extend(animated.changes(depsgraph, _used(gathered, lens, world)))
-    exposure = exposure_of(depsgraph.scene_eval)
-    lights, *behind = exposed(
-        gathered.lights, around.world.background, around.world.backdrop, exposure
-    )
-    return gathered.scene(camera, lights, *behind, bool(scene.render.film_transparent))
+    behind = around.world.background, around.world.backdrop
+    shining = exposed(gathered.lights, *behind, exposure_of(depsgraph.scene_eval))
+    return gathered.scene(camera, *shining, bool(scene.render.film_transparent))
 
 
 def _used(gathered: _Export, camera: Any, world: Any | None) -> set[Key]:
