@@ -25,7 +25,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..geometry.boundary_arcs import BoundaryArcs
-from ..numerics.arrays import Array, Ints
+from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.floats import TINY
 from ..numerics.gather import columns
 from ..numerics.vector import cross, dot
@@ -127,11 +127,7 @@ def integrate_over_arcs(
             off = np.maximum(off, INHERITED_ERROR * before)
         point = pieces.point
         square = off * off
-        total = np.bincount(point, weights=square, minlength=count)
-        number = np.maximum(np.bincount(point, minlength=count), 1)
-        room = most - error
-        # those that are left share what is allowed
-        wrong = (total > room)[point] & (square > 0.25 * (np.maximum(room, 0.0) / number)[point])
+        wrong = _unsettled(square, point, most - error)
         if halving == LAST_HALVING:
             wrong[:] = False
         done = ~wrong
@@ -145,6 +141,16 @@ def integrate_over_arcs(
         pieces = _split(pieces, rows, np.full(rows.size, 2)) if halving else pieces.take(rows)
         before = np.repeat(off[rows], 2)
     return value, ERROR_MARGIN * np.sqrt(error)
+
+
+def _unsettled(square: Array, point: Ints, room: Array) -> Mask:
+    """Which pieces (m,) with squared errors `square` are too many for the room (n,) of a point."""
+    total = np.bincount(point, weights=square, minlength=room.size)
+    number = np.maximum(np.bincount(point, minlength=room.size), 1)
+    # those that are left share what is allowed
+    share = 0.25 * (np.maximum(room, 0.0) / number)[point]
+    wrong: Mask = (total > room)[point] & (square > share)
+    return wrong
 
 
 def _first_pieces(arcs: BoundaryArcs) -> BoundaryArcs:

@@ -78,9 +78,11 @@ class _Around:
     issues: tuple[Issue, ...]
 
     @classmethod
-    def of(cls, world: Any | None) -> _Around:
+    def of(cls, world: Any | None, gathered: _Export) -> _Around:
         issues: list[Issue] = []
-        return cls(world_of(world, issues), tuple(issues))
+        found = world_of(world, issues)
+        gathered.lit_around = found.light is not None
+        return cls(found, tuple(issues))
 
     def enter(self, depsgraph: Any, gathered: _Export) -> Any | None:
         """Enter the world's light and its issues; returns the world."""
@@ -215,8 +217,7 @@ def export_scene(
     gathered.override = depsgraph.view_layer_eval.material_override
     camera = _camera(depsgraph, camera_object, gathered)
     gathered.issues.extend(scene_issues(depsgraph))
-    around = _Around.of(_shown_world(depsgraph))
-    gathered.lit_around = around.world.light is not None
+    around = _Around.of(_shown_world(depsgraph), gathered)
     _gather(depsgraph, gathered, draws_strokes)
     world = around.enter(depsgraph, gathered)
     lens = camera_object.evaluated_get(depsgraph).data
