@@ -31,7 +31,7 @@ from ..numerics.gather import columns
 from ..numerics.vector import cross, dot
 from .environment_map import EnvironmentMap
 
-__all__ = ["integrate_over_arcs"]
+__all__ = ["integrate_over_arcs", "uniform_factor"]
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ FINE_RULE = _Rule.make(
 )  # fmt: skip
 """Rule of 15 and 7 nodes, for pieces for which that is too rough."""
 
-LONGEST_TURN, LONGEST_ARC = 1.6, 0.8
+LONGEST_TURN, LONGEST_ARC = 3.2, 1.2
 """Largest angle about its circle, and largest length on the unit sphere, of the first pieces of
 arcs, in radians. Pieces of that length come near one pole at most."""
 LAST_HALVING = 14
@@ -141,6 +141,22 @@ def integrate_over_arcs(
         pieces = _split(pieces, rows, np.full(rows.size, 2)) if halving else pieces.take(rows)
         before = np.repeat(off[rows], 2)
     return value, ERROR_MARGIN * np.sqrt(error)
+
+
+def uniform_factor(normal: Array, arcs: BoundaryArcs) -> Array:
+    """Integrals (n,) of n.w alone over regions, in closed form: half of n.(w x dw) along the arcs.
+
+    Parameters as for `integrate_over_arcs`.
+    """
+    n = columns(normal, arcs.point)
+    across = cross(arcs.origin, arcs.first), cross(arcs.origin, arcs.second)
+    value = dot(n, cross(arcs.first, arcs.second)) * (arcs.high - arcs.low)
+    value += dot(n, across[0]) * (np.cos(arcs.high) - np.cos(arcs.low))
+    value += dot(n, across[1]) * (np.sin(arcs.high) - np.sin(arcs.low))
+    total: Array = 0.5 * np.bincount(
+        arcs.point, weights=arcs.sign * value, minlength=normal.shape[1]
+    )
+    return total
 
 
 def _unsettled(square: Array, point: Ints, room: Array) -> Mask:

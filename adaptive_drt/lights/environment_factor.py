@@ -15,9 +15,9 @@ import numpy as np
 from ..geometry.silhouettes import Hemisphere
 from ..numerics.arrays import Array
 from ..numerics.gather import columns
-from .environment_arcs import integrate_over_arcs
+from .environment_arcs import integrate_over_arcs, uniform_factor
 from .environment_map import EnvironmentMap
-from .occluded_form_factor import visible_boundaries, visible_factor
+from .occluded_form_factor import HEMISPHERE_ROUNDING, visible_boundaries, visible_factor
 
 __all__ = ["Environment"]
 
@@ -65,20 +65,20 @@ class Environment:
         -------
         value : (k, n), at least 0.  error : (n,) estimated, the largest of the channels.
         """
-        plain = visible_factor(Hemisphere(), normal, spheres, polygons)
-        value, error = self.level[:, None] * plain, np.zeros(plain.size)
-        # what is wholly hidden up to rounding has no boundary that closes
-        live = (plain > 0.0).nonzero()[0]
-        if not live.size or not self.rest.values.any():
-            return value, error
-        normal, polygons = columns(normal, live), columns(polygons, live, -1)
-        spheres = columns(spheres[0], live, -1), columns(spheres[1], live, -1)
+        count = normal.shape[1]
+        if not self.rest.values.any():
+            plain = visible_factor(Hemisphere(), normal, spheres, polygons)
+            return self.level[:, None] * plain, np.zeros(count)
+        value, error = np.zeros((self.level.size, count)), np.zeros(count)
         for rows, arcs in visible_boundaries(normal, spheres, polygons):
-            own = live[rows]
             n = columns(normal, rows)
-            more, off = integrate_over_arcs(self.rest, n, arcs, allowed[own])
-            value[:, own] += more
-            error[own] = off
+            plain = uniform_factor(n, arcs)
+            # what is wholly hidden up to rounding has no boundary that closes
+            hidden = plain < HEMISPHERE_ROUNDING
+            if hidden.any():
+                arcs = arcs.take((~hidden[arcs.point]).nonzero()[0])
+            more, error[rows] = integrate_over_arcs(self.rest, n, arcs, allowed[rows])
+            value[:, rows] = np.where(hidden, 0.0, self.level[:, None] * plain + more)
         return np.maximum(value, 0.0), error
 
     @cached_property
