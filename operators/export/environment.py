@@ -34,10 +34,10 @@ def image_of(source: Source, color: Vector, reasons: list[str]) -> MappedImage |
     said = f"the {node_called(node)}"
     image = None if node.image is None else node.image.original
     why = _unreadable(image)
-    matrix = _mapping(Input(node.inputs["Vector"], source.groups))
+    matrix = mapping_of(Input(node.inputs["Vector"], source.groups))
     if why is None and matrix is None:
         why = "has a Vector that is not understood"
-    own = _own_mapping(node)
+    own = own_mapping(node)
     if why is None and own:
         why = own
     if why is not None:
@@ -64,7 +64,7 @@ def _unreadable(image: Any | None) -> str | None:
     return None
 
 
-def _own_mapping(node: Any) -> str | None:
+def own_mapping(node: Any) -> str | None:
     """Return what is unusual in the mapping that the node itself carries, or None."""
     own, colors = node.texture_mapping, node.color_mapping
     plain = (
@@ -77,7 +77,7 @@ def _own_mapping(node: Any) -> str | None:
     return None if plain and same else "has a mapping of its own"
 
 
-def _mapping(fed: Input) -> Matrix | None:
+def mapping_of(fed: Input) -> Matrix | None:
     """Return the affine map (3, 4) from directions to what feeds a socket, or None."""
     source = fed.source()
     node, socket = source.node, source.socket
@@ -92,7 +92,7 @@ def _mapping(fed: Input) -> Matrix | None:
     inner = inputs["Vector"]
     if inner.source().node is None:
         return None
-    before = _mapping(inner)
+    before = mapping_of(inner)
     names = ("Rotation", "Scale", *(("Location",) if node.vector_type in SHIFTED else ()))
     values = {name: value_of(inputs[name]) for name in names}
     if before is None or any(value is None or len(value) != 3 for value in values.values()):

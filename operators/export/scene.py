@@ -89,6 +89,7 @@ class _Around:
         gathered.issues.extend(self.issues)
         if self.world.light is not None:
             gathered.lights.append(self.world.light)
+        gathered.lights.extend(self.world.suns)
         return _shown_world(depsgraph)
 
 

@@ -6,13 +6,14 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
-from ...adaptive_drt.scene.description import EnvironmentLight, Issue, SkyLight, Vector
+from ...adaptive_drt.scene.description import EnvironmentLight, Issue, SkyLight, SunLight, Vector
 from ...adaptive_drt.scene.environment_images import MappedImage, make_environment_light
 from .environment import TEXTURE, image_of
 from .links import Input, Known, Source, Value, number_of, output_node, own_number, surface_of
 from .listing import left_out
 from .nodes import called, node_called, uses_nodes
 from .shader import EMITTERS, Shader
+from .sky import SKY, sky_of
 from .world_table import CYCLES_WORLD, LIGHTING, MIST, VISIBILITY, WORLD
 
 BLACK: Vector = (0.0, 0.0, 0.0)
@@ -24,26 +25,28 @@ that scatter light evenly."""
 
 @dataclass(frozen=True)
 class Radiance:
-    """Radiance of a world: a colour (RGB), and images of the sphere."""
+    """Radiance of a world: a colour (RGB), images of the sphere, and the suns of skies."""
 
     color: Vector = BLACK
     images: tuple[MappedImage, ...] = ()
+    suns: tuple[SunLight, ...] = ()
 
     def __bool__(self) -> bool:
         """Whether it is not black."""
-        return any(self.color) or bool(self.images)
+        return any(self.color) or bool(self.images or self.suns)
 
     def times(self, factor: float) -> Radiance:
         """Return it so many times as bright."""
         if factor == 0.0:
             return Radiance()
         images = (replace(image, color=_scaled(image.color, factor)) for image in self.images)
-        return Radiance(_scaled(self.color, factor), tuple(images))
+        suns = (sun.brightened(factor) for sun in self.suns)
+        return Radiance(_scaled(self.color, factor), tuple(images), tuple(suns))
 
     def plus(self, other: Radiance) -> Radiance:
         """Return the sum."""
         (a, b, c), (x, y, z) = self.color, other.color
-        return Radiance((a + x, b + y, c + z), self.images + other.images)
+        return Radiance((a + x, b + y, c + z), self.images + other.images, self.suns + other.suns)
 
 
 @dataclass(frozen=True)
@@ -55,6 +58,7 @@ class World:
 
     background: Vector = BLACK
     light: SkyLight | EnvironmentLight | None = None
+    suns: tuple[SunLight, ...] = ()
     backdrop: EnvironmentLight | None = None
 
 
@@ -75,13 +79,14 @@ def world_of(world: Any | None, issues: list[Issue]) -> World:
     backdrop = make_environment_light(seen.images, seen.color, said) if seen.images else None
     color = BLACK if backdrop is not None else seen.color
     if not (thrown and (sight is None or sight.diffuse)):
-        return World(color, None, backdrop)
+        return World(color, None, (), backdrop)
     shadows = bool(getattr(getattr(world.original, "cycles", None), "use_shadows", True))
+    suns = tuple(replace(sun, casts_shadow=shadows) for sun in thrown.suns)
     if not thrown.images:
         light = SkyLight(thrown.color, casts_shadow=shadows, name=said)
-        return World(color, light, backdrop)
+        return World(color, light, suns, backdrop)
     around = make_environment_light(thrown.images, thrown.color, said)
-    return World(color, replace(around, casts_shadow=shadows), backdrop)
+    return World(color, replace(around, casts_shadow=shadows), suns, backdrop)
 
 
 def _settings(world: Any) -> list[str]:
@@ -164,11 +169,18 @@ def _emitted(source: Source, known: Known, linked: list[str], told: list[str]) -
     """Return the radiance of a node that shines: its colour, or its image, times its strength."""
     shader = Shader(source, known)
     found = shader.source("Color")
-    if found is None or found.node is None or found.node.bl_idname != TEXTURE or found.passed:
+    kind = None if found is None or found.node is None else found.node.bl_idname
+    if found is None or kind not in (TEXTURE, SKY) or found.passed:
         return Radiance(shader.emission(linked))
     strength = shader.rendered_number("Strength", linked)
-    image = image_of(found, (strength, strength, strength), told) if strength else None
-    return Radiance() if image is None else Radiance(images=(image,))
+    if not strength:
+        return Radiance()
+    color = (strength, strength, strength)
+    if kind == TEXTURE:
+        image, sun = image_of(found, color, told), None
+    else:
+        image, sun = sky_of(found, color, told)
+    return Radiance(images=() if image is None else (image,), suns=() if sun is None else (sun,))
 
 
 def _scaled(color: Vector, factor: float) -> Vector:

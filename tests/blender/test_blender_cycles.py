@@ -167,6 +167,21 @@ def _environment(moves=False, projection="EQUIRECTANGULAR", kind=None, **mapping
             place.inputs[name].default_value = value
 
 
+def _sky(kind, **settings):
+    """The world's balls under a sky."""
+    _world()
+    tree = bpy.context.scene.world.node_tree
+    node = next(n for n in tree.nodes if n.type == "BACKGROUND")
+    texture = tree.nodes.new("ShaderNodeTexSky")
+    kinds = [item.identifier for item in texture.bl_rna.properties["sky_type"].enum_items]
+    texture.sky_type = next(name for name in kind if name in kinds)
+    for name, value in settings.items():
+        setattr(texture, name, value)
+    tree.links.new(texture.outputs[0], node.inputs["Color"])
+    node.inputs["Strength"].default_value = 0.3
+
+
+SCATTERED = ("NISHITA", "SINGLE_SCATTERING")
 TURN = (0.4, -0.3, 2.1)
 
 
@@ -179,6 +194,10 @@ SCENES = {
     "environment that is stretched": lambda: _environment(
         kind="TEXTURE", Rotation=TURN, Scale=(1.0, 0.5, 2.0), Location=(0.2, 0.1, -0.3)
     ),
+    "sky by Preetham": lambda: _sky(("PREETHAM",), sun_direction=(0.5, 0.3, 0.6), turbidity=3.0),
+    "sky by Hosek": lambda: _sky(("HOSEK_WILKIE",), sun_direction=(0.5, 0.3, 0.6), turbidity=3.0),
+    "sky by Nishita": lambda: _sky(SCATTERED, sun_disc=False, sun_elevation=0.6),
+    "sky with a sun": lambda: _sky(SCATTERED, sun_elevation=0.6, sun_rotation=0.7),
     "environment on a mirror ball": lambda: _environment(projection="MIRROR_BALL"),
     "world that is seen in another colour": _seen_apart,
     "world": _world,
