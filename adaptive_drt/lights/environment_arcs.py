@@ -31,7 +31,7 @@ from ..numerics.gather import columns
 from ..numerics.vector import cross, dot
 from .environment_map import EnvironmentMap
 
-__all__ = ["integrate_over_arcs", "uniform_factor"]
+__all__ = ["LONGEST_ARC", "integrate_over_arcs", "uniform_factor"]
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,11 @@ ROUNDING = 2.0**-44
 
 
 def integrate_over_arcs(
-    environment: EnvironmentMap, normal: Array, arcs: BoundaryArcs, allowed: Array
+    environment: EnvironmentMap,
+    normal: Array,
+    arcs: BoundaryArcs,
+    allowed: Array,
+    longest: float = LONGEST_ARC,
 ) -> tuple[Array, Array]:
     """Integrals of L n.w over regions above the horizon, and estimates of their errors.
 
@@ -103,6 +107,7 @@ def integrate_over_arcs(
     normal : (3, n) unit vectors in the tracer's axes.
     arcs : boundaries of the regions that n points see.
     allowed : (n,) errors up to which pieces are not halved.
+    longest : length of the first pieces, in radians: narrow bright parts of the map need less.
 
     Returns
     -------
@@ -118,7 +123,7 @@ def integrate_over_arcs(
     # the pieces' errors have random signs: their squares add up
     most = (np.maximum(allowed, least) / ERROR_MARGIN) ** 2
     origin, first, second = (environment.turned(v) for v in (arcs.origin, arcs.first, arcs.second))
-    pieces = _first_pieces(replace(arcs, origin=origin, first=first, second=second))
+    pieces = _first_pieces(replace(arcs, origin=origin, first=first, second=second), longest)
     before = np.zeros(0)
     for halving in range(LAST_HALVING + 1):
         rule = FINE_RULE if halving else ROUGH_RULE
@@ -169,10 +174,10 @@ def _unsettled(square: Array, point: Ints, room: Array) -> Mask:
     return wrong
 
 
-def _first_pieces(arcs: BoundaryArcs) -> BoundaryArcs:
+def _first_pieces(arcs: BoundaryArcs, longest: float) -> BoundaryArcs:
     """Return the arcs cut into pieces that are short enough."""
     turn = arcs.high - arcs.low
-    number = np.maximum(np.ceil(turn / LONGEST_TURN), np.ceil(turn * arcs.radius / LONGEST_ARC))
+    number = np.maximum(np.ceil(turn / LONGEST_TURN), np.ceil(turn * arcs.radius / longest))
     return _split(arcs, np.arange(turn.size), np.maximum(number, 1.0).astype(np.int64))
 
 

@@ -15,13 +15,19 @@ import numpy as np
 from ..geometry.silhouettes import Hemisphere
 from ..numerics.arrays import Array
 from ..numerics.gather import columns
-from .environment_arcs import integrate_over_arcs, uniform_factor
+from .environment_arcs import LONGEST_ARC, integrate_over_arcs, uniform_factor
 from .environment_map import EnvironmentMap
 from .occluded_form_factor import HEMISPHERE_ROUNDING, visible_boundaries, visible_factor
 
 __all__ = ["Environment"]
 
 
+TRIAL_NORMALS = 64
+"""Number of horizons on which the length of pieces is tried."""
+TRIAL_ERROR = 0.0025
+"""Largest error of them, as a fraction of the mean irradiance: a quarter of 1 %."""
+GOLDEN_ANGLE = np.pi * (3.0 - np.sqrt(5.0))
+"""Angle, in radians, by which Fibonacci's lattice turns from point to point."""
 ROUNDING = 2.0**-44
 """Largest deviation of a map from its mean, as a fraction of that, that counts as none."""
 PYRAMID_LEVELS = 6
@@ -51,6 +57,27 @@ class Environment:
             rest.values[:] = 0.0
         return rest
 
+    @cached_property
+    def longest_arc(self) -> float:
+        """Length of the first pieces of arcs, in radians, such that they miss nothing.
+
+        The pair of rules may agree by chance where both miss a narrow bright part of the map: the
+        length is halved until whole horizons agree with those of much shorter pieces.
+        """
+        index = np.arange(TRIAL_NORMALS) + 0.5
+        z, psi = 1.0 - 2.0 * index / TRIAL_NORMALS, GOLDEN_ANGLE * index
+        normal = np.array([np.sqrt(1.0 - z * z) * f(psi) for f in (np.cos, np.sin)] + [z])
+        none = np.zeros((0, 3, TRIAL_NORMALS)), np.zeros((0, TRIAL_NORMALS))
+        _, arcs = next(visible_boundaries(normal, none, np.zeros((0, 4, 3, TRIAL_NORMALS))))
+        most = TRIAL_ERROR * np.pi * float(self.level.max())
+        allowed, lengths = np.full(TRIAL_NORMALS, most), LONGEST_ARC * 0.5 ** np.arange(6)
+        want, _ = integrate_over_arcs(self.rest, normal, arcs, 0.1 * allowed, lengths[-1])
+        for length in lengths[:-2]:
+            value, _ = integrate_over_arcs(self.rest, normal, arcs, allowed, length)
+            if np.abs(value - want).max() <= most:
+                return float(length)
+        return float(lengths[-2])
+
     def visible_factor(
         self, normal: Array, spheres: tuple[Array, Array], polygons: Array, allowed: Array
     ) -> tuple[Array, Array]:
@@ -77,7 +104,9 @@ class Environment:
             hidden = plain < HEMISPHERE_ROUNDING
             if hidden.any():
                 arcs = arcs.take((~hidden[arcs.point]).nonzero()[0])
-            more, error[rows] = integrate_over_arcs(self.rest, n, arcs, allowed[rows])
+            more, error[rows] = integrate_over_arcs(
+                self.rest, n, arcs, allowed[rows], self.longest_arc
+            )
             value[:, rows] = np.where(hidden, 0.0, self.level[:, None] * plain + more)
         return np.maximum(value, 0.0), error
 

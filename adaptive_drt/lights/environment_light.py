@@ -110,7 +110,7 @@ class EnvironmentEmitter(_MapEmitter, SkyEmitter):
         ready = replace(self, accuracy=ACCURACY_SHARE * tolerance)
         if ready.environment.rest.values.any():
             # made once, and not in each worker
-            assert ready.environment.rest.total.size
+            assert ready.environment.longest_arc > 0.0
             assert ready.open_irradiance.accuracy > 0.0
         return ready
 
