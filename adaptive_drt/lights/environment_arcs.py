@@ -116,10 +116,11 @@ def integrate_over_arcs(
     """
     n = environment.turned(normal)
     count, k = normal.shape[1], environment.channel_count
-    value, error = np.zeros((k, count)), np.zeros(count)
+    # the integrals, and the squares of their errors
+    sums = np.zeros((k + 1, count))
     least = ROUNDING * float(np.abs(environment.values).max(initial=0.0))
     if not arcs.low.size or least == 0.0:
-        return value, error
+        return sums[:k], sums[k]
     # the pieces' errors have random signs: their squares add up
     most = (np.maximum(allowed, least) / ERROR_MARGIN) ** 2
     origin, first, second = (environment.turned(v) for v in (arcs.origin, arcs.first, arcs.second))
@@ -130,22 +131,24 @@ def integrate_over_arcs(
         part, off = _integrate_pieces(environment, n, pieces, rule)
         if halving > 1:
             off = np.maximum(off, INHERITED_ERROR * before)
-        point = pieces.point
         square = off * off
-        wrong = _unsettled(square, point, most - error)
+        wrong = _unsettled(square, pieces.point, most - sums[k])
         if halving == LAST_HALVING:
             wrong[:] = False
-        done = ~wrong
-        for channel in range(k):
-            value[channel] += np.bincount(point[done], weights=part[channel][done], minlength=count)
-        error += np.bincount(point[done], weights=square[done], minlength=count)
+        _add(sums, pieces.point, np.vstack([part, square]), ~wrong)
         rows = wrong.nonzero()[0]
         if not rows.size:
             break
         # the better rule first, then halves
         pieces = _split(pieces, rows, np.full(rows.size, 2)) if halving else pieces.take(rows)
         before = np.repeat(off[rows], 2)
-    return value, ERROR_MARGIN * np.sqrt(error)
+    return sums[:k], ERROR_MARGIN * np.sqrt(sums[k])
+
+
+def _add(sums: Array, point: Ints, parts: Array, chosen: Mask) -> None:
+    """Add some of the rows of `parts` (j, m) to those of the sums (j, n) of their points."""
+    for row, part in zip(sums, parts, strict=True):
+        row += np.bincount(point[chosen], weights=part[chosen], minlength=row.size)
 
 
 def uniform_factor(normal: Array, arcs: BoundaryArcs) -> Array:

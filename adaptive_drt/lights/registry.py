@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any, TypeAlias
 
 from ..scene.description import (
@@ -18,6 +18,7 @@ from ..scene.description import (
     SpotLight,
     SunLight,
 )
+from .bright_spots import split_bright_spots
 from .disk_light import make_disk_emitter
 from .ellipse_light import make_ellipse_emitter
 from .emitter import Emitter, LightMotion
@@ -29,7 +30,7 @@ from .sphere_light import make_sphere_emitter
 from .spot_light import make_spot_emitter
 from .sun_light import make_sun_emitter
 
-__all__ = ["LIGHTS", "make_emitter"]
+__all__ = ["LIGHTS", "make_emitter", "split_lights"]
 
 _Maker: TypeAlias = Callable[[Any, LightMotion], Emitter]
 
@@ -59,3 +60,14 @@ def make_emitter(light: Light, motion: LightMotion) -> Emitter:
         if type(light) is record:
             return make(light, motion)
     raise TypeError(f"{type(light).__name__} is no kind of light that the tracer knows")
+
+
+def split_lights(lights: Iterable[Light]) -> Iterator[Light]:
+    """Yield lights, with the bright spots of environments as lights of their own."""
+    for light in lights:
+        if isinstance(light, EnvironmentLight):
+            rest, spots = split_bright_spots(light)
+            yield rest
+            yield from spots
+        else:
+            yield light

@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 import os
 import threading
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from importlib.util import find_spec
 from typing import Any
@@ -17,21 +17,13 @@ from numpy.typing import NDArray
 from ..geometry.camera import PinholeCamera, make_pinhole_camera
 from ..geometry.registry import SHAPES, kind_of
 from ..geometry.shape_table import ShapeTable
-from ..lights.bright_spots import split_bright_spots
 from ..lights.emitter import Emitter, LightMotion
 from ..lights.environment_map import EnvironmentMap, make_environment_map
-from ..lights.registry import make_emitter
+from ..lights.registry import make_emitter, split_lights
 from ..numerics.arrays import Array
 from ..numerics.vector import dot
 from ..parallel.cancellation import RenderCancelled
-from ..scene.description import (
-    EnvironmentLight,
-    Light,
-    Motion,
-    Scene,
-    ShapeBatch,
-    ShapeRecord,
-)
+from ..scene.description import Motion, Scene, ShapeBatch, ShapeRecord
 from ..scene.settings import Settings
 from ..scene.values import ZERO
 
@@ -285,24 +277,13 @@ def _make_emitters(
     """The lights with non-zero power, as emitters. The others are added to `skipped`."""
     kept = []
     motion = LightMotion(origin, drift, moving)
-    for light in _split_lights(scene.lights):
+    for light in split_lights(scene.lights):
         emitter = make_emitter(light, motion)
         if emitter.power.any():
             kept.append(emitter)
         else:
             skipped.append({"what": light.name, "why": "the light has no power"})
     return tuple(kept)
-
-
-def _split_lights(lights: Sequence[Light]) -> Iterator[Light]:
-    """Yield the lights, with the bright spots of environments as lights of their own."""
-    for light in lights:
-        if isinstance(light, EnvironmentLight):
-            rest, spots = split_bright_spots(light)
-            yield rest
-            yield from spots
-        else:
-            yield light
 
 
 def _with_touched_shapes(light: Emitter, table: ShapeTable) -> Emitter:

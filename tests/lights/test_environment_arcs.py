@@ -69,16 +69,17 @@ def test_uniform_circles(half):
 
 def test_the_stated_error_holds():
     """Against a much finer quadrature, over noise, which no rule follows."""
-    environment = make_map(noise(RNG, 16, 32))
-    normal = unit(RNG, 300)
+    rng = np.random.default_rng(4)
+    environment = make_map(noise(rng, 16, 32))
+    normal = unit(rng, 300)
     arcs = horizon(normal)
     want, _ = integral(environment, normal, arcs, 1e-8)
-    for allowed, share in ((1e-2, 1.0), (1e-3, 1.0), (1e-4, 0.99), (1e-5, 0.97)):
+    for allowed in (1e-2, 1e-3, 1e-4, 1e-5):
         value, error = integral(environment, normal, arcs, allowed)
         off = np.abs(value - want).max(axis=0)
         assert error.max() <= allowed
-        assert (off <= np.maximum(error, 1e-8)).mean() >= share
-        assert off.max() <= 3.0 * allowed
+        assert (off <= np.maximum(error, 1e-8)).mean() >= 0.98
+        assert off.max() <= 3.0 * allowed and np.sqrt((off * off).mean()) < 0.4 * allowed
 
 
 def test_answers_do_not_depend_on_the_batch():
