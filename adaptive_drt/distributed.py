@@ -20,6 +20,7 @@ from .detection.detect import CenterRays, DetectionFlags, detect, flag_everywher
 from .detection.occlusion import classify_occluders
 from .image.schedule import StageTimer
 from .lights.emitter import Emitter
+from .lights.environment_backdrop import mean_over_boxes
 from .numerics.arrays import Array, Ints, Mask
 from .numerics.gather import columns
 from .numerics.low_discrepancy import low_discrepancy_points
@@ -217,6 +218,10 @@ class Resolver:
         self.center, self.flags = center, flags
         self.reuse = plan.settings.reuse and plan.settings.distribution == "ADAPTIVE"
         color = np.repeat(plan.background[:, None], n, axis=1)
+        if plan.backdrop is not None:
+            share = plan.settings.tolerance
+            half = 0.5 if plan.settings.use_edges else 0.0
+            color, _ = mean_over_boxes(plan.backdrop, plan.lens, tile.x, tile.y, half, share)
         alpha = np.full(n, 0.0 if plan.transparent else 1.0)
         if plan.transparent:
             color[:] = 0.0

@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..lights.environment_backdrop import radiance_of_regions
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.floats import TINY
 from ..numerics.gather import columns, place
@@ -448,6 +449,7 @@ def _cells_from_regions(
     color = np.empty((3, found.box.size))
     color[:] = backdrop[:, None]
     color[:, hit] = light.color
+    unsure = _show_backdrop(plan, cells, found, color)
     mean = np.array([grouped_sums(found.box, found.weight * c, count) for c in color])
     box, weight = found.box[hit], found.weight[hit]
     deviation = np.array(
@@ -456,6 +458,10 @@ def _cells_from_regions(
     away = rms(color - columns(mean, found.box))
     edge = grouped_sums(found.box, found.error * away, count)
     edge += task.goal.contrast * found.missed_weight
+    if unsure is not None:
+        off = grouped_sums(found.box, found.weight * unsure, count)
+        wide = cells.high[:2] > cells.low[:2]
+        deviation[KINK_KIND, :2] += off / np.maximum(wide.sum(axis=0), 1) * wide
     deviation[STEP_KIND, 2] += _contrasts(task, cells, found, away) * found.motion_error
     alpha = np.ones(count)
     if plan.holdout is not None:
@@ -466,6 +472,20 @@ def _cells_from_regions(
     return replace(
         cells, color=mean, alpha=alpha, deviation=deviation, shape_error=edge, sampling=sampling
     )
+
+
+def _show_backdrop(plan: Plan, cells: Cells, found: Fragments, color: Array) -> Array | None:
+    """Enter the colours (3, m) of regions that show an environment; returns their errors (m,)."""
+    if plan.backdrop is None or plan.transparent:
+        return None
+    rows, error = (found.item < 0).nonzero()[0], np.zeros(found.item.size)
+    low, high = (columns(ends[:2], found.box[rows]) for ends in (cells.low, cells.high))
+    middle, half = 0.5 * (low + high), 0.5 * (high - low)
+    centroid = columns(found.centroid[:2], rows)
+    color[:, rows], error[rows] = radiance_of_regions(
+        plan.backdrop, plan.lens, middle, half, centroid
+    )
+    return error
 
 
 def _contrasts(task: RefinementTask, cells: Cells, found: Fragments, away: Array) -> Array:

@@ -180,7 +180,10 @@ class _CutPixels:
         hits = surface(plan, columns(w, hit), depth[hit], item[hit])
         color = np.zeros((3, pixel.size))
         if not plan.transparent:
-            color[:] = plan.background[:, None] * (item < 0)
+            behind = item < 0
+            color[:] = plan.background[:, None] * behind
+            if plan.backdrop is not None:
+                color[:, behind] = plan.backdrop.radiance(w[:, behind])
         glow = emission(plan, hits)
         if glow is not None:
             color[:, hit] = glow

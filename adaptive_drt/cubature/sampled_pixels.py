@@ -243,6 +243,8 @@ class _Points:
         plain = np.zeros((4, *shape))
         if not plan.transparent:
             plain[:3] = plan.background[:, None, None] * ~hit
+            if plan.backdrop is not None:
+                plain[:3, ~hit] = plan.backdrop.radiance(self.w[:, ~hit])
         plain[3] = plan.opacity(item)
         glow = emission(plan, hits)
         if glow is not None:

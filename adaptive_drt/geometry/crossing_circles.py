@@ -22,7 +22,7 @@ from .spherical_curves import (
     circles_inside_cones,
 )
 
-__all__ = ["gaps_of_rings", "open_circles_integral"]
+__all__ = ["gaps_of_rings", "open_circles", "open_circles_integral"]
 
 
 CROSSING_TOLERANCE = 2.0**-48
@@ -51,6 +51,27 @@ def open_circles_integral(
     center, half : (j, k, n) rad, further intervals that are not visible.
     spans : (i, k, n) further such intervals within [-pi, pi], or None.
     """
+    ring, low, high = open_circles(circles, center, half, spans)
+    part = BoundaryAntiderivative(
+        potential.a.ravel()[ring], potential.b.ravel()[ring], potential.c.ravel()[ring], None
+    )
+    value = boundary_values(part, high) - boundary_values(part, low)
+    # in the order of the circles, whatever other points there are
+    n = circles.sine.shape[1]
+    total = np.zeros(n)
+    total += np.bincount(ring % n, weights=value, minlength=n)
+    return total
+
+
+def open_circles(
+    circles: Circles, center: Array, half: Array, spans: Intervals | None
+) -> tuple[Ints, Array, Array]:
+    """Arcs of circles (k, n) that lie in no other circle; parameters as `open_circles_integral`.
+
+    Returns
+    -------
+    ring : (m,) indices k n + point of their circles, ascending.  low, high : (m,) radians.
+    """
     k, n = circles.sine.shape
     first, second, point, hidden = _crossing_pairs(circles)
     wins = np.where(second < first, 1.0, -1.0)
@@ -73,15 +94,7 @@ def open_circles_integral(
     kept = ((high > low) & ~hidden.ravel()[ring]).nonzero()[0]
     ring, low, high = gaps_of_rings(ring[kept], low[kept], high[kept], k * n)
     live = ((high > low) & ~hidden.ravel()[ring]).nonzero()[0]
-    ring = ring[live]
-    part = BoundaryAntiderivative(
-        potential.a.ravel()[ring], potential.b.ravel()[ring], potential.c.ravel()[ring], None
-    )
-    value = boundary_values(part, high[live]) - boundary_values(part, low[live])
-    # in the order of the circles, whatever other points there are
-    total = np.zeros(n)
-    total += np.bincount(ring % n, weights=value, minlength=n)
-    return total
+    return ring[live], low[live], high[live]
 
 
 def _crossing_pairs(circles: Circles) -> tuple[Ints, Ints, Ints, Mask]:

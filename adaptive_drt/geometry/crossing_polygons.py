@@ -24,7 +24,7 @@ from .spherical_curves import (
     boundary_values,
 )
 
-__all__ = ["open_arcs_integral", "open_edges_integral"]
+__all__ = ["open_arcs", "open_arcs_integral", "open_edges", "open_edges_integral"]
 
 
 CONE_MARGIN = 2.0**-30
@@ -49,11 +49,23 @@ def open_edges_integral(
     hidden : (c, e, n) rad, further intervals of them that are covered, or None.
     reach : (n,) as for `arcs_inside_outline`.
     """
+    return _integral(potential, base[0].shape[1], open_edges(polygons, base, hidden, reach))
+
+
+def open_edges(
+    polygons: PolygonSilhouettes, base: Intervals, hidden: Intervals | None, reach: Array
+) -> tuple[Ints, Array, Array]:
+    """Parts of polygons' edges that no other polygon covers; see `open_edges_integral`.
+
+    Returns
+    -------
+    ring : (m,) indices edge n + point of their edges, ascending.  low, high : (m,) radians.
+    """
     edge, other, point = _near_pairs(polygons, base)
     j = polygons.segments.half_angle.shape[0] // polygons.edge_on.shape[0]
     pairs = edge, other, point
     spans = _intervals_behind(polygons.segments, polygons, pairs, edge // j > other, reach)
-    return _open_integral(base, edge, point, spans, hidden, potential)
+    return _open_parts(base, edge, point, spans, hidden)
 
 
 def open_arcs_integral(
@@ -64,23 +76,26 @@ def open_arcs_integral(
     potential: BoundaryAntiderivative,
 ) -> Array:
     """The same for whole arcs (e, n) of a light, which lie behind all polygons: (n,)."""
+    parts = open_arcs(arcs, polygons, hidden, reach)
+    return _integral(potential, arcs.half_angle.shape[1], parts)
+
+
+def open_arcs(
+    arcs: GreatCircleArcs, polygons: PolygonSilhouettes, hidden: Intervals | None, reach: Array
+) -> tuple[Ints, Array, Array]:
+    """Parts of a light's arcs that no polygon covers; see `open_arcs_integral`, `open_edges`."""
     half = arcs.half_angle
     pairs = np.broadcast_to(~polygons.edge_on, (half.shape[0], *polygons.edge_on.shape)).nonzero()
     edge, other, point = pairs
     alike = np.ones(edge.size, dtype=np.bool_)
     spans = _intervals_behind(arcs, polygons, (edge, other, point), alike, reach)
-    return _open_integral((-half, half), edge, point, spans, hidden, potential)
+    return _open_parts((-half, half), edge, point, spans, hidden)
 
 
-def _open_integral(
-    base: Intervals,
-    edge: Ints,
-    point: Ints,
-    spans: Intervals,
-    hidden: Intervals | None,
-    potential: BoundaryAntiderivative,
-) -> Array:
-    """Integral (n,) along what intervals `spans` (p,) and `hidden` (c, e, n) leave of `base`.
+def _open_parts(
+    base: Intervals, edge: Ints, point: Ints, spans: Intervals, hidden: Intervals | None
+) -> tuple[Ints, Array, Array]:
+    """What intervals `spans` (p,) and `hidden` (c, e, n) leave of `base`, as `open_edges`.
 
     edge, point : (p,) indices of the edges and points of `spans`.
     """
@@ -102,11 +117,16 @@ def _open_integral(
     high = np.concatenate([first, around, high[kept]])
     ring, low, high = gaps_of_rings(ring, low, high, rings.size)
     live = (high > low).nonzero()[0]
-    ring = ring[live]
+    return ring[live], low[live], high[live]
+
+
+def _integral(potential: BoundaryAntiderivative, n: int, parts: tuple[Ints, Array, Array]) -> Array:
+    """Integral (n,) of n.(w x dw) along parts of edges, as `open_edges` gives them."""
+    ring, low, high = parts
     shift = None if potential.phase is None else potential.phase.ravel()[ring]
     a, b, c = (x.ravel()[ring] for x in (potential.a, potential.b, potential.c))
     part = BoundaryAntiderivative(a, b, c, shift)
-    value = boundary_values(part, high[live]) - boundary_values(part, low[live])
+    value = boundary_values(part, high) - boundary_values(part, low)
     # in the order of the edges, whatever other points there are
     total = np.zeros(n)
     total += np.bincount(ring % n, weights=value, minlength=n)

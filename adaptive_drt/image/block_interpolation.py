@@ -85,6 +85,8 @@ def interpolate_blocks(
             color[:, :, hit], late[hit] = _shutter_means(light)
             seen[hit] = there.reshape(16, -1).all(axis=0)
             points += 16 * len(times) * hit.size
+    if plan.backdrop is not None and not plan.transparent:
+        seen &= item >= 0  # an environment is filtered pixel by pixel
     coefficients = chebyshev_series(color)
     size = np.sqrt((color * color).mean(axis=(0, 1)))
     off = interpolation_error(coefficients) + late * size

@@ -21,6 +21,8 @@ from ..detection.detect import (
     detect_smooth_blocks,
     trace_center_rays,
 )
+from ..lights.environment_backdrop import mean_over_boxes
+from ..lights.environment_map import EnvironmentMap
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.gather import columns, place
 from ..parallel.call_progress import progress_range, report_progress
@@ -41,6 +43,9 @@ Clock: TypeAlias = Callable[[str], None]
 """Callback that is called with the name of each stage that has ended."""
 
 
+BACKDROP_ERROR = 0.3
+"""Error of an environment in a pixel that shows nothing else, as a fraction of the tolerance times
+its own radiance, up to which it is not looked at again."""
 SAMPLED_ITEM = -2
 """Item of sampled pixels: no object, so that no neighbour counts as showing the same one."""
 CENTER_RAYS = 8
@@ -188,9 +193,11 @@ def _trace_pixels(
     with progress_range(0.0, DETECTION_WORK_SHARE):
         flags = detect(plan, occluders, center, clock)
     n = x.size
-    color = np.zeros((3, n))
+    color, sampling = np.zeros((3, n)), np.zeros(n)
     if not plan.transparent:
         color[:] = plan.background[:, None]
+        if plan.backdrop is not None:
+            _show_backdrop(plan, plan.backdrop, center, x, y, color, sampling)
     alpha = np.full(n, 0.0 if plan.transparent else 1.0)
     deviation = zero_variation(n)
     sampled = _sampled_pixels(plan, center, flags)
@@ -201,7 +208,6 @@ def _trace_pixels(
     place(color, rows, light.color)
     alpha[rows] = plan.opacity(center.item[rows])
     place(deviation, rows, light.deviation)
-    sampling = np.zeros(n)
     sampling[rows] = light.error
     normal = np.zeros((3, n))
     place(normal, center.rows, center.hits.normal)
@@ -225,6 +231,24 @@ def _trace_pixels(
         item, visibility_key, center.depth, normal, candidates, sampled,
         sampled & flags.silhouette, filled,
     )  # fmt: skip
+
+
+def _show_backdrop(
+    plan: Plan,
+    backdrop: EnvironmentMap,
+    center: CenterRays,
+    x: Array,
+    y: Array,
+    color: Array,
+    error: Array,
+) -> None:
+    """Enter what is seen of an environment in pixels whose centres hit nothing, and its error."""
+    rows = (center.item < 0).nonzero()[0]
+    half = 0.5 if plan.settings.use_edges else 0.0
+    share = BACKDROP_ERROR * plan.settings.tolerance
+    color[:, rows], error[rows] = mean_over_boxes(
+        backdrop, plan.lens, x[rows], y[rows], half, share
+    )
 
 
 def _sampled_pixels(plan: Plan, center: CenterRays, flags: DetectionFlags) -> Mask:

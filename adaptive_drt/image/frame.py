@@ -225,6 +225,9 @@ class Frame:
         ):  # fmt: skip
             place(getattr(self, name), index, getattr(pixels, name))
         self._spatial_error[index] = pixels.spatial_error
+        if self.plan.backdrop is not None:
+            alone = (pixels.item < 0) & ~pixels.outline & ~pixels.sampled
+            self.settled[index[alone]] = True
         self.traced[index] = True
         self._candidates.append(Pairs(index[pixels.candidates.pixel], pixels.candidates.item))
         if pixels.centers is not None:

@@ -19,6 +19,7 @@ from ..numerics.vector import dot
 from ..scene.description import Light, Motion, Shape, vector_of
 from .bounds import LightBounds
 from .coplanarity import planes_through_ball
+from .environment_factor import Environment
 
 __all__ = ["Emitter", "LightContact", "LightMotion", "ProfileEdge", "column"]
 
@@ -315,6 +316,29 @@ class Emitter(LightBounds, ABC):
     def profile_edge(self, to: Array) -> ProfileEdge | None:
         """Return where points are relative to the edge of the light's profile, None without one."""
         return None
+
+    # --- environment ----------------------------------------------------------------------
+
+    @property
+    def environment(self) -> Environment | None:
+        """Return how the radiance of a light around all points depends on the direction, or None.
+
+        With one of k > 1 channels all irradiance factors are (k, n) instead of (n,).
+        """
+        return None
+
+    @property
+    def factor_error(self) -> float:
+        """Return the error of the irradiance factors of the unhidden light; 0 for closed forms."""
+        return 0.0
+
+    def channels(self) -> tuple[Emitter, ...]:
+        """Return lights of one channel, each with factors (n,), that add up to this one."""
+        return (self,)
+
+    def prepared(self, tolerance: float) -> Emitter:
+        """Return the light with the tables that a picture of a tolerance needs."""
+        return self
 
     # --- radiometry -----------------------------------------------------------------------
 

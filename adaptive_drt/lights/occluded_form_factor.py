@@ -10,13 +10,20 @@ of two equal occluders only the first contributes an outline.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..geometry.axial_profile import AxialProfile, ProfileAtPoints
-from ..geometry.crossing_circles import open_circles_integral
-from ..geometry.crossing_polygons import open_arcs_integral, open_edges_integral
+from ..geometry.boundary_arcs import BoundaryArcs, arcs_of_curve
+from ..geometry.crossing_circles import open_circles, open_circles_integral
+from ..geometry.crossing_polygons import (
+    open_arcs,
+    open_arcs_integral,
+    open_edges,
+    open_edges_integral,
+)
 from ..geometry.silhouettes import (
     CircularSilhouette,
     Hemisphere,
@@ -47,7 +54,7 @@ from ..numerics.floats import TINY
 from ..numerics.gather import columns
 from ..numerics.vector import dot
 
-__all__ = ["visible_factor"]
+__all__ = ["HEMISPHERE_ROUNDING", "visible_boundaries", "visible_factor"]
 
 
 CROSSING_CIRCLES = 12
@@ -169,9 +176,20 @@ def _factor_in_blocks(
     profile: ProfileAtPoints | None,
 ) -> Array:
     """`visible_factor` by blocks of points."""
-    count = normal.shape[1]
-    total = np.zeros(count)
-    k, m, j = spheres[0].shape[0], *polygons.shape[:2]
+    total = np.zeros(normal.shape[1])
+    for rows in _blocks(light, normal.shape[1], spheres[0].shape[0], polygons):
+        part = _take_silhouette(light, rows)
+        v, radius = columns(spheres[0], rows, -1), columns(spheres[1], rows, -1)
+        seen = None if profile is None else profile.take(rows)
+        total[rows] = _block_factor(
+            part, columns(normal, rows), v, radius, columns(polygons, rows, -1), seen
+        )
+    return total
+
+
+def _blocks(light: OpenSilhouette, count: int, k: int, polygons: Array) -> Iterator[slice]:
+    """Yield blocks of `count` points whose pairs of `k` circles and of polygons fit memory."""
+    m, j = polygons.shape[:2]
     pairs = max(1, (k + m) * (k + m * j))
     if m >= CROSSING_POLYGONS:
         # of the pairs of polygons most are only looked at
@@ -180,14 +198,60 @@ def _factor_in_blocks(
         pairs = max(pairs, light.shape[0] * (1 + k + m))
     step = max(1, min(BLOCK_POINTS, BLOCK_PAIRS // pairs))
     for first in range(0, count, step):
-        rows = slice(first, min(first + step, count))
-        part = _take_silhouette(light, rows)
+        yield slice(first, min(first + step, count))
+
+
+def visible_boundaries(
+    normal: Array, spheres: tuple[Array, Array], polygons: Array
+) -> Iterator[tuple[slice, BoundaryArcs]]:
+    """Yield blocks of points, and the boundaries of what they see of the hemispheres above them.
+
+    Parameters as for `visible_factor`. The arcs count their points from the first of the block.
+    """
+    light = Hemisphere()
+    for rows in _blocks(light, normal.shape[1], spheres[0].shape[0], polygons):
         v, radius = columns(spheres[0], rows, -1), columns(spheres[1], rows, -1)
-        seen = None if profile is None else profile.take(rows)
-        total[rows] = _block_factor(
-            part, columns(normal, rows), v, radius, columns(polygons, rows, -1), seen
+        part = columns(polygons, rows, -1)
+        yield (
+            rows,
+            _boundary(_make_silhouettes(light, columns(normal, rows), v, radius, part, True)),
         )
-    return total
+
+
+def _boundary(outlines: _Silhouettes) -> BoundaryArcs:
+    """Return all visible arcs of the horizons, and of the occluders' outlines."""
+    edges, circles, polygons = outlines.light.edges, outlines.circles, outlines.polygons
+    near = polygons is not None and _compares_near_polygons(outlines, polygons)
+    reach = outlines.light.reach
+    if polygons is not None and near:
+        hidden = _hidden_by_circles(outlines, edges)
+        found = [arcs_of_curve(edges, *open_arcs(edges, polygons, hidden, reach), 1.0)]
+    else:
+        found = [_arcs_of_spans(edges, _unoccluded_intervals(outlines, edges, None), 1.0)]
+    if circles.sine.shape[0] >= CROSSING_CIRCLES:
+        spans = _circles_behind_polygons(outlines, circles)
+        open_ = open_circles(circles, *_off_the_light(outlines), spans)
+        found.append(arcs_of_curve(circles, *open_, -1.0))
+    elif circles.sine.shape[0]:
+        found.append(_arcs_of_spans(circles, _visible_sphere_silhouettes(outlines), -1.0))
+    if polygons is not None:
+        segments, base = polygons.segments, _edges_on_the_light(outlines, polygons)
+        if near:
+            hidden = _hidden_by_circles(outlines, segments)
+            parts = open_edges(polygons, base, hidden, reach)
+            found.append(arcs_of_curve(segments, *parts, -1.0))
+        else:
+            spans = _unoccluded_intervals(outlines, segments, base)
+            found.append(_arcs_of_spans(segments, spans, -1.0))
+    return BoundaryArcs.join(found)
+
+
+def _arcs_of_spans(curve: Circles | GreatCircleArcs, spans: Intervals, sign: float) -> BoundaryArcs:
+    """Return the intervals (j, k, n) of curves (k, n) that are not empty."""
+    low, high = np.broadcast_arrays(*spans)
+    index = (high > low).ravel().nonzero()[0]
+    ring = index % low[0].size
+    return arcs_of_curve(curve, ring, low.ravel()[index], high.ravel()[index], sign)
 
 
 def _take_silhouette(light: OpenSilhouette, rows: slice | Ints) -> OpenSilhouette:

@@ -3,12 +3,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any, TypeAlias
 
 from ..scene.description import (
     DiskLight,
     EllipseLight,
+    EnvironmentLight,
     Light,
     PointLight,
     QuadLight,
@@ -17,8 +18,10 @@ from ..scene.description import (
     SpotLight,
     SunLight,
 )
+from .bright_spots import split_bright_spots
 from .disk_light import make_disk_emitter
 from .emitter import Emitter, LightMotion
+from .environment_light import make_environment_emitter
 from .point_light import make_point_emitter
 from .sky_light import make_sky_emitter
 from .sphere_light import make_sphere_emitter
@@ -26,7 +29,7 @@ from .spot_light import make_spot_emitter
 from .spread_light import make_spread_ellipse_emitter, make_spread_quad_emitter
 from .sun_light import make_sun_emitter
 
-__all__ = ["LIGHTS", "make_emitter"]
+__all__ = ["LIGHTS", "make_emitter", "split_lights"]
 
 _Maker: TypeAlias = Callable[[Any, LightMotion], Emitter]
 
@@ -39,6 +42,7 @@ LIGHTS: tuple[tuple[type[Light], _Maker], ...] = (
     (SpotLight, make_spot_emitter),
     (SunLight, make_sun_emitter),
     (SkyLight, make_sky_emitter),
+    (EnvironmentLight, make_environment_emitter),
 )
 """Records of lights, and the functions that make emitters of them: the one list of all kinds."""
 
@@ -55,3 +59,14 @@ def make_emitter(light: Light, motion: LightMotion) -> Emitter:
         if type(light) is record:
             return make(light, motion)
     raise TypeError(f"{type(light).__name__} is no kind of light that the tracer knows")
+
+
+def split_lights(lights: Iterable[Light]) -> Iterator[Light]:
+    """Yield lights, with the bright spots of environments as lights of their own."""
+    for light in lights:
+        if isinstance(light, EnvironmentLight):
+            rest, spots = split_bright_spots(light)
+            yield rest
+            yield from spots
+        else:
+            yield light

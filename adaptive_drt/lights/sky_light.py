@@ -22,7 +22,8 @@ from .emitter import Emitter, LightMotion, column
 from .point_light import PointEmitter
 from .round_light import cone_directions
 
-__all__ = ["AmbientEmitter", "SkyEmitter", "make_sky_emitter"]
+__all__ = ["CENTER", "RADIUS", "AmbientEmitter", "SkyEmitter", "UnboundedEmitter"]
+__all__ += ["make_sky_emitter"]
 
 
 CENTER = (0.0, 0.0, DISTANCE)
@@ -33,7 +34,7 @@ RADIUS = 2.0 * DISTANCE
 
 
 @dataclass(frozen=True, kw_only=True)
-class _UnboundedEmitter(DistantEmitter):
+class UnboundedEmitter(DistantEmitter):
     """A light that no horizon cuts."""
 
     def horizon(
@@ -56,12 +57,12 @@ class _UnboundedEmitter(DistantEmitter):
 
 
 @dataclass(frozen=True, kw_only=True)
-class AmbientEmitter(_UnboundedEmitter, PointEmitter):
+class AmbientEmitter(UnboundedEmitter, PointEmitter):
     """A sky without shadows. It has no centre from which they could be cast."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class SkyEmitter(_UnboundedEmitter):
+class SkyEmitter(UnboundedEmitter):
     """A sky of uniform radiance."""
 
     @property

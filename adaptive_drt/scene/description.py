@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from .light_records import (
     DiskLight,
     EllipseLight,
+    EnvironmentLight,
     Light,
     PointLight,
     QuadLight,
@@ -47,6 +48,7 @@ __all__ = [
     "DiskLight",
     "Ellipse",
     "EllipseLight",
+    "EnvironmentLight",
     "Issue",
     "Light",
     "Material",
@@ -435,7 +437,11 @@ class Camera:
 
 @dataclass(frozen=True)
 class Scene:
-    """The input of a render. `background` is the radiance (RGB) of rays that hit nothing."""
+    """The input of a render.
+
+    `background` is the radiance (RGB) of rays that hit nothing, unless `backdrop` is given, which
+    then tells it by direction.
+    """
 
     camera: Camera | None = None
     shapes: tuple[ShapeRecord, ...] = ()
@@ -443,6 +449,7 @@ class Scene:
     background: Vector = ZERO
     transparent: bool = False
     issues: tuple[Issue, ...] = field(default=())
+    backdrop: EnvironmentLight | None = None
 
 
 def validate(scene: Scene) -> Scene:
@@ -467,7 +474,18 @@ def validate(scene: Scene) -> Scene:
             )
         )
         background = ZERO
-    return replace(scene, shapes=shapes, lights=lights, background=background, issues=tuple(issues))
+    backdrop = scene.backdrop
+    if backdrop is not None and (reason := backdrop.defect()):
+        issues.append(Issue(backdrop.name, f"{reason}; it is not seen", kind="WORLD"))
+        backdrop = None
+    return replace(
+        scene,
+        shapes=shapes,
+        lights=lights,
+        background=background,
+        backdrop=backdrop,
+        issues=tuple(issues),
+    )
 
 
 def checked_camera(scene: Scene) -> Camera:

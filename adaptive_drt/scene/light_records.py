@@ -6,9 +6,13 @@ Positions hold at the middle of the shutter: see `description`.
 
 from __future__ import annotations
 
+import hashlib
 import math
 from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, Protocol, Self
+
+import numpy as np
+from numpy.typing import NDArray
 
 from .values import (
     SMALLEST_SIZE,
@@ -26,6 +30,7 @@ __all__ = [
     "LEAST_SPREAD",
     "DiskLight",
     "EllipseLight",
+    "EnvironmentLight",
     "Light",
     "PointLight",
     "QuadLight",
@@ -34,6 +39,14 @@ __all__ = [
     "SpotLight",
     "SunLight",
 ]
+
+IDENTITY: tuple[Vector, Vector, Vector] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+"""Rows of the matrix that turns nothing."""
+MAX_PIXEL = 1e30
+"""Largest value of a pixel, beyond which squares of it come near the end of float64."""
+ROTATION_TOLERANCE = 1e-6
+"""Largest difference of the product of a rotation and its transpose from the identity: rotations
+are stored in float32."""
 
 
 LEAST_SPREAD = 0.01
@@ -271,3 +284,52 @@ class SkyLight(_ColoredLight):
     def defect(self) -> str | None:
         """Return the reason why it cannot be rendered, or None."""
         return vector_defect(self, "radiance")
+
+
+@dataclass(frozen=True, eq=False)
+class EnvironmentLight(_ColoredLight):
+    """A light whose radiance depends on the direction: an image of the whole sphere.
+
+    In the image's own frame a direction has the longitude atan2(y, x), from pi at the left end of
+    the image to -pi at its right end, and a latitude from 90 degrees at the top to -90 at the
+    bottom. Radiance is interpolated linearly between the middles of the pixels, and the image
+    repeats. It lights what is open to it, and is not seen: `Scene.backdrop` is. It does not move.
+
+    pixels : (rows, columns, 3) from the top down, not below 0; they must not be changed.
+    radiance : W / m^2 / sr (RGB) of a pixel of 1.
+    rotation : rows of the rotation from the world's axes to those of the image.
+    """
+
+    pixels: NDArray[np.float32] | NDArray[np.float64]
+    radiance: Vector = (1.0, 1.0, 1.0)
+    rotation: tuple[Vector, Vector, Vector] = IDENTITY
+    motion: None = None
+    casts_shadow: bool = True
+    name: str = "World"
+
+    def defect(self) -> str | None:
+        """Return the reason why it cannot be rendered, or None."""
+        shape = self.pixels.shape
+        if len(shape) != 3 or shape[2] != 3 or not shape[0] or not shape[1]:
+            return "its image has no pixels"
+        if not np.isfinite(self.pixels).all() or float(np.abs(self.pixels).max()) > MAX_PIXEL:
+            return "its image is not finite"
+        turn = np.array(self.rotation)
+        if not np.allclose(turn @ turn.T, np.eye(3), rtol=0.0, atol=ROTATION_TOLERANCE):
+            return "its rotation is none"
+        return vector_defect(self, "radiance")
+
+    def __eq__(self, other: object) -> bool:
+        """Whether both are alike to the last bit."""
+        return isinstance(other, EnvironmentLight) and repr(self) == repr(other)
+
+    def __hash__(self) -> int:
+        """Hash of all the content."""
+        return hash(repr(self))
+
+    def __repr__(self) -> str:
+        """Text that stands for all the content: the pixels are given by a digest."""
+        pixels = np.ascontiguousarray(self.pixels)
+        digest = hashlib.blake2b(pixels.tobytes(), digest_size=16).hexdigest()
+        rest = f"{self.radiance}, {self.rotation}, {self.casts_shadow}, {self.name!r}"
+        return f"EnvironmentLight({pixels.shape}, {pixels.dtype}, {digest}, {rest})"

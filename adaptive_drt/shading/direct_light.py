@@ -110,10 +110,11 @@ def shade(
         to = light.to_center(surface.point, time)
         whole = unoccluded_factor(light, plan.as_shadow_caster(light), to, surface)
         with progress_range(2.0 * SHADOW_STEP, VARIATION_END):
-            varies = _variation(plan, surface, light, to, time, patch, shadow, pairs, whole)
-        with progress_range(VARIATION_END, 1.0):
             weight = rms(brdf * light.power[:, None])
-            most = _allowed_error(plan, whole, weight, allowed)
+            level = _level(light, whole, brdf, weight)
+            varies = _variation(plan, surface, light, to, time, patch, shadow, pairs, level)
+        with progress_range(VARIATION_END, 1.0):
+            most = _allowed_error(plan, level, weight, allowed)
             seen, off = _shadowed_factors(plan, surface, light, time, shadow, whole, most)
         factors.append(seen)
         with np.errstate(over="ignore", invalid="ignore"):
@@ -157,7 +158,7 @@ def shade_with_candidates(
         whole = _unoccluded_factors(plan, surface, light, time)
         with progress_range(VARIATION_END, 1.0):
             weight = rms(brdf * light.power[:, None])
-            most = _allowed_error(plan, whole, weight, allowed)
+            most = _allowed_error(plan, _level(light, whole, brdf, weight), weight, allowed)
             seen, off = _shadowed_factors(plan, surface, light, time, shadow, whole, most)
         factors.append(seen)
         with np.errstate(over="ignore"):
@@ -225,8 +226,19 @@ def add_emission(plan: Plan, surface: Surface, color: Array) -> None:
         color += glow
 
 
+def _level(light: Emitter, factor: Array, brdf: Array, weight: Array) -> Array:
+    """Factors (n,) that stand for all channels: times `weight` they give the radiance, RMS.
+
+    factor : (n,), or (3, n) where they differ by channel.  weight : (n,) RMS of brdf times power.
+    """
+    if factor.ndim == 1:
+        return factor
+    level: Array = rms(brdf * light.power[:, None] * factor) / np.maximum(weight, TINY)
+    return level
+
+
 def _unoccluded_factors(plan: Plan, surface: Surface, light: Emitter, time: Array | float) -> Array:
-    """Irradiance factors (n,) of a light without shadows."""
+    """Irradiance factors (n,) or (3, n) of a light without shadows."""
     to = light.to_center(surface.point, time)
     return unoccluded_factor(light, plan.as_shadow_caster(light), to, surface)
 
@@ -240,16 +252,17 @@ def _shadowed_factors(
     whole: Array,
     allowed: Array,
 ) -> tuple[Array, Array]:
-    """Irradiance factors (n,) of a light with shadows, and their errors (n,).
+    """Irradiance factors (n,) or (3, n) of a light with shadows, and their errors (n,).
 
     whole : factors without shadows.  allowed : (n,) see `apply_occluders`.
     """
-    error = np.zeros_like(whole)
+    error = np.full(surface.item.size, light.factor_error)
     if not light.casts_shadow:
         return whole, error
     factor = np.where(shadow.hidden, 0.0, whole)
     if plan.as_shadow_caster(light).extended:
-        live = shadow.pairs.take(factor[shadow.pairs.pixel] > 0.0)
+        lit = factor if factor.ndim == 1 else factor.max(axis=0)
+        live = shadow.pairs.take(lit[shadow.pairs.pixel] > 0.0)
         apply_occluders(plan, surface, light, live, time, factor, error, allowed)
     return factor, error
 

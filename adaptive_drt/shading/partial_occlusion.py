@@ -14,6 +14,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from ..geometry.light_plane import LightPlane
 from ..geometry.occluder_outline import CIRCLE, HIDDEN_PART_KINDS, NOTHING, RAYS
 from ..geometry.polygon.clipping import clip_polygons, concatenate_polygons
 from ..lights.emitter import Emitter
@@ -53,8 +54,8 @@ def apply_occluders(
     error: Array,
     allowed: Array,
 ) -> None:
-    """Replace irradiance factors (n,), in place, where the occluders `pairs` hide the light in
-    part.
+    """Replace irradiance factors (n,) or (3, n), in place, where the occluders `pairs` hide the
+    light in part.
 
     Parameters
     ----------
@@ -63,12 +64,12 @@ def apply_occluders(
     allowed : (n,) errors up to which distributed rays are not refined.
     time : shutter times, a number or (n,).
     """
-    some = np.zeros(factor.size, dtype=np.bool_)
+    some = np.zeros(error.size, dtype=np.bool_)
     some[pairs.pixel] = True
     rows = some.nonzero()[0]
     if rows.size:
         part = Pairs((some.cumsum() - 1)[pairs.pixel], pairs.item)
-        factor[rows], error[rows] = _occluded_factors(
+        factor[..., rows], error[rows] = _occluded_factors(
             plan, surface.take(rows), light, part, _times_at(time, rows), allowed[rows]
         )
 
@@ -88,7 +89,9 @@ def _occluded_factors(
 ) -> tuple[Array, Array]:
     """Factors and errors (n,) of points that all have a pair that may hide part of the light."""
     count = surface.item.size
-    factor, error = np.zeros((2, count))
+    error = np.zeros(count)
+    channels = 1 if light.environment is None else light.environment.map.channel_count
+    factor = np.zeros((channels, count)) if channels > 1 else np.zeros(count)
     kind = _outline_kinds(plan, surface, light, pairs, _times_at(time, pairs.pixel))
     rays = np.zeros(count, dtype=np.bool_)
     rays[pairs.pixel[kind == RAYS]] = True
@@ -113,15 +116,34 @@ def _occluded_factors(
         done += float(work[rows].sum())
         if rays[rows[0]]:
             own, when = pairs.for_pixels(rows, count), _times_at(time, rows)
-            factor[rows], error[rows] = sampled_factors(
+            factor[..., rows], error[rows] = _sampled_channels(
                 plan, surface.take(rows), light, own, when, allowed[rows]
             )
             continue
         own = Pairs(place, chosen.item[mine])
         part = surface.take(rows)
-        factor[rows], error[rows] = _closed_form_factors(
-            plan, part, light, own, kind[mine], _times_at(time, rows)
+        factor[..., rows], error[rows] = _closed_form_factors(
+            plan, part, light, own, kind[mine], _times_at(time, rows), allowed[rows]
         )
+    return factor, error
+
+
+def _sampled_channels(
+    plan: Plan,
+    surface: Surface,
+    light: Emitter,
+    pairs: Pairs,
+    time: Array | float,
+    allowed: Array,
+) -> tuple[Array, Array]:
+    """`sampled_factors` of lights of any number of channels: (n,) or (3, n), and errors (n,)."""
+    if light.environment is None or light.environment.map.channel_count == 1:
+        return sampled_factors(plan, surface, light, pairs, time, allowed)
+    factor, error = np.zeros((3, allowed.size)), np.zeros(allowed.size)
+    for part in light.channels():
+        channel = part.power.argmax()
+        factor[channel], off = sampled_factors(plan, surface, part, pairs, time, allowed)
+        np.maximum(error, off, out=error)
     return factor, error
 
 
@@ -147,38 +169,28 @@ def _groups_by_key(key: Ints, pixel: Ints) -> Iterator[tuple[Ints, Ints, Ints]]:
 
 
 def _closed_form_factors(
-    plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, kind: Ints, time: Array | float
+    plan: Plan,
+    surface: Surface,
+    light: Emitter,
+    pairs: Pairs,
+    kind: Ints,
+    time: Array | float,
+    allowed: Array,
 ) -> tuple[Array, Array]:
-    """Factors (n,) in closed form, of points with equally many occluders of each treatment.
+    """Factors (n,) or (3, n), of points with equally many occluders of each treatment.
 
     Returns with them their errors (n,): those of the polygons that stand for spheres cut by the
-    light's plane, and for elliptic lights; 0 where there is none.
+    light's plane, and for elliptic lights, and those of environments; 0 where there is none.
     """
     n = surface.item.size
-    when = time if isinstance(time, np.ndarray) else np.full(n, time)
     to = light.to_center(surface.point, time)
-    plane, point = light.plane(to), surface.point[:, None]
-    centers, radii = [np.zeros((0, 3, n))], [np.zeros((0, n))]
-    polygons: list[Array] = []
-    # parts of the light's plane that cut occluders hide, by fine and by rough polygons
-    sections: tuple[list[Array], list[Array]] = [], []
-    for shapes, rows, index in plan.shapes.groups(pairs.item):
-        own = kind[rows]
-        circle, flat, cut = (index[own == one].reshape(n, -1).T for one in HIDDEN_PART_KINDS)
-        if circle.size:
-            center, radius = shapes.circular_outline(circle, point, when)
-            centers.append(center.swapaxes(0, 1))
-            radii.append(radius)
-        if flat.size:
-            corners = np.array(shapes.polygonal_outline(flat, point, when))
-            polygons.append(clip_polygons(plane, corners.transpose(2, 0, 1, 3)))
-        if cut.size:
-            for part, number in zip(sections, (SECTION_CORNERS, SECTION_CORNERS // 2), strict=True):
-                part.append(shapes.outline_in_plane(cut, point, when, plane, number))
-    circles, outline = (
-        (np.concatenate(centers), np.concatenate(radii)),
-        light.silhouette(to, surface.normal),
-    )
+    circles, polygons, sections = _outlines(plan, surface, light.plane(to), pairs, kind, time)
+    if light.environment is not None:
+        hidden = concatenate_polygons(polygons, n)
+        seen, error = light.environment.visible_factor(surface.normal, circles, hidden, allowed)
+        return (seen if len(seen) > 1 else seen[0]), error
+
+    outline = light.silhouette(to, surface.normal)
 
     def visible(part: list[Array]) -> Array:
         hidden = concatenate_polygons([*polygons, *part], n)
@@ -193,6 +205,42 @@ def _closed_form_factors(
             SECTION_ERROR_MARGIN * SECTION_ERROR_FRACTION * np.abs(visible(sections[1]) - factor)
         )
     return factor, error
+
+
+def _outlines(
+    plan: Plan,
+    surface: Surface,
+    plane: LightPlane,
+    pairs: Pairs,
+    kind: Ints,
+    time: Array | float,
+) -> tuple[tuple[Array, Array], list[Array], tuple[list[Array], list[Array]]]:
+    """Circles, polygons and sections that hide a light, of points with equally many of each.
+
+    Returns
+    -------
+    Centres (k, 3, n) and radii (k, n) of spheres; polygons, clipped by the light's plane; and the
+    parts of that plane that occluders hide which it cuts, by fine and by rough polygons.
+    """
+    n = surface.item.size
+    when, point = time if isinstance(time, np.ndarray) else np.full(n, time), surface.point[:, None]
+    centers, radii = [np.zeros((0, 3, n))], [np.zeros((0, n))]
+    polygons: list[Array] = []
+    sections: tuple[list[Array], list[Array]] = [], []
+    for shapes, rows, index in plan.shapes.groups(pairs.item):
+        own = kind[rows]
+        circle, flat, cut = (index[own == one].reshape(n, -1).T for one in HIDDEN_PART_KINDS)
+        if circle.size:
+            center, radius = shapes.circular_outline(circle, point, when)
+            centers.append(center.swapaxes(0, 1))
+            radii.append(radius)
+        if flat.size:
+            corners = np.array(shapes.polygonal_outline(flat, point, when))
+            polygons.append(clip_polygons(plane, corners.transpose(2, 0, 1, 3)))
+        if cut.size:
+            for part, number in zip(sections, (SECTION_CORNERS, SECTION_CORNERS // 2), strict=True):
+                part.append(shapes.outline_in_plane(cut, point, when, plane, number))
+    return (np.concatenate(centers), np.concatenate(radii)), polygons, sections
 
 
 def _group_keys(plan: Plan, pairs: Pairs, kind: Ints, count: int) -> Ints:

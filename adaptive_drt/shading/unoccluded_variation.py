@@ -23,6 +23,7 @@ from ..numerics.floats import TINY
 from ..numerics.gather import columns
 from ..numerics.vector import dot
 from ..tracing.intersect import Surface
+from .environment_variation import environment_deviations
 from .variation import (
     KINK_KIND,
     ROOT_KIND,
@@ -88,7 +89,7 @@ def unoccluded_deviations(
     to : (3, n) metres, vectors to the light's centre.  factor : (n,) unoccluded irradiance factors.
     """
     if light.surrounds:
-        return zero_variation(factor.size)
+        return environment_deviations(light, to, surface, patch)
     square = np.maximum(dot(to, to), TINY)
     distance = np.sqrt(square)
     half = light.half_angle(distance)

@@ -11,7 +11,7 @@ has hit it.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import numpy as np
 
@@ -24,6 +24,7 @@ from ..numerics.floats import TINY
 from ..parallel.call_progress import report_progress
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs, Surface, cache_sized_chunks
+from .environment_shadows import shadow_emphasis
 
 __all__ = [
     "KINK_KIND",
@@ -144,7 +145,11 @@ def shadow_variation(
             pixel = pairs.pixel[chosen]
             hidden[pixel[edges.hides_all]] = True
             live = (edges.depth > 0.0).nonzero()[0]
-            found.append((pixel[live], edges.take(live)))
+            edges = edges.take(live)
+            if light.environment is not None and live.size:
+                emphasis = shadow_emphasis(plan, surface, light, pairs.take(chosen[live]))
+                edges = replace(edges, depth=np.minimum(edges.depth * emphasis, 1.0))
+            found.append((pixel[live], edges))
         pixels, shadows = zip(*found, strict=True)
         _accumulate(total, np.concatenate(pixels), _concatenate(shadows))
     total[..., hidden] = 0.0

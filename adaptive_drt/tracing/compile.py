@@ -19,12 +19,14 @@ from ..geometry.camera import PinholeCamera, make_pinhole_camera
 from ..geometry.registry import SHAPES, kind_of
 from ..geometry.shape_table import ShapeTable
 from ..lights.emitter import Emitter, LightMotion
-from ..lights.registry import make_emitter
+from ..lights.environment_map import EnvironmentMap, make_environment_map
+from ..lights.registry import make_emitter, split_lights
 from ..numerics.arrays import Array
 from ..numerics.vector import dot
 from ..parallel.cancellation import RenderCancelled
 from ..scene.description import Motion, Scene, ShapeBatch, ShapeRecord
 from ..scene.settings import Settings
+from ..scene.values import ZERO
 
 __all__ = ["Plan", "make_plan"]
 
@@ -63,6 +65,7 @@ class Plan:
     region : pixels (left, bottom, right, top) to render; picture : width and height of the image.
     lights : the lights that light surfaces and whose power is not zero.
     background : (3,) colour.  transparent : whether the background is.
+    backdrop : what is seen instead of the colour, which then is black; or None.
     penumbra, motion, edges : whether the effect is enabled and the scene has it.
     may_use_embree : whether embree may find candidate occluders; `uses_embree` says for which
         lights.
@@ -86,6 +89,7 @@ class Plan:
     is_moving: NDArray[np.bool_]
     lights: tuple[Emitter, ...]
     background: Array
+    backdrop: EnvironmentMap | None
     transparent: bool
     penumbra: bool
     motion: bool
@@ -178,13 +182,17 @@ def make_plan(scene: Scene, settings: Settings) -> Plan:
     shift = [_displacement(s.motion if moving else None) - drift for s in shapes]
     displacement = np.repeat(_columns(shift), counts, axis=1)
     moves = displacement.any(axis=0)
+    origin = lens.origin[:, None]
+    table = _make_shape_table(records, origin, displacement)
     lights, seen_lights = _make_emitters(scene, moving, lens.origin, drift, skipped)
     penumbra = _has_penumbra(settings, lights, sum(counts), skipped)
+    if settings.method == "RAYS" or table.sampled.any():
+        # distributed rays estimate one number a light
+        lights = tuple(part for light in lights for part in light.channels())
+    lights = tuple(light.prepared(settings.tolerance) for light in lights)
     light_moves = any(light.displacement is not None for light in lights)
     motion = moving and bool(moves.any() or light_moves)
     skipped += _skipped_effects(settings, motion, sum(counts))
-    origin = lens.origin[:, None]
-    table = _make_shape_table(records, origin, displacement)
     return Plan(
         settings=_with_feasible_batches(settings, lights, sum(counts)),
         lens=lens,
@@ -197,7 +205,8 @@ def make_plan(scene: Scene, settings: Settings) -> Plan:
             _with_touched_shapes(_with_coplanar_faces(light, table, origin), table)
             for light in (_with_visibility(light, shapes) for light in lights)
         ),
-        background=np.array(scene.background, dtype=np.float64),
+        backdrop=None if scene.backdrop is None else make_environment_map(scene.backdrop),
+        background=np.array(scene.background if scene.backdrop is None else ZERO, dtype=np.float64),
         transparent=scene.transparent,
         penumbra=penumbra,
         motion=motion,
@@ -340,7 +349,7 @@ def _make_emitters(
     """
     lighting, seen = [], []
     motion = LightMotion(origin, drift, moving)
-    for light in scene.lights:
+    for light in split_lights(scene.lights):
         emitter = make_emitter(light, motion)
         if not emitter.power.any():
             skipped.append({"what": light.name, "why": "the light has no power"})

@@ -87,7 +87,7 @@ def _layer(plan: Plan, light: Emitter, reach: float) -> LightLayer | None:
         lights=(), background=np.zeros(3), transparent=False, penumbra=False,
         motion=plan.settings.use_motion and bool(is_moving.any()),
         edges=plan.settings.use_edges, may_use_embree=False, emission=emission,
-        emission_profile=light.profile, seen=np.append(seen, True), holdout=None,
+        emission_profile=light.profile, seen=np.append(seen, True), holdout=None, backdrop=None,
         skipped=(),
     )  # fmt: skip
     return _within_window(layer)

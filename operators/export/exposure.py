@@ -7,7 +7,14 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-from ...adaptive_drt.scene.description import Light, Material, ShapeBatch, ShapeRecord, Vector
+from ...adaptive_drt.scene.description import (
+    EnvironmentLight,
+    Light,
+    Material,
+    ShapeBatch,
+    ShapeRecord,
+    Vector,
+)
 from .checklist import cycles_of
 
 
@@ -17,12 +24,14 @@ def exposure_of(scene: Any) -> float:
 
 
 def exposed(
-    lights: Sequence[Light], background: Vector, factor: float
-) -> tuple[Sequence[Light], Vector]:
-    """Return lights and a background so many times as bright."""
+    lights: Sequence[Light], background: Vector, backdrop: EnvironmentLight | None, factor: float
+) -> tuple[Sequence[Light], Vector, EnvironmentLight | None]:
+    """Return lights, and both kinds of background, so many times as bright."""
     if factor == 1.0:
-        return lights, background
-    return [light.brightened(factor) for light in lights], _times(background, factor)
+        return lights, background, backdrop
+    brighter = [light.brightened(factor) for light in lights]
+    behind = None if backdrop is None else backdrop.brightened(factor)
+    return brighter, _times(background, factor), behind
 
 
 def brightened(shapes: Sequence[ShapeRecord], factor: float) -> list[ShapeRecord]:

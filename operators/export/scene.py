@@ -12,6 +12,7 @@ import numpy as np
 from ...adaptive_drt.scene.description import (
     EVERYWHERE,
     Camera,
+    EnvironmentLight,
     Issue,
     Light,
     Material,
@@ -48,7 +49,7 @@ from .shining import shines, shining_lights
 from .shutter import Matrix, Shutter, Track, blurs, matrix_of, shutter_of
 from .triangle_mesh import MeshForm, placed_mesh, triangle_form
 from .visibility import LightLinks, linked, links_of, names_of, visibility_of
-from .world import world_of
+from .world import World, world_of
 
 CAMERA_KEY = "camera"
 
@@ -74,6 +75,29 @@ class _Known:
     left_out: tuple[str, ...] = ()
     layout: Layout | None = None
     sphere: MeshSphere | None = None
+
+
+@dataclass(frozen=True)
+class _Around:
+    """What a world gives, and what of it is left out."""
+
+    world: World
+    issues: tuple[Issue, ...]
+
+    @classmethod
+    def of(cls, world: Any | None, gathered: _Export) -> _Around:
+        issues: list[Issue] = []
+        found = world_of(world, issues)
+        gathered.lit_around = found.light is not None
+        return cls(found, tuple(issues))
+
+    def enter(self, depsgraph: Any, gathered: _Export) -> Any | None:
+        """Enter the world's light and its issues; returns the world."""
+        gathered.issues.extend(self.issues)
+        if self.world.light is not None:
+            gathered.lights.append(self.world.light)
+        gathered.lights.extend(self.world.suns)
+        return _shown_world(depsgraph)
 
 
 @dataclass
@@ -118,7 +142,12 @@ class _Export:
         self.issues.extend(Issue(name, reason, missing) for reason in reasons)
 
     def scene(
-        self, camera: Camera, lights: Sequence[Light], background: Vector, transparent: bool
+        self,
+        camera: Camera,
+        lights: Sequence[Light],
+        background: Vector,
+        backdrop: EnvironmentLight | None,
+        transparent: bool,
     ) -> Scene:
         """Return all that has been gathered, each issue once with the object to select."""
         linked_shapes = linked(
@@ -126,7 +155,9 @@ class _Export:
         )
         shapes, issues = tuple(linked_shapes), tuple(self.issues)
         # the core would find the same faults, but does not know which object to select
-        made = validate(Scene(camera, shapes, tuple(lights), background, transparent, issues))
+        made = validate(
+            Scene(camera, shapes, tuple(lights), background, transparent, issues, backdrop)
+        )
         # an issue of a mesh or material is told once, however many instances share it
         return replace(made, issues=tuple(map(self._aimed, dict.fromkeys(made.issues))))
 
@@ -213,15 +244,17 @@ def export_scene(
     gathered.override = depsgraph.view_layer_eval.material_override
     camera = _camera(depsgraph, camera_object, gathered)
     gathered.issues.extend(scene_issues(depsgraph))
+    around = _Around.of(_shown_world(depsgraph), gathered)
     _gather(depsgraph, gathered, draws_strokes)
-    world, background = _world(depsgraph, gathered)
+    world = around.enter(depsgraph, gathered)
     lens = camera_object.evaluated_get(depsgraph).data
     gathered.issues.extend(clipped(lens, camera, gathered.shapes, animated.clip(lens)))
     gathered.issues.extend(animated.changes(depsgraph, _used(gathered, lens, world)))
     exposure = exposure_of(depsgraph.scene_eval)
-    lights, background = exposed(gathered.lights, background, exposure)
+    behind = around.world.background, around.world.backdrop
+    shining = exposed(gathered.lights, *behind, exposure)
     gathered.shapes = brightened(gathered.shapes, exposure)
-    return gathered.scene(camera, lights, background, bool(scene.render.film_transparent))
+    return gathered.scene(camera, *shining, bool(scene.render.film_transparent))
 
 
 def _sample_ends(
@@ -287,17 +320,7 @@ def _shown_world(depsgraph: Any) -> Any | None:
     return (layer.world_override or depsgraph.scene_eval.world) if layer.use_sky else None
 
 
-def _world(depsgraph: Any, gathered: _Export) -> tuple[Any | None, Vector]:
-    """Return the world of the view layer and its radiance that is seen, and gather its light."""
-    world = _shown_world(depsgraph)
-    found = world_of(world, gathered.issues)
-    if found.light is not None:
-        gathered.lights.append(found.light)
-    return world, found.background
-
-
 def _gather(depsgraph: Any, gathered: _Export, draws_strokes: bool) -> None:
-    gathered.lit_around = world_of(_shown_world(depsgraph), []).light is not None
     layer, objects = depsgraph.view_layer_eval, ObjectIssues()
     components = Components(layer, draws_strokes)
     # an instance is valid only until the next one, so all of it is copied here

@@ -66,6 +66,11 @@ class Shader:
             return own_number(found)
         return number
 
+    def source(self, name: str) -> Source | None:
+        """Return what feeds an input, or None when there is no such input."""
+        found = self._inputs.get(name)
+        return None if found is None else found.source()
+
     def emission(self, left_out: list[str]) -> Vector:
         """Return colour times strength of an emitter."""
         return self.glow("Color", "Strength", left_out)

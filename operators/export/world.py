@@ -3,14 +3,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
-from ...adaptive_drt.scene.description import Issue, SkyLight, Vector
+from ...adaptive_drt.scene.description import EnvironmentLight, Issue, SkyLight, SunLight, Vector
+from ...adaptive_drt.scene.environment_images import MappedImage, make_environment_light
+from .environment import TEXTURE, image_of
 from .links import Input, Known, Source, Value, number_of, output_node, own_number, surface_of
 from .listing import left_out
 from .nodes import called, node_called, uses_nodes
 from .shader import EMITTERS, Shader
+from .sky import SKY, sky_of
 from .world_table import CYCLES_WORLD, LIGHTING, MIST, VISIBILITY, WORLD
 
 BLACK: Vector = (0.0, 0.0, 0.0)
@@ -21,11 +24,42 @@ that scatter light evenly."""
 
 
 @dataclass(frozen=True)
+class Radiance:
+    """Radiance of a world: a colour (RGB), images of the sphere, and the suns of skies."""
+
+    color: Vector = BLACK
+    images: tuple[MappedImage, ...] = ()
+    suns: tuple[SunLight, ...] = ()
+
+    def __bool__(self) -> bool:
+        """Whether it is not black."""
+        return any(self.color) or bool(self.images or self.suns)
+
+    def times(self, factor: float) -> Radiance:
+        """Return it so many times as bright."""
+        if factor == 0.0:
+            return Radiance()
+        images = (replace(image, color=_scaled(image.color, factor)) for image in self.images)
+        suns = (sun.brightened(factor) for sun in self.suns)
+        return Radiance(_scaled(self.color, factor), tuple(images), tuple(suns))
+
+    def plus(self, other: Radiance) -> Radiance:
+        """Return the sum."""
+        (a, b, c), (x, y, z) = self.color, other.color
+        return Radiance((a + x, b + y, c + z), self.images + other.images, self.suns + other.suns)
+
+
+@dataclass(frozen=True)
 class World:
-    """What a world gives: the radiance (RGB) seen where nothing is hit, and a light or None."""
+    """What a world gives: what is seen where nothing is hit, and a light or None.
+
+    background : radiance (RGB).  backdrop : what is seen instead, or None.
+    """
 
     background: Vector = BLACK
-    light: SkyLight | None = None
+    light: SkyLight | EnvironmentLight | None = None
+    suns: tuple[SunLight, ...] = ()
+    backdrop: EnvironmentLight | None = None
 
 
 def world_of(world: Any | None, issues: list[Issue]) -> World:
@@ -36,16 +70,23 @@ def world_of(world: Any | None, issues: list[Issue]) -> World:
     if uses_nodes(world):
         seen, thrown = _shaded(world, reasons)
     else:
-        seen = thrown = _rgb(world.color)
+        seen = thrown = Radiance(_rgb(world.color))
     said = called("World", world.name)
     issues.extend(Issue(said, r, kind="WORLD", target=world.name) for r in reasons)
     # a change of an add-on's settings does not reach the evaluated copy
     sight = getattr(world.original, "cycles_visibility", None)
-    seen = seen if sight is None or sight.camera else BLACK
-    if not (any(thrown) and (sight is None or sight.diffuse)):
-        return World(seen)
+    seen = seen if sight is None or sight.camera else Radiance()
+    backdrop = make_environment_light(seen.images, seen.color, said) if seen.images else None
+    color = BLACK if backdrop is not None else seen.color
+    if not (thrown and (sight is None or sight.diffuse)):
+        return World(color, None, (), backdrop)
     shadows = bool(getattr(getattr(world.original, "cycles", None), "use_shadows", True))
-    return World(seen, SkyLight(thrown, casts_shadow=shadows, name=said))
+    suns = tuple(replace(sun, casts_shadow=shadows) for sun in thrown.suns)
+    if not thrown.images:
+        light = SkyLight(thrown.color, casts_shadow=shadows, name=said)
+        return World(color, light, suns, backdrop)
+    around = make_environment_light(thrown.images, thrown.color, said)
+    return World(color, replace(around, casts_shadow=shadows), suns, backdrop)
 
 
 def _settings(world: Any) -> list[str]:
@@ -60,7 +101,7 @@ def _settings(world: Any) -> list[str]:
     return [reason for table, owner in tables for reason, _ in left_out(table, owner)]
 
 
-def _shaded(world: Any, reasons: list[str]) -> tuple[Vector, Vector]:
+def _shaded(world: Any, reasons: list[str]) -> tuple[Radiance, Radiance]:
     """Return what the camera sees of a world's nodes, and the radiance that they throw."""
     output = output_node(world.node_tree)
     if output is not None:
@@ -68,18 +109,21 @@ def _shaded(world: Any, reasons: list[str]) -> tuple[Vector, Vector]:
     source = surface_of(world.node_tree)
     linked: list[str] = []
     missing: list[str] = []
-    seen = _radiance(source, _camera_ray, linked, missing)
+    told: list[str] = []
+    seen = _radiance(source, _camera_ray, linked, missing, told)
     if missing:
         said = f"its {missing[0]} is left out, and the light that it throws"
         reasons.append(f"{said}; black is used")
-        return BLACK, BLACK
-    thrown = _radiance(source, _light_ray, linked, missing)
+        return Radiance(), Radiance()
+    thrown = _radiance(source, _light_ray, linked, missing, told)
+    reasons.extend(dict.fromkeys(told))
     if not linked:
         return seen, thrown
     used = f"what its {_named(source)} is set to is seen, and lights nothing"
-    told = dict.fromkeys(linked)
-    reasons.extend(f"{said}, and the light that it throws; {used}" for said in told)
-    return seen, BLACK
+    reasons.extend(
+        f"{said}, and the light that it throws; {used}" for said in dict.fromkeys(linked)
+    )
+    return seen, Radiance()
 
 
 def _named(source: Source) -> str:
@@ -87,23 +131,25 @@ def _named(source: Source) -> str:
     return "world" if source.node is None else node_called(source.node)
 
 
-def _radiance(source: Source, known: Known, linked: list[str], missing: list[str]) -> Vector:
-    """Return the radiance (RGB) of a world's shader for one kind of ray.
+def _radiance(
+    source: Source, known: Known, linked: list[str], missing: list[str], told: list[str]
+) -> Radiance:
+    """Return the radiance of a world's shader for one kind of ray.
 
     Parameters
     ----------
     known : what the outputs of a Light Path node are for that kind.
     linked : gets the reasons of inputs that are not constant.  missing : gets the names of the
-        nodes that are not understood.
+        nodes that are not understood.  told : gets what is left out of images.
     """
     node = source.node
     if node is None:  # Cycles shows black, too
-        return BLACK
+        return Radiance()
     if node.bl_idname in EMITTERS:
-        return Shader(source, known).emission(linked)
+        return _emitted(source, known, linked, told)
     if node.bl_idname not in ("ShaderNodeMixShader", "ShaderNodeAddShader"):
         missing.append(node_called(node))
-        return BLACK
+        return Radiance()
     *factor, one, two = (Input(socket, source.groups) for socket in node.inputs)
     share = number_of(factor[0], known) if factor else None
     if factor and share is None:
@@ -111,17 +157,36 @@ def _radiance(source: Source, known: Known, linked: list[str], missing: list[str
             f"the {node_called(factor[0].source().node)} linked to its Factor is left out"
         )
         share = own_number(factor[0])
-    a = _radiance(one.source(), known, linked, missing)
-    b = _radiance(two.source(), known, linked, missing)
+    a = _radiance(one.source(), known, linked, missing, told)
+    b = _radiance(two.source(), known, linked, missing, told)
     if share is None:
-        return _sum(a, 1.0, b, 1.0)
+        return a.plus(b)
     share = min(max(share, 0.0), 1.0)
-    return _sum(a, 1.0 - share, b, share)
+    return a.times(1.0 - share).plus(b.times(share))
 
 
-def _sum(a: Vector, p: float, b: Vector, q: float) -> Vector:
-    """Return p times one colour and q times another one."""
-    return (p * a[0] + q * b[0], p * a[1] + q * b[1], p * a[2] + q * b[2])
+def _emitted(source: Source, known: Known, linked: list[str], told: list[str]) -> Radiance:
+    """Return the radiance of a node that shines: its colour, or its image, times its strength."""
+    shader = Shader(source, known)
+    found = shader.source("Color")
+    kind = None if found is None or found.node is None else found.node.bl_idname
+    if found is None or kind not in (TEXTURE, SKY) or found.passed:
+        return Radiance(shader.emission(linked))
+    strength = shader.rendered_number("Strength", linked)
+    if not strength:
+        return Radiance()
+    color = (strength, strength, strength)
+    if kind == TEXTURE:
+        image, sun = image_of(found, color, told), None
+    else:
+        image, sun = sky_of(found, color, told)
+    return Radiance(images=() if image is None else (image,), suns=() if sun is None else (sun,))
+
+
+def _scaled(color: Vector, factor: float) -> Vector:
+    """Return a colour so many times as bright."""
+    r, g, b = color
+    return (r * factor, g * factor, b * factor)
 
 
 def _camera_ray(source: Source) -> Value | None:

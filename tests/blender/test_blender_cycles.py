@@ -134,7 +134,71 @@ def _seen_apart():
     tree.links.new(mix.outputs[0], output.inputs["Surface"])
 
 
+def _image(rows=64, columns=128):
+    """A clear sky with a glow, over brown ground, as an image of the sphere."""
+    y, x = np.meshgrid(
+        (np.arange(rows) + 0.5) / rows, (np.arange(columns) + 0.5) / columns, indexing="ij"
+    )
+    glow = 8.0 * np.exp(-(((y - 0.72) ** 2) / 0.004 + ((x - 0.3) ** 2) / 0.002))
+    sky = np.where(y > 0.5, 0.4 + 0.3 * y, 0.1 + 0.05 * np.sin(20.0 * x))
+    pixels = np.ones((rows, columns, 4), dtype=np.float32)
+    pixels[..., :3] = sky[..., None] * (0.5, 0.8, 1.2) + glow[..., None] * (1.0, 0.8, 0.5)
+    image = bpy.data.images.new("Sphere", columns, rows, float_buffer=True)
+    image.pixels.foreach_set(pixels.ravel())
+    image.pack()
+    return image
+
+
+def _environment(moves=False, projection="EQUIRECTANGULAR", kind=None, **mapping):
+    """The world's balls under an environment, through a Mapping node of a type if given."""
+    _world(moves)
+    tree = bpy.context.scene.world.node_tree
+    node = next(n for n in tree.nodes if n.type == "BACKGROUND")
+    texture = tree.nodes.new("ShaderNodeTexEnvironment")
+    texture.image, texture.projection = _image(), projection
+    tree.links.new(texture.outputs[0], node.inputs["Color"])
+    node.inputs["Strength"].default_value = 0.8
+    if kind is not None:
+        place, where = tree.nodes.new("ShaderNodeMapping"), tree.nodes.new("ShaderNodeTexCoord")
+        place.vector_type = kind
+        tree.links.new(where.outputs["Generated"], place.inputs["Vector"])
+        tree.links.new(place.outputs[0], texture.inputs["Vector"])
+        for name, value in mapping.items():
+            place.inputs[name].default_value = value
+
+
+def _sky(kind, **settings):
+    """The world's balls under a sky."""
+    _world()
+    tree = bpy.context.scene.world.node_tree
+    node = next(n for n in tree.nodes if n.type == "BACKGROUND")
+    texture = tree.nodes.new("ShaderNodeTexSky")
+    kinds = [item.identifier for item in texture.bl_rna.properties["sky_type"].enum_items]
+    texture.sky_type = next(name for name in kind if name in kinds)
+    for name, value in settings.items():
+        setattr(texture, name, value)
+    tree.links.new(texture.outputs[0], node.inputs["Color"])
+    node.inputs["Strength"].default_value = 0.3
+
+
+SCATTERED = ("NISHITA", "SINGLE_SCATTERING")
+TURN = (0.4, -0.3, 2.1)
+
+
 SCENES = {
+    "environment": _environment,
+    "moving under an environment": lambda: _environment(True),
+    "environment that is turned": lambda: _environment(kind="POINT", Rotation=TURN),
+    "environment that is turned back": lambda: _environment(kind="TEXTURE", Rotation=TURN),
+    "environment that is mirrored": lambda: _environment(kind="POINT", Scale=(-1.0, 1.0, 1.0)),
+    "environment that is stretched": lambda: _environment(
+        kind="TEXTURE", Rotation=TURN, Scale=(1.0, 0.5, 2.0), Location=(0.2, 0.1, -0.3)
+    ),
+    "sky by Preetham": lambda: _sky(("PREETHAM",), sun_direction=(0.5, 0.3, 0.6), turbidity=3.0),
+    "sky by Hosek": lambda: _sky(("HOSEK_WILKIE",), sun_direction=(0.5, 0.3, 0.6), turbidity=3.0),
+    "sky by Nishita": lambda: _sky(SCATTERED, sun_disc=False, sun_elevation=0.6),
+    "sky with a sun": lambda: _sky(SCATTERED, sun_elevation=0.6, sun_rotation=0.7),
+    "environment on a mirror ball": lambda: _environment(projection="MIRROR_BALL"),
     "world that is seen in another colour": _seen_apart,
     "world": _world,
     "moving under a world": lambda: _world(True),
