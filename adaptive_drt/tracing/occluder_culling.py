@@ -28,6 +28,7 @@ from ..parallel.call_progress import progress_range, report_progress
 from .compile import Plan
 from .embree import ProxyScene
 from .intersect import Pairs, Surface, cache_sized_chunks, curvature, run_indices
+from .shadowed_occluders import hidden_by_spheres
 
 __all__ = ["Occluders", "all_pairs_unculled", "find_group_candidates"]
 
@@ -75,7 +76,11 @@ class Occluders:
         self._plan = plan
         self.center, radius = plan.shapes.bounding_spheres
         d = plan.shapes.displacement
-        self.radius = radius if d is None else radius + 0.5 * np.sqrt(dot(d, d))
+        path = 0.0 if d is None else 0.5 * np.sqrt(dot(d, d))
+        self.radius = radius if d is None else radius + path
+        # what of the spheres is solid during the whole shutter
+        self._solid = np.maximum(radius - path, 0.0)
+        self._solid[plan.shapes.proxied :] = 0.0
         self._planes = _FacePlanes.make(plan.shapes)
         self._balls = _enclosing_balls(plan.shapes)
         self._proxies: dict[float, ProxyScene] = {}  # by the inflation of the spheres
@@ -175,7 +180,15 @@ class Occluders:
             parts += self._pairs_by_object(sight, first)
         else:
             parts.append(self._filter_by_point(sight, self._pairs_by_shafts(sight, first)))
-        return _merge_pairs(parts, count, self.radius.size)
+        pairs = _merge_pairs(parts, count, self.radius.size)
+        if not light.surrounds:
+            return pairs
+        return pairs.take(~self._hidden(surface.point, reach, pairs.pixel, pairs.item))
+
+    def _hidden(self, middle: Array, span: Array, block: Ints, item: Ints) -> Mask:
+        """Whether others hide occluders from balls around blocks of points: (m,)."""
+        balls = self.center, self.radius
+        return hidden_by_spheres(middle, span, block, item, balls, self._solid)
 
     def _near_proxies(self, sight: _LightView, proxies: ProxyScene) -> Pairs:
         """Pairs whose point lies within the object's proxy, where embree may miss it."""
@@ -233,8 +246,47 @@ class Occluders:
                 before[flat] = self._planes.part_balls(bounds, *ends, chosen)
             return before
 
+        if sight.light.surrounds:
+            return self._pairs_above_horizons(sight)
         pairs = _pairs_by_blocks(sight, radius.size, seen)
         return Pairs(pairs.pixel, pairs.item + first_item)
+
+    def _pairs_above_horizons(self, sight: _LightView) -> Pairs:
+        """Candidate pairs under a light that surrounds the points, by tests of blocks of points.
+
+        Dropped are objects below the horizons of all points of a block, and those that others hide.
+        """
+        order = _morton_order(sight.surface.point)
+        reach, count = sight.reach[order], order.size
+        balls = _block_balls(columns(sight.surface.point, order), reach)
+        # normals turn by no more than this within the reach
+        turn = (sight.curvature[order] if sight.any_reach else 0.0) * reach
+        normals = _block_balls(columns(sight.surface.normal, order), turn)
+        pairs = _all_pairs(-(-count // BLOCK_SIZES[0]), self.radius.size)
+        for level, (size, smaller) in enumerate(
+            zip(BLOCK_SIZES, (*BLOCK_SIZES[1:], 1), strict=True)
+        ):
+            self._plan.raise_if_cancelled()
+            report_progress(level / LEVEL_COUNT)
+            above = partial(self._above_horizon, balls[level], normals[level])
+            pairs = pairs.take(_passing_pairs(above, pairs.pixel, pairs.item))
+            pairs = pairs.take(~self._hidden(*balls[level], pairs.pixel, pairs.item))
+            within = np.arange(-(-count // smaller)) // (size // smaller)
+            pairs = pairs.for_pixels(within, balls[level][1].size)
+        return Pairs(order[pairs.pixel], pairs.item)
+
+    def _above_horizon(
+        self, ball: tuple[Array, Array], normals: tuple[Array, Array], block: Ints, item: Ints
+    ) -> Mask:
+        """Whether objects reach above the horizon of a point of their block: (m,).
+
+        ball, normals : centres (3, b) and radii (b,) of balls that hold the points of the blocks,
+        metres, and their normals.
+        """
+        v = columns(self.center, item) - columns(ball[0], block)
+        rise = dot(columns(normals[0], block), v) + normals[1][block] * np.sqrt(dot(v, v))
+        above: Mask = rise > -(self.radius[item] + ball[1][block])
+        return above
 
     def _may_occlude(self, sight: _LightView, at: Ints, item: Ints) -> Mask:
         """Whether objects, one for each of the points `at`, may occlude a light from them."""
