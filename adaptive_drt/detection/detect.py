@@ -48,6 +48,9 @@ StageCallback: TypeAlias = Callable[[str], None]
 CANDIDATES_FOUND, OCCLUSION_CLASSIFIED = 0.15, 0.4
 """Progress of the detection for one light, 0 to 1: when its candidate occluders are found, and when
 its visibility is classified."""
+MIN_RELATIVE_GAP = 2.0
+"""Distance of occluders from a block of pixels whose sky they may hide in part, in units of the
+block's reach: nearer ones change the light over the block too quickly for an interpolation."""
 UNBOUNDED_REACH = 1e100
 """Reach in metres from which a patch of surface is treated as unbounded."""
 
@@ -229,11 +232,18 @@ class SmoothBlockFlags:
 
 
 def detect_smooth_blocks(
-    plan: Plan, occluders: Occluders, center: CenterRays, clock: StageCallback
+    plan: Plan,
+    occluders: Occluders,
+    center: CenterRays,
+    clock: StageCallback,
+    part: tuple[bool, ...],
 ) -> SmoothBlockFlags:
     """Find the square blocks of pixels over which radiance is proven smooth.
 
-    `plan` is the scene compiled for an image whose pixels are the blocks, with `edges` enabled.
+    Parameters
+    ----------
+    plan : the scene compiled for an image whose pixels are the blocks, with `edges` enabled.
+    part : for each light, whether occluders may hide a part of it, if they are not near.
     """
     found = _find_silhouettes(plan, center, clock)
     assert found.test is not None
@@ -245,7 +255,7 @@ def detect_smooth_blocks(
     dull = np.ones(rows.size, dtype=np.bool_)
     moving = np.zeros_like(clear)
     hidden = []
-    for light in plan.lights:
+    for light, partly in zip(plan.lights, part, strict=True):
         shape = plan.as_shadow_caster(light)
         candidates = occluders.find_candidates(shape, hits, reach)
         none, full = classify_patches(plan, occluders, hits, shape, candidates, reach)
@@ -254,6 +264,8 @@ def detect_smooth_blocks(
         hidden.append(np.zeros_like(clear))
         hidden[-1][center.rows[rows]] = blocked
         lit = np.ones(rows.size, dtype=np.bool_)
+        if partly:
+            none |= occluders.are_far(hits, candidates, MIN_RELATIVE_GAP * reach)
         lit[candidates.pixel[~none]] = False
         whole, dark = np.ones((2, rows.size), dtype=np.bool_)
         for time in SHUTTER_ENDS if light.displacement is not None else (0.0,):

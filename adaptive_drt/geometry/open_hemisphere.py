@@ -35,16 +35,19 @@ from .silhouettes import PolygonSilhouettes
 __all__ = ["open_hemisphere_factor", "polygons_in_general_position"]
 
 
-BLOCK_PAIRS = 1 << 20
+BLOCK_PAIRS = 1 << 21
 """Number of pairs of caps, all points together, that are compared at a time; a quarter of them
-in one product: 2 MB."""
+in one product: 4 MB."""
 PADDING = 8
 """Numbers of caps are rounded up to multiples of this, so that points fall into few groups."""
-CONTAINERS = 24
+CONTAINERS = 12
 """Number of the largest caps of a point in which others are looked for first, that lie within them:
 in a heap of spheres these are most."""
 FIRST_CAPS, MORE_CAPS = 8, 32
 """Numbers of the largest caps that vertices are compared with first, and next: they cover most."""
+MANY_CAPS, NEIGHBOURS = 96, 16
+"""Number of caps from which a direction on a circle is compared with up to `NEIGHBOURS` of those
+that this circle meets before all others: of so many caps it meets few. Measured."""
 STRIPS = 4
 """Number of parts of the products of all pairs of circles, of which each pair is needed once."""
 PRODUCT_ROUNDING = 64.0 * UNIT_ROUNDOFF
@@ -288,19 +291,20 @@ def _make_block(
 def _factor(block: _Block) -> Array:
     """The factor (n,) of the points of a block."""
     n, k = block.sine.shape
-    parts = [_crossings(block)]
+    crossings, near = _crossings(block)
+    parts = [crossings]
     if block.rings > block.caps:
         parts.append(_corners(block))
-    parts = [part.take((~_covered(block, part)).nonzero()[0]) for part in parts]
+    parts = [part.take((~_covered(block, part, near)).nonzero()[0]) for part in parts]
     visible = parts[0] if len(parts) == 1 else _concatenate(*parts)
-    ring, value = _arcs(block, visible)
+    ring, value = _arcs(block, visible, near)
     # a circle without vertices is open as a whole or not at all
     samples = _ring_samples(block)
     crossed = np.zeros(n * k, dtype=np.bool_)
     crossed[visible.ends] = True
     crossed[visible.starts] = True
     samples = samples.take((~crossed[samples.ends]).nonzero()[0])
-    rings = samples.ends[~_covered(block, samples)]
+    rings = samples.ends[~_covered(block, samples, near)]
     at = rings // k
     axis = columns(block.axis.reshape(3, -1), rings)
     square = block.sine.ravel()[rings] ** 2
@@ -313,8 +317,8 @@ def _factor(block: _Block) -> Array:
     return total
 
 
-def _crossings(block: _Block) -> _Vertices:
-    """The points where circles cross, two for each pair of them."""
+def _crossings(block: _Block) -> tuple[_Vertices, _Neighbours | None]:
+    """The points where circles cross, two for each pair; and, of many caps, which ones meet."""
     k = block.rings
     row, other = _meeting_pairs(block)
     point = row // k
@@ -328,6 +332,7 @@ def _crossings(block: _Block) -> _Vertices:
     sine2 = v * (2.0 - v)
     least = TOUCHING * np.minimum(va, vb) + TOUCHING_ROUNDING * np.maximum(va, vb)
     used = block.used.ravel()
+    near = _Neighbours.make(block, row, other) if block.caps > MANY_CAPS else None
     keep = ((square > sine2 * least) & used[row] & used[other]).nonzero()[0]
     if keep.size < row.size:
         row, other, point, v, d, square, sine2, va, vb = (
@@ -347,12 +352,12 @@ def _crossings(block: _Block) -> _Vertices:
         np.repeat(slack, 2),
     )
     if block.rings == block.caps:
-        return found
+        return found, near
     on_edges = np.ones(found.point.size, dtype=np.bool_)
     for ring in (found.ends, found.starts):
         rows = (ring % k >= block.caps).nonzero()[0]
         on_edges[rows] &= _on_edges(block, found.take(rows), ring[rows])
-    return found.take(on_edges.nonzero()[0])
+    return found.take(on_edges.nonzero()[0]), near
 
 
 def _meeting_pairs(block: _Block) -> tuple[Ints, Ints]:
@@ -373,17 +378,19 @@ def _meeting_pairs(block: _Block) -> tuple[Ints, Ints]:
     step = -(-k // STRIPS)
     for first in range(0, k, step):
         # circles and those after them
-        own = np.matmul(mirrored[:, first : first + step], scaled[..., first:])
-        np.abs(own, out=own)
-        found = (own < most).ravel().nonzero()[0]
+        product = np.matmul(mirrored[:, first : first + step], scaled[..., first:])
+        found = (product > -most).ravel().nonzero()[0]
         row, second = np.divmod(found, k - first)
-        point, one = np.divmod(row, own.shape[1])
+        point, one = np.divmod(row, product.shape[1])
         one += first
         second += first
         keep = (polygon[one] < polygon[second]).nonzero()[0]
-        point = point[keep] * k
-        rows.append(point + one[keep])
-        others.append(point + second[keep])
+        one, second, point = one[keep], second[keep], point[keep]
+        within = product.ravel()[found[keep]] >= most
+        _drop_caps(block, point, second, (within & (second < block.caps)).nonzero()[0])
+        keep = (~within).nonzero()[0]
+        rows.append(point[keep] * k + one[keep])
+        others.append(point[keep] * k + second[keep])
     row, other = np.concatenate(rows), np.concatenate(others)
     used = block.used.ravel()
     order = np.argsort(row // k, kind="stable")
@@ -430,11 +437,59 @@ def _drop_coincident(block: _Block, row: Ints, other: Ints, v: Array, d: Array) 
     sine = block.sine.ravel()[row]
     limit = COINCIDENT * sine
     same = ((v <= 0.5 * limit * limit) & (np.abs(d) <= limit * sine)).nonzero()[0]
-    if same.size:
-        same = same[other[same] % block.rings < block.caps]
-        at, column = np.divmod(other[same], block.rings)
-        block.used[at, column] = False
-        block.test[at, :, column] = (0.0, 0.0, 0.0, -2.0)
+    at, column = np.divmod(other, block.rings)
+    _drop_caps(block, at, column, same[column[same] < block.caps])
+
+
+def _drop_caps(block: _Block, point: Ints, cap: Ints, rows: Ints) -> None:
+    """Mark caps of a block as unused, in place: those of some rows of points and their caps (m,).
+
+    They cover nothing that others do not cover, and no arc of their circles is visible.
+    """
+    block.used[point[rows], cap[rows]] = False
+    block.test[point[rows], :, cap[rows]] = (0.0, 0.0, 0.0, -2.0)
+
+
+@dataclass(frozen=True)
+class _Neighbours:
+    """The caps that each circle of a block meets: those that may cover points of it.
+
+    Attributes
+    ----------
+    cap : (m,) their columns in `test`, by circle.  first, number : (n (k + e),) for each circle.
+    test : (4, n k) as in the block.
+    """
+
+    cap: Ints
+    first: Ints
+    number: Ints
+    test: Array
+
+    @classmethod
+    def make(cls, block: _Block, row: Ints, other: Ints) -> _Neighbours:
+        """From pairs (m,) of circles that meet, each pair once."""
+        ring, cap = np.concatenate([row, other]), np.concatenate([other, row])
+        point, column = np.divmod(cap, block.rings)
+        kept = (column < block.caps).nonzero()[0]
+        ring, cap = ring[kept], (point * block.caps + column)[kept]
+        order = np.argsort(ring, kind="stable")
+        number = np.bincount(ring, minlength=block.sine.size)
+        test = block.test.swapaxes(0, 1).reshape(4, -1)
+        return cls(cap[order], np.cumsum(number) - number, number, test)
+
+    def covered(self, vertices: _Vertices) -> tuple[Mask, Ints]:
+        """Whether directions (m,) on circles are covered; and of which that is not decided yet."""
+        covered = np.zeros(vertices.point.size, dtype=np.bool_)
+        first, number = self.first[vertices.ends], self.number[vertices.ends]
+        rows = (number > 0).nonzero()[0]
+        for rank in range(NEIGHBOURS):
+            if not rows.size:
+                break
+            own = columns(self.test, self.cap[first[rows] + rank])
+            inside = dot(own[:3], columns(vertices.place, rows)) + own[3] > vertices.slack[rows]
+            covered[rows[inside]] = True
+            rows = rows[~inside & (number[rows] > rank + 1)]
+        return covered, rows
 
 
 def _ring_samples(block: _Block) -> _Vertices:
@@ -457,13 +512,18 @@ def _concatenate(one: _Vertices, other: _Vertices) -> _Vertices:
     )
 
 
-def _covered(block: _Block, vertices: _Vertices) -> Mask:
-    """Whether directions (m,), ordered by their points, lie in a cap or polygon of their point."""
-    few = vertices.place, vertices.point, vertices.slack
-    covered = _covered_by(block.test[..., :FIRST_CAPS], *few)
-    for first, last in pairwise((FIRST_CAPS, MORE_CAPS, max(block.caps, MORE_CAPS))):
+def _covered(block: _Block, vertices: _Vertices, neighbours: _Neighbours | None) -> Mask:
+    """Whether directions (m,), ordered by their points, lie in a cap or polygon of their point.
+
+    neighbours : of the circles on which the directions lie; None to compare them with all caps.
+    """
+    covered = np.zeros(vertices.point.size, dtype=np.bool_)
+    left = np.arange(covered.size)
+    if neighbours is not None:
+        covered, left = neighbours.covered(vertices)
+    for first, last in pairwise((0, FIRST_CAPS, MORE_CAPS, max(block.caps, MORE_CAPS))):
         if block.caps > first:
-            rows = (~covered).nonzero()[0]
+            rows = left[~covered[left]]
             few = columns(vertices.place, rows), vertices.point[rows], vertices.slack[rows]
             covered[rows] = _covered_by(block.test[..., first:last], *few)
     if block.rings > block.caps:
@@ -501,7 +561,7 @@ def _covered_by(test: Array, place: Array, point: Ints, slack: Array, sides: int
     return covered
 
 
-def _arcs(block: _Block, vertices: _Vertices) -> tuple[Ints, Array]:
+def _arcs(block: _Block, vertices: _Vertices, neighbours: _Neighbours | None) -> tuple[Ints, Array]:
     """Circles (m,) of the arcs between visible vertices, and their integrals of n.(w x dw) / 2."""
     k = block.sine.shape[1]
     m = vertices.point.size
@@ -527,7 +587,8 @@ def _arcs(block: _Block, vertices: _Vertices) -> tuple[Ints, Array]:
     middle = _middles(axis, sine, cosine, x, y, turn)
     at = ring // k
     slack = np.full(ring.size, COVERED)
-    open_ = (~_covered(block, _Vertices(middle, at, ring, ring, slack))).nonzero()[0]
+    middles = _Vertices(middle, at, ring, ring, slack)
+    open_ = (~_covered(block, middles, neighbours)).nonzero()[0]
     ring, turn, at = ring[open_], turn[open_], at[open_]
     axis, chord = columns(axis, open_), columns(y, open_) - columns(x, open_)
     normal = columns(block.normal, at)

@@ -11,9 +11,10 @@ from ..detection.detect import SmoothBlockFlags
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.error_coefficients import TIME_ERROR_FACTOR
 from ..numerics.gather import columns
-from ..shading.direct_light import unshadowed_radiance
+from ..shading.direct_light import smooth_radiance
 from ..tracing.compile import Plan
 from ..tracing.intersect import intersect_pairs, surface
+from ..tracing.occluder_culling import Occluders
 from .chebyshev_blocks import (
     PixelBlocks,
     block_means,
@@ -57,7 +58,7 @@ class SmoothBlocks:
 
 
 def interpolate_blocks(
-    plan: Plan, blocks: PixelBlocks, clear: Ints, found: SmoothBlockFlags
+    plan: Plan, occluders: Occluders, blocks: PixelBlocks, clear: Ints, found: SmoothBlockFlags
 ) -> tuple[SmoothBlocks, Mask, int]:
     """Interpolate clear blocks, those where nothing changes abruptly.
 
@@ -80,7 +81,8 @@ def interpolate_blocks(
             across, up = blocks.centers
             x, y = block_nodes(across[clear[hit]], up[clear[hit]], side)
             hidden = [np.tile(each[clear[hit]], 16) for each in found.hidden]
-            light, there = _shade(plan, x.ravel(), y.ravel(), np.tile(item[hit], 16), hidden, times)
+            spots = x.ravel(), y.ravel(), np.tile(item[hit], 16)
+            light, there = _shade(plan, occluders, *spots, hidden, times)
             light = light.reshape(len(times), 3, 16, -1)
             color[:, :, hit], late[hit] = _shutter_means(light)
             seen[hit] = there.reshape(16, -1).all(axis=0)
@@ -119,21 +121,27 @@ def _shutter_means(light: Array) -> tuple[Array, Array]:
 
 def _shade(
     plan: Plan,
+    occluders: Occluders,
     x: Array,
     y: Array,
     item: Ints,
     hidden: list[Mask],
     times: tuple[float, ...],
 ) -> tuple[Array, Mask]:
-    """Radiance (times, 3, n) of objects at pixel coordinates, and whether they are hit (n,).
+    """Radiance (times, 3, n) of objects at pixel coordinates, and where it is known exactly (n,).
 
-    hidden : for each light (n,), whether it is occluded there; no other shadows are considered.
+    hidden : for each light (n,), whether it is occluded there; for other shadows see
+    `smooth_radiance`.
     """
     w = plan.lens.directions(x, y)
     t = intersect_pairs(plan, w, item)
     found = np.isfinite(t)
     hits = surface(plan, w, np.where(found, t, 1.0), item)
-    light = [unshadowed_radiance(plan, hits, time, hidden) for time in times]
+    light = []
+    for time in times:
+        color, exact = smooth_radiance(plan, occluders, hits, time, hidden)
+        light.append(color)
+        found &= exact
     return np.array(light), found
 
 

@@ -116,6 +116,15 @@ class Occluders:
         pairs = self._planes.without_redundant_faces(sight, self._all_candidates(light, sight))
         return _without_coplanar_faces(light, self._by_enclosing_balls(sight, pairs))
 
+    def are_far(self, surface: Surface, pairs: Pairs, distance: Array) -> Mask:
+        """Whether occluders (m,) are farther from their points than distances (n,), metres.
+
+        surface : n points.  pairs : points and occluders.
+        """
+        v = columns(self.center, pairs.item) - columns(surface.point, pairs.pixel)
+        far: Mask = np.sqrt(dot(v, v)) > self.radius[pairs.item] + distance[pairs.pixel]
+        return far
+
     def _by_enclosing_balls(self, sight: _LightView, pairs: Pairs) -> Pairs:
         """The pairs without objects of many balls of which none may occlude the light."""
         keep = np.ones(pairs.item.size, dtype=np.bool_)
