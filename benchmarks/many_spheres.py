@@ -39,7 +39,7 @@ LADDER = tuple(p * p for p in (5, 11, 23, 47))
 """Samples per pixel of the measured renders of Mitsuba: squares of primes, for its sampler."""
 REFERENCE = 97 * 97
 """Samples per pixel of each of the renders of the reference."""
-REFERENCES = 4
+REFERENCES = 2
 """Number of renders of the reference."""
 LEAST_KNOWN = 0.5
 """Errors below this many times the reference's own noise are given as an upper bound."""

@@ -222,6 +222,7 @@ class SmoothBlockFlags:
     hidden : for each light, (n,) whether one object occludes all of it from all of the block.
     item : (n,) the object that fills a block without silhouettes, -1 for none.
     pairs : pairs of blocks and objects that may be seen in them, sorted by object.
+    penumbra : (n,) whether occluders may hide a part of a light of which that is allowed.
     """
 
     smooth: Mask
@@ -229,6 +230,7 @@ class SmoothBlockFlags:
     hidden: tuple[Mask, ...]
     item: Ints
     pairs: Pairs
+    penumbra: Mask
 
 
 def detect_smooth_blocks(
@@ -253,7 +255,7 @@ def detect_smooth_blocks(
     reach = np.minimum(*_reach_bounds(plan, center, found.test))[rows]
     bend = curvature(plan, hits)
     dull = np.ones(rows.size, dtype=np.bool_)
-    moving = np.zeros_like(clear)
+    moving, penumbra = np.zeros_like(clear), np.zeros_like(clear)
     hidden = []
     for light, partly in zip(plan.lights, part, strict=True):
         shape = plan.as_shadow_caster(light)
@@ -265,6 +267,8 @@ def detect_smooth_blocks(
         hidden[-1][center.rows[rows]] = blocked
         lit = np.ones(rows.size, dtype=np.bool_)
         if partly:
+            near = candidates.pixel[~none & ~blocked[candidates.pixel]]
+            penumbra[center.rows[rows[near]]] = True
             none |= occluders.are_far(hits, candidates, MIN_RELATIVE_GAP * reach)
         lit[candidates.pixel[~none]] = False
         whole, dark = np.ones((2, rows.size), dtype=np.bool_)
@@ -285,7 +289,7 @@ def detect_smooth_blocks(
     pairs = Pairs(np.concatenate([candidates.pixel, whole])[order], item[order])
     clock("smooth blocks")
     item = np.where(found.silhouette, -1, center.item)
-    return SmoothBlockFlags(clear, moving, tuple(hidden), item, pairs)
+    return SmoothBlockFlags(clear, moving, tuple(hidden), item, pairs, penumbra)
 
 
 def _detect_light(

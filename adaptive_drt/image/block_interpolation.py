@@ -44,6 +44,7 @@ class SmoothBlocks:
     item : (n,) object that fills the block, -1 for none.
     depth : (s, s, n), normal : (3, s, s, n) of the hits at the pixels' centres.
     moving : (n,) whether the light on it changes during the shutter.
+    penumbra : (n,) whether a part of a light may be hidden.
     """
 
     side: int
@@ -55,6 +56,7 @@ class SmoothBlocks:
     depth: Array
     normal: Array
     moving: Mask
+    penumbra: Mask
 
 
 def interpolate_blocks(
@@ -97,8 +99,9 @@ def interpolate_blocks(
     # radiance is never below 0, whatever the polynomial gives
     mean = np.maximum(block_means(columns(coefficients, index, -1), side), 0.0)
     kept = _make_smooth_blocks(
-        plan, blocks, clear[index], item[index], mean, off[index], moving[index]
-    )
+        plan, blocks, clear[index], item[index], mean, off[index],
+        (moving[index], found.penumbra[clear[index]]),
+    )  # fmt: skip
     return kept, smooth, points
 
 
@@ -152,9 +155,12 @@ def _make_smooth_blocks(
     item: Ints,
     mean: Array,
     error: Array,
-    moving: Mask,
+    flags: tuple[Mask, Mask],
 ) -> SmoothBlocks:
-    """The chosen blocks, by object, given their pixel means (3, s, s, n)."""
+    """The chosen blocks, by object, given their pixel means (3, s, s, n).
+
+    flags : `SmoothBlocks.moving` and `penumbra`.
+    """
     side = blocks.side
     x, y = blocks.x[chosen], blocks.y[chosen]
     depth, normal = np.full(mean.shape[1:], np.inf), np.zeros_like(mean)
@@ -170,4 +176,4 @@ def _make_smooth_blocks(
                 index, plan.lens, across[part], up[part]
             )
         first = last
-    return SmoothBlocks(side, x, y, mean, error, item, depth, normal, moving)
+    return SmoothBlocks(side, x, y, mean, error, item, depth, normal, *flags)
