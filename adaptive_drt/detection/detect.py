@@ -13,6 +13,7 @@ from typing import TypeAlias
 
 import numpy as np
 
+from ..lights.emitter import Emitter
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.axes import SHUTTER_ENDS
 from ..numerics.gather import columns
@@ -267,18 +268,11 @@ def detect_smooth_blocks(
         hidden[-1][center.rows[rows]] = blocked
         lit = np.ones(rows.size, dtype=np.bool_)
         if partly:
-            near = candidates.pixel[~none & ~blocked[candidates.pixel]]
-            penumbra[center.rows[rows[near]]] = True
+            penumbra[center.rows[rows[candidates.pixel[~none]]]] = True
             none |= occluders.are_far(hits, candidates, MIN_RELATIVE_GAP * reach)
         lit[candidates.pixel[~none]] = False
-        whole, dark = np.ones((2, rows.size), dtype=np.bool_)
-        for time in SHUTTER_ENDS if light.displacement is not None else (0.0,):
-            # both tests are linear in the light's position, so its ends decide for its whole path
-            to = light.to_center(hits.point, time)
-            lit &= ~detect_steep_irradiance(light, hits, reach, time=time)
-            whole &= light.is_above_horizon(to, hits.point, hits.normal, reach, bend)
-            dark &= classify_horizon(light, to, hits, reach, bend)[0]
-        dull &= blocked | (lit & (whole | dark))
+        even, dark = _is_evenly_lit(light, hits, reach, bend)
+        dull &= blocked | (lit & even)
         if light.displacement is not None:
             moving[center.rows[rows]] |= ~(dark | blocked)
     clear[center.rows[rows]] &= dull
@@ -288,8 +282,24 @@ def detect_smooth_blocks(
     order = np.argsort(item, kind="stable")
     pairs = Pairs(np.concatenate([candidates.pixel, whole])[order], item[order])
     clock("smooth blocks")
-    item = np.where(found.silhouette, -1, center.item)
-    return SmoothBlockFlags(clear, moving, tuple(hidden), item, pairs, penumbra)
+    own = np.where(found.silhouette, -1, center.item)
+    return SmoothBlockFlags(clear, moving, tuple(hidden), own, pairs, penumbra)
+
+
+def _is_evenly_lit(light: Emitter, hits: Surface, reach: Array, bend: Array) -> tuple[Mask, Mask]:
+    """Where a light without shadows is smooth over patches, and where it contributes nothing.
+
+    hits : n points.  reach, bend : (n,) metres and 1 / m, extent and curvature of the patches.
+    """
+    lit, whole, dark = np.ones((3, reach.size), dtype=np.bool_)
+    for time in SHUTTER_ENDS if light.displacement is not None else (0.0,):
+        # both tests are linear in the light's position, so its ends decide for its whole path
+        to = light.to_center(hits.point, time)
+        lit &= ~detect_steep_irradiance(light, hits, reach, time=time)
+        whole &= light.is_above_horizon(to, hits.point, hits.normal, reach, bend)
+        dark &= classify_horizon(light, to, hits, reach, bend)[0]
+    even: Mask = lit & (whole | dark)
+    return even, dark
 
 
 def _detect_light(
