@@ -13,6 +13,7 @@ from typing import TypeAlias
 
 import numpy as np
 
+from ..lights.emitter import Emitter
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.axes import SHUTTER_ENDS
 from ..numerics.gather import columns
@@ -48,6 +49,9 @@ StageCallback: TypeAlias = Callable[[str], None]
 CANDIDATES_FOUND, OCCLUSION_CLASSIFIED = 0.15, 0.4
 """Progress of the detection for one light, 0 to 1: when its candidate occluders are found, and when
 its visibility is classified."""
+MIN_RELATIVE_GAP = 2.0
+"""Distance of occluders from a block of pixels whose sky they may hide in part, in units of the
+block's reach: nearer ones change the light over the block too quickly for an interpolation."""
 UNBOUNDED_REACH = 1e100
 """Reach in metres from which a patch of surface is treated as unbounded."""
 
@@ -225,6 +229,7 @@ class SmoothBlockFlags:
     hidden : for each light, (n,) whether one object occludes all of it from all of the block.
     item : (n,) the object that fills a block without silhouettes, -1 for none.
     pairs : pairs of blocks and objects that may be seen in them, sorted by object.
+    penumbra : (n,) whether occluders may hide a part of a light of which that is allowed.
     """
 
     smooth: Mask
@@ -232,14 +237,22 @@ class SmoothBlockFlags:
     hidden: tuple[Mask, ...]
     item: Ints
     pairs: Pairs
+    penumbra: Mask
 
 
 def detect_smooth_blocks(
-    plan: Plan, occluders: Occluders, center: CenterRays, clock: StageCallback
+    plan: Plan,
+    occluders: Occluders,
+    center: CenterRays,
+    clock: StageCallback,
+    part: tuple[bool, ...],
 ) -> SmoothBlockFlags:
     """Find the square blocks of pixels over which radiance is proven smooth.
 
-    `plan` is the scene compiled for an image whose pixels are the blocks, with `edges` enabled.
+    Parameters
+    ----------
+    plan : the scene compiled for an image whose pixels are the blocks, with `edges` enabled.
+    part : for each light, whether occluders may hide a part of it, if they are not near.
     """
     found = _find_silhouettes(plan, center, clock, blocks=True)
     assert found.test is not None
@@ -249,9 +262,9 @@ def detect_smooth_blocks(
     reach = np.minimum(*_reach_bounds(plan, center, found.test))[rows]
     bend = curvature(plan, hits)
     dull = np.ones(rows.size, dtype=np.bool_)
-    moving = np.zeros_like(clear)
+    moving, penumbra = np.zeros_like(clear), np.zeros_like(clear)
     hidden = []
-    for light in plan.lights:
+    for light, partly in zip(plan.lights, part, strict=True):
         shape = plan.as_shadow_caster(light)
         candidates = occluders.find_candidates(shape, hits, reach)
         none, full = classify_patches(plan, occluders, hits, shape, candidates, reach)
@@ -260,15 +273,12 @@ def detect_smooth_blocks(
         hidden.append(np.zeros_like(clear))
         hidden[-1][center.rows[rows]] = blocked
         lit = np.ones(rows.size, dtype=np.bool_)
+        if partly:
+            penumbra[center.rows[rows[candidates.pixel[~none]]]] = True
+            none |= occluders.are_far(hits, candidates, MIN_RELATIVE_GAP * reach)
         lit[candidates.pixel[~none]] = False
-        whole, dark = np.ones((2, rows.size), dtype=np.bool_)
-        for time in SHUTTER_ENDS if light.displacement is not None else (0.0,):
-            # both tests are linear in the light's position, so its ends decide for its whole path
-            to = light.to_center(hits.point, time)
-            lit &= ~detect_steep_irradiance(light, hits, reach, time=time)
-            whole &= light.is_above_horizon(to, hits.point, hits.normal, reach, bend)
-            dark &= classify_horizon(light, to, hits, reach, bend)[0]
-        dull &= blocked | (lit & (whole | dark))
+        even, dark = _is_evenly_lit(light, hits, reach, bend)
+        dull &= blocked | (lit & even)
         if light.displacement is not None:
             moving[center.rows[rows]] |= ~(dark | blocked)
     clear[center.rows[rows]] &= dull
@@ -278,8 +288,24 @@ def detect_smooth_blocks(
     order = np.argsort(item, kind="stable")
     pairs = Pairs(np.concatenate([candidates.pixel, whole])[order], item[order])
     clock("smooth blocks")
-    item = np.where(found.silhouette, -1, center.item)
-    return SmoothBlockFlags(clear, moving, tuple(hidden), item, pairs)
+    own = np.where(found.silhouette, -1, center.item)
+    return SmoothBlockFlags(clear, moving, tuple(hidden), own, pairs, penumbra)
+
+
+def _is_evenly_lit(light: Emitter, hits: Surface, reach: Array, bend: Array) -> tuple[Mask, Mask]:
+    """Where a light without shadows is smooth over patches, and where it contributes nothing.
+
+    hits : n points.  reach, bend : (n,) metres and 1 / m, extent and curvature of the patches.
+    """
+    lit, whole, dark = np.ones((3, reach.size), dtype=np.bool_)
+    for time in SHUTTER_ENDS if light.displacement is not None else (0.0,):
+        # both tests are linear in the light's position, so its ends decide for its whole path
+        to = light.to_center(hits.point, time)
+        lit &= ~detect_steep_irradiance(light, hits, reach, time=time)
+        whole &= light.is_above_horizon(to, hits.point, hits.normal, reach, bend)
+        dark &= classify_horizon(light, to, hits, reach, bend)[0]
+    even: Mask = lit & (whole | dark)
+    return even, dark
 
 
 def _detect_light(

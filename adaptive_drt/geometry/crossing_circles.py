@@ -22,7 +22,7 @@ from .spherical_curves import (
     circles_inside_cones,
 )
 
-__all__ = ["gaps_of_rings", "open_circles", "open_circles_integral"]
+__all__ = ["gaps_of_rings", "open_circles", "open_circles_integral", "order_on_rings"]
 
 
 CROSSING_TOLERANCE = 2.0**-48
@@ -146,12 +146,12 @@ def gaps_of_rings(ring: Ints, low: Array, high: Array, count: int) -> tuple[Ints
     sizes = np.bincount(ring, minlength=count)
     place = np.arange(ring.size) + np.repeat(np.arange(count), sizes)
     begin, finish = np.full(ring.size + count, -np.pi), np.full(ring.size + count, np.pi)
-    begin[place + 1] = high[_order(ring, high)]
-    finish[place] = low[_order(ring, low)]
+    begin[place + 1] = high[order_on_rings(ring, high)]
+    finish[place] = low[order_on_rings(ring, low)]
     return np.repeat(np.arange(count), sizes + 1), begin, finish
 
 
-def _order(ring: Ints, angle: Array) -> Ints:
+def order_on_rings(ring: Ints, angle: Array) -> Ints:
     """Indices (m,) that sort angles from -pi to pi by ring and, within it, by angle.
 
     Keys of one number each sort many times faster than two keys, and tell almost all angles apart.

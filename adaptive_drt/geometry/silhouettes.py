@@ -8,8 +8,9 @@ from typing import TypeAlias
 
 import numpy as np
 
-from ..numerics.arrays import Array, Mask
+from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.floats import TINY, UNIT_ROUNDOFF
+from ..numerics.gather import columns
 from ..numerics.vector import cross, dot, normalize
 from .spherical_curves import (
     Circles,
@@ -100,6 +101,10 @@ class PolygonSilhouettes:
         """Rows in `segments` of the edges of polygon i."""
         j = self.segments.half_angle.shape[0] // self.edge_on.shape[0]
         return slice(i * j, (i + 1) * j)
+
+    def at_points(self, rows: Ints) -> PolygonSilhouettes:
+        """The silhouettes as seen from some of the points."""
+        return PolygonSilhouettes(self.segments.at_points(rows), columns(self.edge_on, rows))
 
 
 def polygon_silhouette(corners: Array, normal: Array, cut: bool) -> LightSilhouette:

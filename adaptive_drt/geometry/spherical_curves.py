@@ -30,6 +30,7 @@ import numpy as np
 
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.floats import TINY
+from ..numerics.gather import columns
 from ..numerics.vector import cross, dot, total
 
 __all__ = [
@@ -114,6 +115,17 @@ class GreatCircleArcs:
         middle, along, u, w = (x[:, rows] for x in (self.middle, self.along, self.u, self.w))
         shift = None if self.middle_angle is None else self.middle_angle[rows]
         return GreatCircleArcs(planes, middle, along, self.half_angle[rows], u, w, shift)
+
+    def at_points(self, rows: Ints) -> GreatCircleArcs:
+        """Return the arcs of some of the points."""
+        planes = HalfSpaces(
+            *(columns(x, rows, -1) for x in (self.planes.normal, self.planes.angle_error))
+        )
+        middle, along, half, u, w = (
+            columns(x, rows, -1) for x in (self.middle, self.along, self.half_angle, self.u, self.w)
+        )
+        shift = None if self.middle_angle is None else columns(self.middle_angle, rows)
+        return GreatCircleArcs(planes, middle, along, half, u, w, shift)
 
 
 @dataclass(frozen=True)

@@ -11,9 +11,10 @@ from ..detection.detect import SmoothBlockFlags
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.error_coefficients import TIME_ERROR_FACTOR
 from ..numerics.gather import columns
-from ..shading.direct_light import unshadowed_radiance
+from ..shading.direct_light import smooth_radiance
 from ..tracing.compile import Plan
 from ..tracing.intersect import intersect_pairs, surface
+from ..tracing.occluder_culling import Occluders
 from .chebyshev_blocks import (
     PixelBlocks,
     block_means,
@@ -43,6 +44,7 @@ class SmoothBlocks:
     item : (n,) object that fills the block, -1 for none.
     depth : (s, s, n), normal : (3, s, s, n) of the hits at the pixels' centres.
     moving : (n,) whether the light on it changes during the shutter.
+    penumbra : (n,) whether a part of a light may be hidden.
     """
 
     side: int
@@ -54,10 +56,11 @@ class SmoothBlocks:
     depth: Array
     normal: Array
     moving: Mask
+    penumbra: Mask
 
 
 def interpolate_blocks(
-    plan: Plan, blocks: PixelBlocks, clear: Ints, found: SmoothBlockFlags
+    plan: Plan, occluders: Occluders, blocks: PixelBlocks, clear: Ints, found: SmoothBlockFlags
 ) -> tuple[SmoothBlocks, Mask, int]:
     """Interpolate clear blocks, those where nothing changes abruptly.
 
@@ -80,7 +83,8 @@ def interpolate_blocks(
             across, up = blocks.centers
             x, y = block_nodes(across[clear[hit]], up[clear[hit]], side)
             hidden = [np.tile(each[clear[hit]], 16) for each in found.hidden]
-            light, there = _shade(plan, x.ravel(), y.ravel(), np.tile(item[hit], 16), hidden, times)
+            spots = x.ravel(), y.ravel(), np.tile(item[hit], 16)
+            light, there = _shade(plan, occluders, *spots, hidden, times)
             light = light.reshape(len(times), 3, 16, -1)
             color[:, :, hit], late[hit] = _shutter_means(light)
             seen[hit] = there.reshape(16, -1).all(axis=0)
@@ -97,8 +101,9 @@ def interpolate_blocks(
     # radiance is never below 0, whatever the polynomial gives
     mean = np.maximum(block_means(columns(coefficients, index, -1), side), 0.0)
     kept = _make_smooth_blocks(
-        plan, blocks, clear[index], item[index], mean, off[index], moving[index]
-    )
+        plan, blocks, clear[index], item[index], mean, off[index],
+        (moving[index], found.penumbra[clear[index]]),
+    )  # fmt: skip
     return kept, smooth, points
 
 
@@ -121,21 +126,27 @@ def _shutter_means(light: Array) -> tuple[Array, Array]:
 
 def _shade(
     plan: Plan,
+    occluders: Occluders,
     x: Array,
     y: Array,
     item: Ints,
     hidden: list[Mask],
     times: tuple[float, ...],
 ) -> tuple[Array, Mask]:
-    """Radiance (times, 3, n) of objects at pixel coordinates, and whether they are hit (n,).
+    """Radiance (times, 3, n) of objects at pixel coordinates, and where it is known exactly (n,).
 
-    hidden : for each light (n,), whether it is occluded there; no other shadows are considered.
+    hidden : for each light (n,), whether it is occluded there; for other shadows see
+    `smooth_radiance`.
     """
     w = plan.lens.directions(x, y)
     t = intersect_pairs(plan, w, item)
     found = np.isfinite(t)
     hits = surface(plan, w, np.where(found, t, 1.0), item)
-    light = [unshadowed_radiance(plan, hits, time, hidden) for time in times]
+    light = []
+    for time in times:
+        color, exact = smooth_radiance(plan, occluders, hits, time, hidden)
+        light.append(color)
+        found &= exact
     return np.array(light), found
 
 
@@ -146,9 +157,12 @@ def _make_smooth_blocks(
     item: Ints,
     mean: Array,
     error: Array,
-    moving: Mask,
+    flags: tuple[Mask, Mask],
 ) -> SmoothBlocks:
-    """The chosen blocks, by object, given their pixel means (3, s, s, n)."""
+    """The chosen blocks, by object, given their pixel means (3, s, s, n).
+
+    flags : `SmoothBlocks.moving` and `penumbra`.
+    """
     side = blocks.side
     x, y = blocks.x[chosen], blocks.y[chosen]
     depth, normal = np.full(mean.shape[1:], np.inf), np.zeros_like(mean)
@@ -164,4 +178,4 @@ def _make_smooth_blocks(
                 index, plan.lens, across[part], up[part]
             )
         first = last
-    return SmoothBlocks(side, x, y, mean, error, item, depth, normal, moving)
+    return SmoothBlocks(side, x, y, mean, error, item, depth, normal, *flags)

@@ -27,7 +27,7 @@ from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.gather import columns, place
 from ..parallel.call_progress import progress_range, report_progress
 from ..shading.center_light import CenterLight, sample_center_light
-from ..shading.direct_light import DirectLight, shade
+from ..shading.direct_light import DirectLight, interpolates_occlusion, shade
 from ..shading.footprint import make_patch
 from ..shading.variation import STEP_KIND, zero_variation
 from ..tracing.compile import Plan
@@ -154,10 +154,14 @@ def trace_first_pass(
             rough = coarse_plan(plan, side)
             center = trace_center_rays(rough, *blocks.centers, blocks.pairs)
             with progress_range(BLOCK_WORK_SHARE / (2 * side), BLOCK_WORK_SHARE / side):
-                found = detect_smooth_blocks(rough, occluders, center, clock)
+                # smaller blocks have as many pixels as nodes
+                part = tuple(
+                    side == SIDES[0] and interpolates_occlusion(plan, each) for each in plan.lights
+                )
+                found = detect_smooth_blocks(rough, occluders, center, clock, part)
             blocks = PixelBlocks(side, blocks.x, blocks.y, found.pairs)
             clear = found.smooth.nonzero()[0]
-            interpolated, smooth, count = interpolate_blocks(plan, blocks, clear, found)
+            interpolated, smooth, count = interpolate_blocks(plan, occluders, blocks, clear, found)
             smooth_blocks.append(interpolated)
             points += count
             cut[clear[smooth]] = False

@@ -258,8 +258,9 @@ class Frame:
         place(self.visibility_key, index, blocks.item + 1)
         place(self.alpha, index, self.plan.opacity(blocks.item))
         self.settled[index] = True
-        if blocks.moving.any():
-            place(self.mask[1], index, blocks.moving)
+        for channel, flagged in ((0, blocks.penumbra), (1, blocks.moving)):
+            if flagged.any():
+                place(self.mask[channel], index, flagged)
         x, y = x + across[None, :, None], y + across[:, None, None]
         self._write_surfaces(x, y, blocks.depth, blocks.normal)
 

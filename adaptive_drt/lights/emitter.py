@@ -171,6 +171,11 @@ class Emitter(LightBounds, ABC):
         """Whether the light surrounds all points, each of which sees what is above its horizon."""
         return False
 
+    @property
+    def uniform_hemisphere(self) -> bool:
+        """Whether the light has one radiance in all directions above each point's horizon."""
+        return False
+
     def outline_error(self, to: Array, normal: Array) -> Array | None:
         """Errors (n,) of irradiance factors where occluders hide a part of the light, or None.
 

@@ -71,6 +71,11 @@ class SkyEmitter(UnboundedEmitter):
         return True
 
     @property
+    def uniform_hemisphere(self) -> bool:
+        """Whether the light has one radiance above each point's horizon: it does."""
+        return True
+
+    @property
     def fills_cone(self) -> bool:
         """Whether the light fills its view cone: it does, all directions."""
         return True

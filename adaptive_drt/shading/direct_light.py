@@ -36,10 +36,11 @@ __all__ = [
     "add_emission",
     "diffuse_brdf",
     "emission",
+    "interpolates_occlusion",
     "irradiance",
     "shade",
     "shade_with_candidates",
-    "unshadowed_radiance",
+    "smooth_radiance",
 ]
 
 
@@ -50,6 +51,9 @@ At `SHADOW_STEP` its candidate occluders are known, at twice that which of them 
 `VARIATION_END`
 its variation; the rest is the work on the parts of it that are hidden.
 """
+MANY_OBJECTS = 64
+"""Number of objects from which blocks of pixels are interpolated where they hide a part of a sky:
+below it a point costs no more than what else is done for a pixel."""
 MAX_DEVIATION = 1e100
 """Largest deviation, as a radiance; larger ones count as this, so that they stay finite."""
 
@@ -168,23 +172,41 @@ def shade_with_candidates(
     return color, np.minimum(error, MAX_DEVIATION)
 
 
-def unshadowed_radiance(
-    plan: Plan, surface: Surface, time: Array | float, hidden: Sequence[Mask]
-) -> Array:
-    """Radiance (3, n) of n points without shadows, other than of lights that are wholly hidden.
+def interpolates_occlusion(plan: Plan, light: Emitter) -> bool:
+    """Whether blocks of pixels are interpolated though occluders hide a part of a light.
+
+    It is so for uniform skies that many objects hide: irradiance is smooth there but near contact,
+    and the light at a point costs so much that blocks which prove not to be smooth cost little.
+    """
+    many = plan.object_count >= MANY_OBJECTS and not plan.motion and plan.penumbra
+    return many and light.uniform_hemisphere and light.casts_shadow
+
+
+def smooth_radiance(
+    plan: Plan, occluders: Occluders, surface: Surface, time: Array | float, hidden: Sequence[Mask]
+) -> tuple[Array, Mask]:
+    """Radiance (3, n) of n points of smooth blocks, and whether it is in closed form: (n,).
+
+    Only of lights for which `interpolates_occlusion` is true a part may be hidden.
 
     Parameters
     ----------
     time : shutter times, a number or (n,).
     hidden : for each light, whether it is wholly hidden from the points, (n,).
     """
-    factors = (
-        np.where(away, 0.0, _unoccluded_factors(plan, surface, light, time))
-        for light, away in zip(plan.lights, hidden, strict=True)
-    )
+    factors, exact = [], np.ones(surface.item.size, dtype=np.bool_)
+    for light, away in zip(plan.lights, hidden, strict=True):
+        whole = np.where(away, 0.0, _unoccluded_factors(plan, surface, light, time))
+        if interpolates_occlusion(plan, light):
+            pairs = occluders.find_candidates(light, surface)
+            shadow = classify_light_visibility(plan, surface, light, pairs, time)
+            most = np.full_like(whole, np.inf)
+            whole, off = _shadowed_factors(plan, surface, light, time, shadow, whole, most)
+            exact &= off == 0.0
+        factors.append(whole)
     color = irradiance(plan.lights, factors, surface.item.size) * diffuse_brdf(plan, surface.item)
     add_emission(plan, surface, color)
-    return color
+    return color, exact
 
 
 def irradiance(lights: Sequence[Emitter], factors: Iterable[Array], count: int) -> Array:

@@ -26,6 +26,7 @@ from ..parallel.call_progress import progress_range, report_progress
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs, Surface
 from .nested_occluders import find_nested
+from .open_sky import open_sky_factors
 from .sampled_occlusion import sampled_factors
 
 __all__ = ["apply_occluders"]
@@ -67,6 +68,15 @@ def apply_occluders(
     some = np.zeros(error.size, dtype=np.bool_)
     some[pairs.pixel] = True
     rows = some.nonzero()[0]
+    if rows.size and light.uniform_hemisphere:
+        part = Pairs((some.cumsum() - 1)[pairs.pixel], pairs.item)
+        when = _times_at(time, rows)
+        known, seen = open_sky_factors(plan, surface.take(rows), light, part, when)
+        known = rows[known]
+        factor[known], error[known] = seen, 0.0
+        some[known] = False
+        pairs = pairs.take(some[pairs.pixel])
+        rows = some.nonzero()[0]
     if rows.size:
         part = Pairs((some.cumsum() - 1)[pairs.pixel], pairs.item)
         factor[..., rows], error[rows] = _occluded_factors(

@@ -29,6 +29,7 @@ from ..parallel.call_progress import progress_range, report_progress
 from .compile import Plan
 from .embree import ProxyScene
 from .intersect import Pairs, Surface, cache_sized_chunks, curvature, run_indices
+from .shadowed_occluders import hidden_by_spheres
 
 __all__ = ["Occluders", "all_pairs_unculled", "find_group_candidates", "may_shadow"]
 
@@ -76,7 +77,11 @@ class Occluders:
         self.plan = plan
         self.center, radius = plan.shapes.bounding_spheres
         d = plan.shapes.displacement
-        self.radius = radius if d is None else radius + 0.5 * np.sqrt(dot(d, d))
+        path = 0.0 if d is None else 0.5 * np.sqrt(dot(d, d))
+        self.radius = radius if d is None else radius + path
+        # what of the spheres is solid during the whole shutter
+        self._solid = np.maximum(radius - path, 0.0)
+        self._solid[plan.shapes.proxied :] = 0.0
         self._planes = _FacePlanes.make(plan.shapes)
         self._balls = _enclosing_balls(plan.shapes)
         self._proxies: dict[float, ProxyScene] = {}  # by the inflation of the spheres
@@ -112,6 +117,15 @@ class Occluders:
         pairs = _without_passed(light, self._all_candidates(light, sight))
         pairs = self._planes.without_redundant_faces(sight, pairs)
         return _without_coplanar_faces(light, self._by_enclosing_balls(sight, pairs))
+
+    def are_far(self, surface: Surface, pairs: Pairs, distance: Array) -> Mask:
+        """Whether occluders (m,) are farther from their points than distances (n,), metres.
+
+        surface : n points.  pairs : points and occluders.
+        """
+        v = columns(self.center, pairs.item) - columns(surface.point, pairs.pixel)
+        far: Mask = np.sqrt(dot(v, v)) > self.radius[pairs.item] + distance[pairs.pixel]
+        return far
 
     def _by_enclosing_balls(self, sight: _LightView, pairs: Pairs) -> Pairs:
         """The pairs without objects of many balls of which none may occlude the light."""
@@ -177,7 +191,20 @@ class Occluders:
             parts += self._pairs_by_object(sight, first)
         else:
             parts.append(self._filter_by_point(sight, self._pairs_by_shafts(sight, first)))
-        return _merge_pairs(parts, count, self.radius.size)
+        pairs = _merge_pairs(parts, count, self.radius.size)
+        if not light.surrounds:
+            return pairs
+        return pairs.take(~self._hidden(light, (surface.point, reach), pairs))
+
+    def _hidden(self, light: Emitter, blocks: tuple[Array, Array], pairs: Pairs) -> Mask:
+        """Whether other occluders hide those of pairs of blocks of points and objects: (m,).
+
+        blocks : centres and radii of balls around the points of each block, metres.
+        """
+        # what the light passes through hides nothing
+        solid = self._solid if light.passes is None else np.where(light.passes, 0.0, self._solid)
+        balls = self.center, self.radius
+        return hidden_by_spheres(*blocks, pairs.pixel, pairs.item, balls, solid)
 
     def _near_proxies(self, sight: _LightView, proxies: ProxyScene) -> Pairs:
         """Pairs whose point lies within the object's proxy, where embree may miss it."""
@@ -235,8 +262,47 @@ class Occluders:
                 before[flat] = self._planes.part_balls(bounds, *ends, chosen)
             return before
 
+        if sight.light.surrounds:
+            return self._pairs_above_horizons(sight)
         pairs = _pairs_by_blocks(sight, radius.size, seen)
         return Pairs(pairs.pixel, pairs.item + first_item)
+
+    def _pairs_above_horizons(self, sight: _LightView) -> Pairs:
+        """Candidate pairs under a light that surrounds the points, by tests of blocks of points.
+
+        Dropped are objects below the horizons of all points of a block, and those that others hide.
+        """
+        order = _morton_order(sight.surface.point)
+        reach, count = sight.reach[order], order.size
+        balls = _block_balls(columns(sight.surface.point, order), reach)
+        # normals turn by no more than this within the reach
+        turn = (sight.curvature[order] if sight.any_reach else 0.0) * reach
+        normals = _block_balls(columns(sight.surface.normal, order), turn)
+        pairs = _all_pairs(-(-count // BLOCK_SIZES[0]), self.radius.size)
+        for level, (size, smaller) in enumerate(
+            zip(BLOCK_SIZES, (*BLOCK_SIZES[1:], 1), strict=True)
+        ):
+            self.plan.raise_if_cancelled()
+            report_progress(level / LEVEL_COUNT)
+            above = partial(self._above_horizon, balls[level], normals[level])
+            pairs = pairs.take(_passing_pairs(above, pairs.pixel, pairs.item))
+            pairs = pairs.take(~self._hidden(sight.light, balls[level], pairs))
+            within = np.arange(-(-count // smaller)) // (size // smaller)
+            pairs = pairs.for_pixels(within, balls[level][1].size)
+        return Pairs(order[pairs.pixel], pairs.item)
+
+    def _above_horizon(
+        self, ball: tuple[Array, Array], normals: tuple[Array, Array], block: Ints, item: Ints
+    ) -> Mask:
+        """Whether objects reach above the horizon of a point of their block: (m,).
+
+        ball, normals : centres (3, b) and radii (b,) of balls that hold the points of the blocks,
+        metres, and their normals.
+        """
+        v = columns(self.center, item) - columns(ball[0], block)
+        rise = dot(columns(normals[0], block), v) + normals[1][block] * np.sqrt(dot(v, v))
+        above: Mask = rise > -(self.radius[item] + ball[1][block])
+        return above
 
     def _may_occlude(self, sight: _LightView, at: Ints, item: Ints) -> Mask:
         """Whether objects, one for each of the points `at`, may occlude a light from them."""

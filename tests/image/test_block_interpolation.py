@@ -10,7 +10,15 @@ import pytest
 
 from adaptive_drt.image import block_interpolation as clear
 from adaptive_drt.render import render_image
-from adaptive_drt.scene.description import Motion, Quad, QuadLight, Scene, Sphere, SphereLight
+from adaptive_drt.scene.description import (
+    Motion,
+    Quad,
+    QuadLight,
+    Scene,
+    SkyLight,
+    Sphere,
+    SphereLight,
+)
 from adaptive_drt.scene.settings import Settings
 from oracle.converged import relative_rmse
 from oracle.kept import converged_color
@@ -45,6 +53,18 @@ def assert_alike(film, alone):
 @pytest.mark.parametrize("seed", range(30, 38))
 def test_random_scenes_come_out_alike(seed, order, monkeypatch):
     assert_alike(*with_and_without(random_scene(seed), monkeypatch, order=order))
+
+
+def test_floors_behind_many_spheres_under_a_sky(monkeypatch):
+    """Blocks are interpolated though a part of the sky is hidden, and are marked as penumbrae."""
+    rng = np.random.default_rng(9)
+    place = rng.uniform((-1.0, -1.0, 0.3), (1.0, 1.0, 2.0), (70, 3))
+    balls = [Sphere(tuple(each), 0.25) for each in place.tolist()]
+    scene = Scene(EYE, (*balls, FLOOR), (SkyLight((1.0, 1.0, 1.0)),))
+    film, alone = with_and_without(scene, monkeypatch)
+    assert_alike(film, alone)
+    assert film.mask[0].mean() > 0.5
+    assert film.stats["rays"]["shaded"] < alone.stats["rays"]["shaded"] - 1_000
 
 
 FLOOR = Quad((-9.0, -9.0, 0.0), (18.0, 0.0, 0.0), (0.0, 18.0, 0.0))

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from adaptive_drt.scene.description import Material, QuadLight, Sphere, SphereLight
-from adaptive_drt.shading.direct_light import shade, shade_with_candidates, unshadowed_radiance
+from adaptive_drt.shading.direct_light import shade, shade_with_candidates, smooth_radiance
 from adaptive_drt.tracing.occluder_culling import Occluders
 from oracle.visible import quad_light, round_light, visible
 from shaded import patches_at, plan_of
@@ -56,9 +56,11 @@ def test_floors_are_lit_as_quadrature_says(kind, balls):
     # the same with the occluders that are known
     again, _ = shade_with_candidates(plan, hits, 0.0, found.candidates)
     np.testing.assert_allclose(again, found.color, rtol=1e-12, atol=1e-15)
-    whole = unshadowed_radiance(plan, hits, 0.0, (np.zeros(COUNT, dtype=bool),))
+    whole = smooth_radiance(plan, Occluders(plan), hits, 0.0, (np.zeros(COUNT, dtype=bool),))[0]
     assert (whole >= found.color * (1 - 1e-9)).all()
-    assert not unshadowed_radiance(plan, hits, 0.0, (np.ones(COUNT, dtype=bool),)).any()
+    assert not smooth_radiance(plan, Occluders(plan), hits, 0.0, (np.ones(COUNT, dtype=bool),))[
+        0
+    ].any()
 
 
 def test_light_is_in_proportion_to_albedo_and_power():

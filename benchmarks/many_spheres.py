@@ -1,0 +1,196 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Many spheres on a floor under a uniform sky, ours beside Mitsuba: CPU time to an error.
+
+    python benchmarks/many_spheres.py [--numbers 20 100 300 1000] [--size 80 60] [--page FILE]
+
+A packed cluster (overlapping balls, as a molecule) and a sparse gas (5 % of its volume). Both
+renderers run on one thread, and CPU seconds count, so that other work on the machine matters
+little.
+Mitsuba samples the cosine, by its direct integrator; its time at an error is interpolated between
+sample counts, or extrapolated by a power law from the last two. Errors are root mean squares over
+the mean, against Mitsuba with many more samples, whose own noise is subtracted.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+
+import machine
+import numpy as np
+import peer_mitsuba
+
+from adaptive_drt.render import render_image
+from adaptive_drt.scene.description import Camera, Material, Quad, Scene, SkyLight, Sphere
+from adaptive_drt.scene.settings import Settings
+
+RADIUS, GAP = 0.5, 0.62
+"""Radius of the balls, and least distance of centres in a packed cluster, metres."""
+GAS_FRACTION = 0.05
+"""Fraction of the volume of a gas that balls fill."""
+TOLERANCES = (1e-2, 1e-3)
+LADDER = tuple(p * p for p in (5, 11, 23, 47))
+"""Samples per pixel of the measured renders of Mitsuba: squares of primes, for its sampler."""
+REFERENCE = 97 * 97
+"""Samples per pixel of each of the renders of the reference."""
+REFERENCES = 2
+"""Number of renders of the reference."""
+LEAST_KNOWN = 0.5
+"""Errors below this many times the reference's own noise are given as an upper bound."""
+
+HEAD = """\
+<!-- Written by benchmarks/many_spheres.py: `python benchmarks/many_spheres.py --page ...`. -->
+# Many spheres under a uniform sky
+
+Measured on: {machine}. {width} x {height} pixels; CPU seconds of one thread each; "error" is
+measured, root mean square over the mean. Mitsuba {version}: seconds that it takes to the tolerance
+(a * marks extrapolation beyond {most:,} samples a pixel). "faster" is Mitsuba's time over ours.
+
+| balls | tolerance | ours, s | error | points a pixel | Mitsuba, s | faster |
+|---|---|---|---|---|---|---|"""
+
+
+def packed(count: int, rng: np.random.Generator) -> np.ndarray:
+    """Centres (n, 3) in a ball, as close as throwing them at random gets."""
+    size, centers = RADIUS * count ** (1.0 / 3.0), np.empty((0, 3))
+    while len(centers) < count:
+        thrown = rng.uniform(-size, size, (64, 3))
+        for center in thrown[(thrown**2).sum(axis=1) < size * size]:
+            gap = ((centers - center) ** 2).sum(axis=1).min(initial=np.inf)
+            if len(centers) < count and gap > GAP * GAP:
+                centers = np.vstack([centers, center])
+        size *= 1.001
+    return centers
+
+
+def gas(count: int, rng: np.random.Generator) -> np.ndarray:
+    """Centres (n, 3) in a cube, at random."""
+    size = (count * 4.0 / 3.0 * math.pi * RADIUS**3 / GAS_FRACTION) ** (1.0 / 3.0)
+    return rng.uniform(-0.5 * size, 0.5 * size, (count, 3))
+
+
+KINDS = {"packed": packed, "gas": gas}
+
+
+def make_scene(kind: str, count: int, size: tuple[int, int]) -> Scene:
+    """The balls on a floor, and a camera that they fill."""
+    rng = np.random.default_rng(count)
+    center = KINDS[kind](count, rng)
+    center[:, 2] += RADIUS - center[:, 2].min()
+    span = float(np.ptp(center, axis=0).max()) + 2.0 * RADIUS
+    colors = rng.uniform(0.3, 0.85, (6, 3)).tolist()
+    balls = [
+        Sphere(tuple(place), RADIUS, Material(tuple(colors[k % 6])))
+        for k, place in enumerate(center.tolist())
+    ]
+    far = 4.0 * span
+    floor = Quad((-far, -far, 0.0), (2.0 * far, 0.0, 0.0), (0.0, 2.0 * far, 0.0))
+    eye, target = np.array((0.0, -2.0 * span, 1.2 * span)), np.array((0.0, 0.0, 0.45 * span))
+    back = (eye - target) / np.linalg.norm(eye - target)
+    right = np.cross((0.0, 0.0, 1.0), back)
+    right /= np.linalg.norm(right)
+    frame = np.stack([right, np.cross(back, right), back, eye], axis=1).tolist()
+    matrix = (*map(tuple, frame), (0.0, 0.0, 0.0, 1.0))
+    camera = Camera(matrix=matrix, focal_length=50.0, resolution=size)
+    return Scene(camera, (*balls, floor), (SkyLight((1.0, 1.0, 1.0)),))
+
+
+class Mitsuba:
+    """Mitsuba's renders of a scene, on one thread."""
+
+    def __init__(self, scene: Scene) -> None:
+        self.mi = peer_mitsuba.start()
+        import drjit
+
+        drjit.set_thread_count(1)
+        self.version = f"{self.mi.__version__} {self.mi.variant()}"
+        world = peer_mitsuba.describe(self.mi, replace(scene, lights=()))
+        # sampling the cosine has less noise than sampling the sky uniformly
+        world["integrator"] |= {"emitter_samples": 0, "bsdf_samples": 1}
+        white = {"type": "rgb", "value": [1.0, 1.0, 1.0]}
+        world["sky"] = {"type": "constant", "radiance": white}
+        self.world = self.mi.load_dict(world)
+
+    def render(self, samples: int, seed: int) -> tuple[np.ndarray, float]:
+        """A picture (3, height, width), row 0 below, and its CPU seconds."""
+        start = time.process_time()
+        picture = np.array(self.mi.render(self.world, spp=samples, seed=seed))
+        return np.moveaxis(picture[::-1], -1, 0), time.process_time() - start
+
+
+def time_to(error: float, rungs: list[tuple[int, float, float]]) -> tuple[float, bool]:
+    """Seconds to an error by a power law between rungs (samples, seconds, error), and whether it
+    lies beyond them.
+    """
+    upper = next((k for k, rung in enumerate(rungs) if rung[2] <= error), len(rungs) - 1)
+    upper = max(upper, 1)
+    (_, t0, e0), (_, t1, e1) = rungs[upper - 1 : upper + 1]
+    slope = math.log(t1 / t0) / math.log(e1 / e0)
+    return t1 * (error / e1) ** slope, error < rungs[-1][2]
+
+
+def measure(kind: str, count: int, size: tuple[int, int]) -> tuple[list[str], str]:
+    """Rows of the table for one scene, and Mitsuba's version."""
+    scene = make_scene(kind, count, size)
+    peer = Mitsuba(scene)
+    parts = [peer.render(REFERENCE, 100 + k)[0] for k in range(REFERENCES)]
+    truth = np.mean(parts, axis=0)
+    mean = truth.mean()
+    spread = np.mean([((part - truth) ** 2).mean() for part in parts])
+    noise = spread / (REFERENCES - 1) / mean**2
+
+    def error_of(picture: np.ndarray) -> float:
+        return float(((picture - truth) ** 2).mean() / mean**2 - noise)
+
+    rungs = []
+    for samples in LADDER:
+        peer.render(samples, 1)  # compiles
+        picture, seconds = peer.render(samples, 2)
+        rungs.append((samples, seconds, math.sqrt(max(error_of(picture), noise))))
+    render_image(make_scene(kind, 8, (16, 12)), Settings(threads=1))
+    rows = []
+    for tolerance in TOLERANCES:
+        start = time.process_time()
+        film = render_image(scene, Settings(tolerance=tolerance, threads=1))
+        seconds = time.process_time() - start
+        off, floor = error_of(film.color), LEAST_KNOWN**2 * noise
+        error = f"{math.sqrt(off):.1e}" if off > floor else f"< {math.sqrt(noise):.1e}"
+        theirs, beyond = time_to(tolerance, rungs)
+        rows.append(
+            f"| {count:,} {kind} | {tolerance:g} | {seconds:.1f} | {error} | "
+            f"{film.samples.mean():.1f} | {theirs:.2f}{'*' if beyond else ''} | "
+            f"{theirs / seconds:.2f} |"
+        )
+        print(rows[-1], flush=True)
+    return rows, peer.version
+
+
+def main() -> None:
+    """Measure and write the page."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--kinds", nargs="+", choices=KINDS, default=list(KINDS))
+    parser.add_argument("--numbers", nargs="+", type=int, default=[20, 100, 300, 1000])
+    parser.add_argument("--size", nargs=2, type=int, default=(80, 60))
+    parser.add_argument("--page", type=Path, help="where to write as well")
+    given = parser.parse_args()
+    about, rows, version = machine.describe(), [], ""
+    width, height = given.size
+    for kind in given.kinds:
+        for count in given.numbers:
+            own, version = measure(kind, count, (width, height))
+            rows += own
+            text = HEAD.format(
+                machine=about, width=width, height=height, version=version, most=LADDER[-1]
+            )
+            if given.page:
+                given.page.write_text("\n".join([text, *rows]) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
