@@ -126,8 +126,7 @@ def shade(
             spread += varies
             error += weight * off
     _limit_deviations(spread)
-    color = irradiance(plan.lights, factors, surface.item.size) * brdf
-    add_emission(plan, surface, color)
+    color = _radiance(plan, surface, factors, brdf)
     return DirectLight(color, spread, np.minimum(error, MAX_DEVIATION), tuple(candidates))
 
 
@@ -167,9 +166,7 @@ def shade_with_candidates(
         factors.append(seen)
         with np.errstate(over="ignore"):
             error += weight * off
-    color = irradiance(plan.lights, factors, surface.item.size) * brdf
-    add_emission(plan, surface, color)
-    return color, np.minimum(error, MAX_DEVIATION)
+    return _radiance(plan, surface, factors, brdf), np.minimum(error, MAX_DEVIATION)
 
 
 def interpolates_occlusion(plan: Plan, light: Emitter) -> bool:
@@ -204,9 +201,14 @@ def smooth_radiance(
             whole, off = _shadowed_factors(plan, surface, light, time, shadow, whole, most)
             exact &= off == 0.0
         factors.append(whole)
-    color = irradiance(plan.lights, factors, surface.item.size) * diffuse_brdf(plan, surface.item)
+    return _radiance(plan, surface, factors, diffuse_brdf(plan, surface.item)), exact
+
+
+def _radiance(plan: Plan, surface: Surface, factors: Iterable[Array], brdf: Array) -> Array:
+    """Radiance (3, n) that n points reflect and emit. factors : of each light."""
+    color = irradiance(plan.lights, factors, surface.item.size) * brdf
     add_emission(plan, surface, color)
-    return color, exact
+    return color
 
 
 def irradiance(lights: Sequence[Emitter], factors: Iterable[Array], count: int) -> Array:

@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 import os
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from importlib.util import find_spec
 from typing import Any
@@ -186,10 +186,7 @@ def make_plan(scene: Scene, settings: Settings) -> Plan:
     table = _make_shape_table(records, origin, displacement)
     lights, seen_lights = _make_emitters(scene, moving, lens.origin, drift, skipped)
     penumbra = _has_penumbra(settings, lights, sum(counts), skipped)
-    if settings.method == "RAYS" or table.sampled.any():
-        # distributed rays estimate one number a light
-        lights = tuple(part for light in lights for part in light.channels())
-    lights = tuple(light.prepared(settings.tolerance) for light in lights)
+    lights = _prepared(lights, settings, table)
     light_moves = any(light.displacement is not None for light in lights)
     motion = moving and bool(moves.any() or light_moves)
     skipped += _skipped_effects(settings, motion, sum(counts))
@@ -359,6 +356,16 @@ def _make_emitters(
         if light.seen:
             seen.append(emitter)
     return tuple(lighting), tuple(seen)
+
+
+def _prepared(
+    lights: Iterable[Emitter], settings: Settings, table: ShapeTable
+) -> tuple[Emitter, ...]:
+    """Lights with what they keep for a picture, each channel apart where rays are distributed."""
+    if settings.method == "RAYS" or table.sampled.any():
+        # distributed rays estimate one number a light
+        lights = [part for light in lights for part in light.channels()]
+    return tuple(light.prepared(settings.tolerance) for light in lights)
 
 
 def _with_touched_shapes(light: Emitter, table: ShapeTable) -> Emitter:
