@@ -26,9 +26,7 @@ from random_scenes import random_scene  # noqa: E402
 def main() -> None:
     """Render the scenes and print their errors, relative to the tolerance."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument(
-        "first", type=int, help="first seed; the fit uses 400 to 515"
-    )
+    parser.add_argument("first", type=int, help="first seed; the fit uses 400 to 515")
     parser.add_argument("count", type=int)
     parser.add_argument("--tolerances", type=float, nargs="+", default=[1e-2, 1e-3])
     options = parser.parse_args()

@@ -77,6 +77,11 @@ class AmbientEnvironmentEmitter(_MapEmitter, UnboundedEmitter, PointEmitter):
 class EnvironmentEmitter(_MapEmitter, SkyEmitter):
     """An environment."""
 
+    @property
+    def uniform_hemisphere(self) -> bool:
+        """Return False: the radiance depends on the direction."""
+        return False
+
     def as_point(self) -> Emitter:
         """Return the same light without shadows."""
         return AmbientEnvironmentEmitter(

@@ -621,7 +621,11 @@ def find_group_candidates(
     )
     found = occluders.find_candidates(light, ball, reach)
     if light.displacement is None:
-        found = found.take(may_shadow(occluders.plan, ball, light, found, reach))
+        # the bounding spheres of others are themselves, and have been tested
+        rows = (found.item >= occluders.plan.shapes.proxied).nonzero()[0]
+        keep = np.ones(found.item.size, dtype=np.bool_)
+        keep[rows] = may_shadow(occluders.plan, ball, light, found.take(rows), reach)
+        found = found.take(keep)
     copies = sizes[found.pixel]
     point = run_indices(starts[found.pixel], copies)
     item = np.repeat(found.item, copies)

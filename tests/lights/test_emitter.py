@@ -15,6 +15,7 @@ from adaptive_drt.numerics.low_discrepancy import low_discrepancy_points
 from adaptive_drt.scene.description import (
     DiskLight,
     EllipseLight,
+    EnvironmentLight,
     Motion,
     PointLight,
     QuadLight,
@@ -243,7 +244,13 @@ def test_clear_distance_and_falloff():
 def test_every_kind_is_tested_here():
     """Suns and skies have test files of their own, since they have no place, and spots, whose cones
     have more to be asked."""
-    assert {record for record, _ in LIGHTS} == {*RECORDS, SunLight, SkyLight, SpotLight}
+    assert {record for record, _ in LIGHTS} == {
+        *RECORDS,
+        SunLight,
+        SkyLight,
+        SpotLight,
+        EnvironmentLight,
+    }
 
 
 def test_an_unknown_record_is_refused():
@@ -268,8 +275,9 @@ def test_no_other_file_knows_kinds_of_lights(path):
         "sun",
         "sky",
         "distant",
+        "environment",
         "spot",
     ):
         assert f"{module}_light" not in text
-    for record in (*RECORDS, SunLight, SkyLight, SpotLight):
+    for record in (*RECORDS, SunLight, SkyLight, SpotLight, EnvironmentLight):
         assert record.__name__ not in text
