@@ -51,7 +51,9 @@ def check_or_refused(scene, settings):
 SLOW = {
     ("1e30", "exact to 0.01"),
     ("1e30", "exact to 0.001"),
+    ("motion through the camera", "exact to 0.01"),
     ("motion through the camera", "exact to 0.001"),
+    ("point lights on surfaces", "exact to 0.001"),
     ("motion through the lights", "exact to 0.001"),
 }
 """Spheres reach into the lights of those scenes: each of their points takes a thousand rays."""
