@@ -57,7 +57,7 @@ def factors(plan, surface, pairs):
     return factor, error, whole
 
 
-@pytest.mark.parametrize("others", [False, True])
+@pytest.mark.parametrize("others", [False, pytest.param(True, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", LIGHTS)
 def test_the_polygons_error_is_no_more_than_estimated(name, others, monkeypatch):
     off, stated = [], []

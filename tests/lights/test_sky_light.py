@@ -151,7 +151,9 @@ def test_pictures_agree_with_brute_force(shapes):
     assert rays.mean() == pytest.approx(mean, rel=3e-3)
 
 
-@pytest.mark.parametrize("settings", [EXACT, RAYS], ids=["exact", "rays"])
+@pytest.mark.parametrize(
+    "settings", [EXACT, pytest.param(RAYS, marks=pytest.mark.slow)], ids=["exact", "rays"]
+)
 def test_motion(settings):
     ball = replace(BALL, motion=Motion((1.5, 0.5, 0.3)))
     scene = scene_of(FLOOR, *CUBE, WALL, ball)

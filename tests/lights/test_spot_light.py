@@ -130,7 +130,7 @@ def test_motion():
     assert_agrees(scene, EXACT, 1024, 2e-3)
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", [pytest.param(0, marks=pytest.mark.slow), *range(1, 6)])
 def test_random_scenes_agree_with_brute_force(seed):
     """The lights of random scenes, each in a cone towards the middle."""
     scene, rng = random_scene(seed), np.random.default_rng(seed)
@@ -146,7 +146,7 @@ def test_random_scenes_agree_with_brute_force(seed):
     assert_agrees(scene, replace(EXACT, tolerance=3e-3), 256, 6e-3, 1e-9)
 
 
-@pytest.mark.parametrize("tolerance", [1e-2, 1e-3])
+@pytest.mark.parametrize("tolerance", [1e-2, pytest.param(1e-3, marks=pytest.mark.slow)])
 @EACH
 def test_the_tolerance_is_kept(kind, tolerance):
     scene = Scene(CAMERA, (FLOOR, BALL, CARD), (KINDS[kind],))
