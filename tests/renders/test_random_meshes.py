@@ -29,7 +29,7 @@ def compared(scene, tolerance, samples):
 
 
 @pytest.mark.parametrize(
-    "seed", [*range(5), *(pytest.param(k, marks=pytest.mark.slow) for k in range(5, 12))]
+    "seed", [*range(4), *(pytest.param(k, marks=pytest.mark.slow) for k in range(4, 12))]
 )
 def test_pictures_keep_a_tolerance_of_one_percent(seed):
     error, noise, film, truth = compared(random_mesh_scene(seed), 1e-2, 256)
@@ -52,7 +52,7 @@ def test_pictures_keep_a_tolerance_of_a_thousandth():
     assert max(excess) < 1.3
 
 
-@pytest.mark.parametrize("seed", [0, 1, *(pytest.param(k, marks=pytest.mark.slow) for k in (2, 3))])
+@pytest.mark.parametrize("seed", [0, *(pytest.param(k, marks=pytest.mark.slow) for k in (1, 2, 3))])
 def test_the_mask_misses_no_pixel(seed):
     """Where single rays of a pixel differ, in what they hit or how much light reaches it, the mask
     is set."""
