@@ -148,7 +148,7 @@ class _Fractions:
         first, end, sums = 0, rays[0], None
         while rows.size:
             new = self._sums(rows, first, end)
-            sums = new if sums is None else _joined(sums, new)
+            sums = new if sums is None else sums.joined(new)
             share[rows], errors[0, rows] = _mean_and_spread(sums)
             extended = self.plan.as_shadow_caster(self._light).extended
             errors[1, rows] = UNSEEN_SHARE / end if extended else 0.0
@@ -156,7 +156,7 @@ class _Fractions:
             if allowed is None or end > rays[1]:
                 return
             more = (size * errors.max(axis=0) > allowed)[rows].nonzero()[0]
-            rows, sums = rows[more], _taken(sums, more)
+            rows, sums = rows[more], sums.take(more)
 
     def _by_lines(
         self, rows: Ints, size: Array, allowed: Array, share: Array, errors: Array
@@ -198,28 +198,6 @@ class _Fractions:
         )  # fmt: skip
         times = np.zeros((rows.size, BATCHES))
         return gather_light(self.plan, hits, light, pairs, spots, times)
-
-
-def _joined(one: LightSums, other: LightSums) -> LightSums:
-    """Means over the batches of two sets of equally many rays, two and two consecutive ones."""
-
-    def pairs(a: Array, b: Array) -> Array:
-        if a.shape[1] == 1:
-            return a
-        both = np.concatenate([a, b], axis=1)
-        mean: Array = 0.5 * (both[:, ::2] + both[:, 1::2])
-        return mean
-
-    return LightSums(
-        pairs(one.closed, other.closed),
-        pairs(one.total, other.total),
-        pairs(one.visible, other.visible),
-    )
-
-
-def _taken(sums: LightSums, rows: Ints) -> LightSums:
-    """The sums of some of the points."""
-    return LightSums(sums.closed[rows], sums.total[rows], sums.visible[rows])
 
 
 def _mean_and_spread(sums: LightSums) -> tuple[Array, Array]:

@@ -43,6 +43,29 @@ class LightSums:
         closed, total = self.closed.sum(axis=1), self.total.sum(axis=1)
         return ratio_estimate(closed, total, self.visible.sum(axis=1))
 
+    def take(self, rows: Ints) -> LightSums:
+        """The sums of some of the points."""
+        return LightSums(self.closed[rows], self.total[rows], self.visible[rows])
+
+    def joined(self, other: LightSums) -> LightSums:
+        """Means over the batches of two sets of equally many rays: two consecutive ones become one.
+
+        A single batch, of a light without extent, stays as it is.
+        """
+
+        def pairs(a: Array, b: Array) -> Array:
+            if a.shape[1] == 1:
+                return a
+            both = np.concatenate([a, b], axis=1)
+            mean: Array = 0.5 * (both[:, ::2] + both[:, 1::2])
+            return mean
+
+        return LightSums(
+            pairs(self.closed, other.closed),
+            pairs(self.total, other.total),
+            pairs(self.visible, other.visible),
+        )
+
 
 def ratio_estimate(closed: Array, total: Array, visible: Array) -> Array:
     """closed * visible / total; equal to `closed` where no point of light is above the horizon.

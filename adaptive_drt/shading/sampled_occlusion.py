@@ -68,14 +68,14 @@ def sampled_factors(
         when = time[rows] if isinstance(time, np.ndarray) else time
         first = 0 if batches is None else rays // 2
         new = _batch_sums(plan, surface.take(rows), light, own, when, (first, rays))
-        batches = new if batches is None else _joined(batches, new)
+        batches = new if batches is None else batches.joined(new)
         factor[rows], error[rows] = _mean_and_error(batches, rays)
         more = (error[rows] > allowed[rows]).nonzero()[0]
         rays *= 2
         if rays > LAST_RAYS:
             break
         rows = rows[more]
-        batches = _taken(batches, more)
+        batches = batches.take(more)
     return factor, error
 
 
@@ -94,26 +94,6 @@ def _batch_sums(
     when = time[:, None] if isinstance(time, np.ndarray) else np.full((1, 1), time)
     times = np.broadcast_to(when, (count, BATCHES))
     return gather_light(plan, surface, light, pairs, (a, b), times)
-
-
-def _joined(one: LightSums, other: LightSums) -> LightSums:
-    """Means over the batches of two sets of equally many rays, two and two consecutive ones."""
-
-    def pairs(a: Array, b: Array) -> Array:
-        both = np.concatenate([a, b], axis=1)
-        mean: Array = 0.5 * (both[:, ::2] + both[:, 1::2])
-        return mean
-
-    return LightSums(
-        pairs(one.closed, other.closed),
-        pairs(one.total, other.total),
-        pairs(one.visible, other.visible),
-    )
-
-
-def _taken(sums: LightSums, rows: Array) -> LightSums:
-    """The sums of some of the points."""
-    return LightSums(sums.closed[rows], sums.total[rows], sums.visible[rows])
 
 
 def _mean_and_error(sums: LightSums, rays: int) -> tuple[Array, Array]:

@@ -7,7 +7,12 @@ import numpy as np
 import pytest
 
 from adaptive_drt.scene.description import PointLight, QuadLight, Sphere, SphereLight
-from adaptive_drt.shading.ratio_estimator import gather_light, light_points, ratio_estimate
+from adaptive_drt.shading.ratio_estimator import (
+    LightSums,
+    gather_light,
+    light_points,
+    ratio_estimate,
+)
 from adaptive_drt.tracing.occluder_culling import Occluders
 from shaded import patches_at, plan_of
 
@@ -71,3 +76,13 @@ def test_ratios_without_a_point_above_the_horizon_are_the_closed_form():
     np.testing.assert_array_equal(ratio_estimate(np.array([0.3, 0.0]), zero, zero), [0.3, 0.0])
     one = ratio_estimate(np.array([2.0]), np.array([4.0]), np.array([1.0]))
     assert one[0] == 0.5
+
+
+def test_batches_of_more_rays_are_joined_two_and_two():
+    one, other = (LightSums(*np.full((3, 2, 4), k) + np.arange(4.0)) for k in (0.0, 10.0))
+    joined = one.joined(other)
+    for each in (joined.closed, joined.total, joined.visible):
+        assert each.tolist() == [[0.5, 2.5, 10.5, 12.5]] * 2
+    single = LightSums(*np.ones((3, 2, 1)))
+    assert single.joined(single).visible.tolist() == [[1.0], [1.0]]
+    assert joined.take(np.array([1])).total.shape == (1, 4)
