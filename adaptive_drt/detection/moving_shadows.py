@@ -13,9 +13,9 @@ from ..lights.emitter import Emitter
 from ..numerics.arrays import Array, Mask
 from ..numerics.axes import SHUTTER_ENDS
 from ..tracing.compile import Plan
-from ..tracing.intersect import Pairs, Surface, curvature
+from ..tracing.intersect import Pairs, Surface, curvature, receivers_of
 from ..tracing.occluder_culling import may_shadow
-from .occlusion import classify_horizon, classify_occluders, receivers_of
+from .occlusion import classify_horizon, classify_occluders
 
 __all__ = ["light_changes", "patch_light_changes"]
 

@@ -10,21 +10,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..geometry.footprint import Footprint
-from ..geometry.receivers import Receivers
 from ..lights.emitter import Emitter
 from ..numerics.arrays import Array, Ints, Mask
-from ..numerics.gather import columns
 from ..parallel.call_progress import report_progress
 from ..tracing.compile import Plan
-from ..tracing.intersect import Pairs, Surface, cache_sized_chunks
+from ..tracing.intersect import Pairs, Surface, cache_sized_chunks, receivers_of
 
 __all__ = [
     "LightVisibility",
     "classify_horizon",
     "classify_light_visibility",
     "classify_occluders",
-    "receivers_of",
 ]
 
 
@@ -123,26 +119,3 @@ def classify_occluders(
                 index, light, receivers, when, plan.settings.order
             )
     return none, full
-
-
-def receivers_of(
-    surface: Surface,
-    pairs: Pairs,
-    reach: Array | None = None,
-    footprint: Footprint | None = None,
-) -> Receivers:
-    """The surface points of m pairs, as shapes are asked about them.
-
-    Parameters
-    ----------
-    surface : n points.  reach : (n,) metres of the patches around them; None for 0.
-    footprint : the footprints of the n pixels that show them, or None.
-    """
-    at = pairs.pixel
-    return Receivers(
-        point=columns(surface.point, at),
-        own=pairs.item == surface.item[at],
-        reach=np.zeros(at.size) if reach is None else reach[at],
-        footprint=footprint,
-        at=at,
-    )

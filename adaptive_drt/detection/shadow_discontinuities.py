@@ -21,8 +21,7 @@ from ..numerics.gather import columns
 from ..numerics.vector import cross, dot
 from ..parallel.call_progress import report_progress
 from ..tracing.compile import Plan
-from ..tracing.intersect import Pairs, Surface, cache_sized_chunks
-from .occlusion import receivers_of
+from ..tracing.intersect import Pairs, Surface, cache_sized_chunks, receivers_of
 from .pixel_footprint import make_footprint
 
 __all__ = ["detect_shadow_edges", "detect_steep_irradiance", "patch_reach"]

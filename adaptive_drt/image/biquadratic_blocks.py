@@ -10,8 +10,6 @@ smooth enough are left to smaller ones.
 from __future__ import annotations
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
-from numpy.typing import NDArray
 
 from ..numerics.arrays import Array, Ints
 from ..numerics.error_coefficients import DIFFERENCE_FACTOR, RESIDUAL_FACTOR
@@ -111,17 +109,15 @@ class BiquadraticBlocks:
         if columns <= 0 or rows <= 0:
             return np.zeros(0, dtype=np.int64)
 
-        def windows(values: NDArray[np.generic], size: int) -> NDArray[np.generic]:
-            table = values.reshape(frame.height, frame.width)[first_y:, first_x:]
-            seen: NDArray[np.generic] = sliding_window_view(table, (size, size))
-            return seen[::side, ::side][:rows, :columns]
-
-        own = windows(points.wanted, side).any(axis=(2, 3))
+        own = frame.block_windows(points.wanted, side, side).any(axis=(2, 3))
         at_y, at_x = np.nonzero(own)
-        sight = windows(frame.visibility_key, side + 1)[at_y, at_x]
+        sight = frame.block_windows(frame.visibility_key, side, side + 1)[at_y, at_x]
         low, high = sight.min(axis=(1, 2)), sight.max(axis=(1, 2))
         rough = points.predicted_deviation(side // 2)
-        fine = windows(rough, side + 1)[at_y, at_x].max(axis=(1, 2)) <= points.allowed
+        fine = (
+            frame.block_windows(rough, side, side + 1)[at_y, at_x].max(axis=(1, 2))
+            <= points.allowed
+        )
         keep = ((low == high) & (low >= 0) & fine).nonzero()[0]
         origin: Ints = (first_y + side * at_y[keep]) * frame.width + first_x + side * at_x[keep]
         return origin

@@ -12,6 +12,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from ..cubature.adaptive import InitialCells, RefinedPixels, RefinementTask
@@ -479,6 +480,14 @@ class Frame:
         left, bottom, right, top = self.plan.region
         x, y = left + BORDER - self.left, bottom + BORDER - self.bottom
         return x, y, (right - left - 2 * BORDER) // side, (top - bottom - 2 * BORDER) // side
+
+    def block_windows(self, values: NDArray[Any], side: int, size: int) -> NDArray[Any]:
+        """Values (n,) of pixels as windows (rows, columns, size, size), one at each block's first
+        pixel. side : of the blocks, at least one row and column of them.
+        """
+        x, y, columns, rows = self.grid(side)
+        table = values.reshape(self.height, self.width)[y:, x:]
+        return sliding_window_view(table, (size, size))[::side, ::side][:rows, :columns]
 
     def settle(self, rows: Ints, color: Array, alpha: Array, error: Array, sampling: Array) -> None:
         """Enter final means of pixels that need no refinement."""

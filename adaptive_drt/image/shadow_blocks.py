@@ -12,8 +12,6 @@ agree with that of the polynomial.
 from __future__ import annotations
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
-from numpy.typing import NDArray
 
 from ..cubature.error_budget import Goal
 from ..cubature.sampled_centers import SampledCenters
@@ -111,13 +109,8 @@ class ShadowBlocks:
         if across <= 0 or up <= 0:
             return np.zeros(0, dtype=np.int64)
 
-        def windows(values: NDArray[np.generic], size: int) -> NDArray[np.generic]:
-            table = values.reshape(frame.height, frame.width)[first_y:, first_x:]
-            seen: NDArray[np.generic] = sliding_window_view(table, (size, size))
-            return seen[::side, ::side][:up, :across]
-
-        y, x = np.nonzero(windows(self._wanted, side).any(axis=(2, 3)))
-        shown = windows(self._centers.item, side + 1)[y, x]
+        y, x = np.nonzero(frame.block_windows(self._wanted, side, side).any(axis=(2, 3)))
+        shown = frame.block_windows(self._centers.item, side, side + 1)[y, x]
         low, high = shown.min(axis=(1, 2)), shown.max(axis=(1, 2))
         keep = ((low == high) & (low >= 0)).nonzero()[0]
         origin: Ints = (first_y + side * y[keep]) * frame.width + first_x + side * x[keep]

@@ -333,6 +333,11 @@ class Emitter(LightBounds, ABC):
         return None
 
     @property
+    def channel_count(self) -> int:
+        """Number of channels of the irradiance factors."""
+        return 1 if self.environment is None else self.environment.map.channel_count
+
+    @property
     def factor_error(self) -> float:
         """Return the error of the irradiance factors of the unhidden light; 0 for closed forms."""
         return 0.0

@@ -100,7 +100,7 @@ class EnvironmentEmitter(_MapEmitter, SkyEmitter):
 
     def channels(self) -> tuple[Emitter, ...]:
         """Return a light for each channel."""
-        if self.environment.map.channel_count == 1:
+        if self.channel_count == 1:
             return (self,)
         parts = []
         for index in range(3):

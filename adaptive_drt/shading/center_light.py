@@ -76,9 +76,9 @@ def sample_center_light(
     """
     count = pixel.size
     brdf = diffuse_brdf(plan, hits.item)
-    unhidden, color = np.zeros((2, 3, count))
+    unhidden = np.zeros((3, count))
     add_emission(plan, hits, unhidden)
-    add_emission(plan, hits, color)
+    color = unhidden.copy()
     spread, unseen = np.zeros((2, count))
     whole, seen = np.zeros((2, len(plan.lights), count))
     for number, (light, shadow) in enumerate(zip(plan.lights, shadows, strict=True)):

@@ -65,20 +65,16 @@ def apply_occluders(
     allowed : (n,) errors up to which distributed rays are not refined.
     time : shutter times, a number or (n,).
     """
-    some = np.zeros(error.size, dtype=np.bool_)
-    some[pairs.pixel] = True
-    rows = some.nonzero()[0]
+    rows, part = pairs.numbered(error.size)
     if rows.size and light.uniform_hemisphere:
-        part = Pairs((some.cumsum() - 1)[pairs.pixel], pairs.item)
         when = _times_at(time, rows)
         known, seen = open_sky_factors(plan, surface.take(rows), light, part, when)
         known = rows[known]
         factor[known], error[known] = seen, 0.0
-        some[known] = False
-        pairs = pairs.take(some[pairs.pixel])
-        rows = some.nonzero()[0]
+        left = np.ones(error.size, dtype=np.bool_)
+        left[known] = False
+        rows, part = pairs.take(left[pairs.pixel]).numbered(error.size)
     if rows.size:
-        part = Pairs((some.cumsum() - 1)[pairs.pixel], pairs.item)
         factor[..., rows], error[rows] = _occluded_factors(
             plan, surface.take(rows), light, part, _times_at(time, rows), allowed[rows]
         )
@@ -100,8 +96,7 @@ def _occluded_factors(
     """Factors and errors (n,) of points that all have a pair that may hide part of the light."""
     count = surface.item.size
     error = np.zeros(count)
-    channels = 1 if light.environment is None else light.environment.map.channel_count
-    factor = np.zeros((channels, count)) if channels > 1 else np.zeros(count)
+    factor = np.zeros((light.channel_count, count) if light.channel_count > 1 else count)
     kind = _outline_kinds(plan, surface, light, pairs, _times_at(time, pairs.pixel))
     rays = np.zeros(count, dtype=np.bool_)
     rays[pairs.pixel[kind == RAYS]] = True
@@ -147,7 +142,7 @@ def _sampled_channels(
     allowed: Array,
 ) -> tuple[Array, Array]:
     """`sampled_factors` of lights of any number of channels: (n,) or (3, n), and errors (n,)."""
-    if light.environment is None or light.environment.map.channel_count == 1:
+    if light.channel_count == 1:
         return sampled_factors(plan, surface, light, pairs, time, allowed)
     factor, error = np.zeros((3, allowed.size)), np.zeros(allowed.size)
     for part in light.channels():

@@ -104,8 +104,5 @@ class LightSampler:
         none, full = classify_occluders(self.plan, hits, shape, pairs, moment)
         blocked = np.zeros(row.size, dtype=np.bool_)
         blocked[pairs.pixel[full]] = True
-        pairs = pairs.take(~none & ~blocked[pairs.pixel])
-        place = np.zeros(row.size, dtype=np.bool_)
-        place[pairs.pixel] = True
-        number = place.cumsum() - 1
-        return place.nonzero()[0], Pairs(number[pairs.pixel], pairs.item), blocked
+        some, pairs = pairs.take(~none & ~blocked[pairs.pixel]).numbered(row.size)
+        return some, pairs, blocked

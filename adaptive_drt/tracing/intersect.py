@@ -13,6 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..geometry.footprint import Footprint
+from ..geometry.receivers import Receivers
 from ..geometry.smooth_surface import SmoothSurface
 from ..numerics.arrays import Array, Ints
 from ..numerics.gather import columns
@@ -27,6 +29,7 @@ __all__ = [
     "intersect_pairs",
     "nearest_hits",
     "positions_in_runs",
+    "receivers_of",
     "screen_bounds",
     "surface",
 ]
@@ -82,6 +85,12 @@ class Pairs:
         """The pairs selected by a mask or an index array."""
         return Pairs(self.pixel[keep], self.item[keep])
 
+    def numbered(self, count: int) -> tuple[Ints, Pairs]:
+        """The pixels, of `count` in all, that have a pair, and the pairs with them numbered."""
+        some = np.zeros(count, dtype=np.bool_)
+        some[self.pixel] = True
+        return some.nonzero()[0], Pairs((some.cumsum() - 1)[self.pixel], self.item)
+
     def for_pixels(self, pixel: Ints, count: int) -> Pairs:
         """The pairs of k chosen pixels. These pairs must be sorted by pixel.
 
@@ -132,6 +141,29 @@ class Surface:
             self.inside[keep],
             None if self.smooth is None else self.smooth.take(keep),
         )
+
+
+def receivers_of(
+    surface: Surface,
+    pairs: Pairs,
+    reach: Array | None = None,
+    footprint: Footprint | None = None,
+) -> Receivers:
+    """The surface points of m pairs, as shapes are asked about them.
+
+    Parameters
+    ----------
+    surface : n points.  reach : (n,) metres of the patches around them; None for 0.
+    footprint : the footprints of the n pixels that show them, or None.
+    """
+    at = pairs.pixel
+    return Receivers(
+        point=columns(surface.point, at),
+        own=pairs.item == surface.item[at],
+        reach=np.zeros(at.size) if reach is None else reach[at],
+        footprint=footprint,
+        at=at,
+    )
 
 
 def screen_bounds(plan: Plan) -> Ints:

@@ -17,7 +17,6 @@ import numpy as np
 
 from ..geometry.light_protocol import ViewCone
 from ..geometry.planar_faces import NO_SOLID
-from ..geometry.receivers import Receivers
 from ..geometry.shape_table import ShapeTable
 from ..geometry.sphere.kernels import cone_touches, surface_tolerance
 from ..lights.bounds import LightBounds
@@ -28,7 +27,7 @@ from ..numerics.vector import dot
 from ..parallel.call_progress import progress_range, report_progress
 from .compile import Plan
 from .embree import ProxyScene
-from .intersect import Pairs, Surface, cache_sized_chunks, curvature, run_indices
+from .intersect import Pairs, Surface, cache_sized_chunks, curvature, receivers_of, run_indices
 from .shadowed_occluders import hidden_by_spheres
 
 __all__ = ["Occluders", "all_pairs_unculled", "find_group_candidates", "may_shadow"]
@@ -587,9 +586,7 @@ def may_shadow(plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, reach
     """
     touched = np.zeros(pairs.item.size, dtype=np.bool_)
     for shapes, rows, index in plan.shapes.groups(pairs.item):
-        at = pairs.pixel[rows]
-        own = pairs.item[rows] == surface.item[at]
-        receivers = Receivers(columns(surface.point, at), own, reach[at], None, at)
+        receivers = receivers_of(surface, pairs.take(rows), reach)
         touched[rows] = shapes.may_shadow(index, light, receivers)
     return touched
 

@@ -20,28 +20,13 @@ AGREEMENT = 0.01
 def stage(file, addon):
     pytest.importorskip("embreex")
     importlib.import_module(f"{addon.__name__}.adaptive_drt.render")
-    scene = bpy.context.scene
-    scene.render.resolution_x, scene.render.resolution_y = 60, 40
-    camera = scene.camera
-    camera.location, camera.rotation_euler = (0.0, -9.0, 5.0), (math.radians(62.0), 0.0, 0.0)
-    camera.data.lens = 40.0
-    floor = things.plane(size=20.0)
-    floor.data.materials.append(_matt("Floor", 0.6, 0.6, 0.55))
-    for name, place, radius in (
-        ("A", (-2.0, 0.0, 0.8), 0.8),
-        ("B", (0.0, 1.0, 1.0), 1.0),
-        ("C", (1.9, -0.8, 0.6), 0.6),
-    ):
-        # fine enough that Cycles' polygons are as good as spheres
-        ball = things.uv_sphere(name, radius, segments=256, rings=128)
-        ball.data.shade_smooth()
-        ball.location = place
-        ball.data.materials.append(_matt(name, *np.roll((0.8, 0.3, 0.2), ord(name))))
-    return scene
-
-
-def _matt(name, *color):
-    return things.material(name, "ShaderNodeBsdfDiffuse", Color=(*color, 1.0), Roughness=0.0)
+    return things.balls_on_a_floor(
+        (60, 40),
+        5.0,
+        62.0,
+        (("A", (-2.0, 0.0, 0.8), 0.8), ("B", (0.0, 1.0, 1.0), 1.0), ("C", (1.9, -0.8, 0.6), 0.6)),
+        256,
+    )
 
 
 def _area():
@@ -85,7 +70,7 @@ def _cube():
     box = things.made("Box", lambda work: bmesh.ops.create_cube(work, size=1.2))
     box.location, box.rotation_euler = (-0.4, -2.0, 0.9), (0.3, 0.2, 0.6)
     for name, color in (("Side", (0.2, 0.5, 0.7)), ("Top", (0.8, 0.7, 0.1))):
-        box.data.materials.append(_matt(name, *color))
+        box.data.materials.append(things.matt(name, *color))
     for face in box.data.polygons:
         face.material_index = int(face.normal.z > 0.5)
 
@@ -98,11 +83,11 @@ def _torus():
     )
     torus = bpy.context.object
     torus.location, torus.rotation_euler = (0.2, -1.6, 1.6), (0.6, 0.3, 0.2)
-    torus.data.materials.append(_matt("Torus", 0.3, 0.6, 0.8))
+    torus.data.materials.append(things.matt("Torus", 0.3, 0.6, 0.8))
 
 
 def _wall():
-    things.plane("Wall", size=6.0).data.materials.append(_matt("Wall", 0.7, 0.7, 0.7))
+    things.plane("Wall", size=6.0).data.materials.append(things.matt("Wall", 0.7, 0.7, 0.7))
     wall = bpy.data.objects["Wall"]
     wall.location, wall.rotation_euler = (0.0, 3.0, 3.0), (math.pi / 2.0, 0.0, 0.2)
 

@@ -25,24 +25,13 @@ BIAS, SIGMAS = 1e-3, 2.0
 def stage(file, addon):
     pytest.importorskip("embreex")
     importlib.import_module(f"{addon.__name__}.adaptive_drt.render")
-    scene = bpy.context.scene
-    scene.render.resolution_x, scene.render.resolution_y = 48, 32
-    camera = scene.camera
-    camera.location, camera.rotation_euler = (0.0, -9.0, 3.0), (math.radians(76.0), 0.0, 0.0)
-    camera.data.lens = 40.0
-    floor = things.plane(size=20.0)
-    floor.data.materials.append(_matt("Floor", 0.6, 0.6, 0.55))
-    for name, place, radius in (("A", (-1.5, 0.0, 0.8), 0.8), ("B", (1.4, 0.5, 1.0), 1.0)):
-        # fine enough that Cycles' polygons are as good as spheres
-        ball = things.uv_sphere(name, radius, segments=128, rings=64)
-        ball.data.shade_smooth()
-        ball.location = place
-        ball.data.materials.append(_matt(name, *np.roll((0.8, 0.3, 0.2), ord(name))))
-    return scene
-
-
-def _matt(name, *color):
-    return things.material(name, "ShaderNodeBsdfDiffuse", Color=(*color, 1.0), Roughness=0.0)
+    return things.balls_on_a_floor(
+        (48, 32),
+        3.0,
+        76.0,
+        (("A", (-1.5, 0.0, 0.8), 0.8), ("B", (1.4, 0.5, 1.0), 1.0)),
+        128,
+    )
 
 
 def _seen(lamp, place, turn=(0.0, 0.0, 0.0)):

@@ -3,8 +3,11 @@
 
 from __future__ import annotations
 
+import math
+
 import bmesh
 import bpy
+import numpy as np
 
 
 def link(thing, collection=None):
@@ -134,3 +137,25 @@ def reasons(scene):
     for issue in scene.issues:
         found.setdefault(issue.name, []).append(issue.reason)
     return found
+
+
+def matt(name, *color):
+    """A Lambert material."""
+    return material(name, "ShaderNodeBsdfDiffuse", Color=(*color, 1.0), Roughness=0.0)
+
+
+def balls_on_a_floor(size, height, tilt, balls, segments):
+    """The scene with a floor and balls seen from in front; segments: so many that Cycles' polygons
+    are as good as spheres. balls: name, place and radius of each; tilt in degrees."""
+    scene = bpy.context.scene
+    scene.render.resolution_x, scene.render.resolution_y = size
+    camera = scene.camera
+    camera.location, camera.rotation_euler = (0.0, -9.0, height), (math.radians(tilt), 0.0, 0.0)
+    camera.data.lens = 40.0
+    plane(size=20.0).data.materials.append(matt("Floor", 0.6, 0.6, 0.55))
+    for name, place, radius in balls:
+        ball = uv_sphere(name, radius, segments=segments, rings=segments // 2)
+        ball.data.shade_smooth()
+        ball.location = place
+        ball.data.materials.append(matt(name, *np.roll((0.8, 0.3, 0.2), ord(name))))
+    return scene
