@@ -11,7 +11,7 @@ from PIL import Image, ImageDraw
 
 from adaptive_drt.scene.film import Film
 
-__all__ = ["mask_picture", "overlay_picture", "result_picture", "save", "sheet"]
+__all__ = ["display_picture", "mask_picture", "overlay_picture", "result_picture", "save", "sheet"]
 
 OVERLAY = 0.55
 """How much of a flagged pixel is the mask's colour in an overlay."""
@@ -23,7 +23,12 @@ MOST_BYTES = 150_000
 
 def result_picture(film: Film) -> Image.Image:
     """The picture as sRGB (IEC 61966-2-1), clipped; nothing else is done to it."""
-    return _image(_display(film))
+    return display_picture(film.color)
+
+
+def display_picture(color: NDArray[np.float64]) -> Image.Image:
+    """Scene-linear colour (3, height, width), row 0 at the bottom, as sRGB, clipped."""
+    return _image(_display(color))
 
 
 def mask_picture(film: Film) -> Image.Image:
@@ -33,7 +38,7 @@ def mask_picture(film: Film) -> Image.Image:
 
 def overlay_picture(film: Film) -> Image.Image:
     """The picture in grey with the flagged pixels in the mask's colours."""
-    shown = np.repeat(_display(film).mean(axis=2, keepdims=True), 3, axis=2)
+    shown = np.repeat(_display(film.color).mean(axis=2, keepdims=True), 3, axis=2)
     mask = np.moveaxis(film.mask, 0, -1)
     flagged = mask.any(axis=2)
     shown[flagged] = (1.0 - OVERLAY) * shown[flagged] + OVERLAY * mask[flagged]
@@ -62,8 +67,8 @@ def save(picture: Image.Image, path: Path) -> None:
         picture.quantize(256, dither=Image.Dither.NONE).save(path, optimize=True)
 
 
-def _display(film: Film) -> NDArray[np.float64]:
-    linear = np.clip(np.moveaxis(film.color, 0, -1), 0.0, 1.0)
+def _display(color: NDArray[np.float64]) -> NDArray[np.float64]:
+    linear = np.clip(np.moveaxis(color, 0, -1), 0.0, 1.0)
     curve = 1.055 * np.maximum(linear, 0.0031308) ** (1.0 / 2.4) - 0.055
     return np.where(linear <= 0.0031308, 12.92 * linear, curve)
 
