@@ -258,20 +258,22 @@ class ShapeBatch(ABC):
     ----------
     single : the record of one such shape.
     arrays : names of the arrays (..., n) float64, metres, that tell the place and size of each.
+    optional : names of further arrays (..., n) float64, each of which may be None.
     slot : (n,) int64, index of the material of each among `materials`.
     """
 
     single: ClassVar[type]
     arrays: ClassVar[tuple[str, ...]]
+    optional: ClassVar[tuple[str, ...]] = ()
     slot: NDArray[np.int64]
     materials: tuple[Material, ...]
     motion: Motion | None
     name: str
     visibility: Visibility
 
-    @abstractmethod
     def edges(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return two edges (3, n) of each shape that span its area, metres."""
+        """Return two edges (3, n) of each shape that span its area, metres; only of flat shapes."""
+        raise NotImplementedError(f"{type(self).__name__} are not flat")
 
     @abstractmethod
     def record(self, index: int) -> Shape:
@@ -289,6 +291,8 @@ class ShapeBatch(ABC):
         """Text that stands for all the content: arrays are given by a digest."""
         content = b"".join(getattr(self, name).tobytes() for name in (*self.arrays, "slot"))
         digest = hashlib.blake2b(content, digest_size=16)
+        for name in self._given():
+            digest.update(name.encode() + getattr(self, name).tobytes())
         rest = f"{self.materials!r}, {self.motion!r}, {self.name!r}, {self.visibility!r}"
         return f"{type(self).__name__}({self.count}, {digest.hexdigest()}, {rest})"
 
@@ -299,7 +303,8 @@ class ShapeBatch(ABC):
 
     def take(self: Batch, kept: NDArray[np.bool_] | NDArray[np.int64]) -> Batch:
         """Return the shapes selected by a mask or an index array."""
-        some = {name: getattr(self, name)[..., kept] for name in (*self.arrays, "slot")}
+        names = (*self.arrays, *self._given(), "slot")
+        some = {name: getattr(self, name)[..., kept] for name in names}
         return replace(self, **some)  # type: ignore[type-var]  # each subclass is a dataclass
 
     def records(self) -> Iterator[Shape]:
@@ -307,13 +312,31 @@ class ShapeBatch(ABC):
         yield from map(self.record, range(self.count))
 
     def numbers(self) -> NDArray[np.float64]:
-        """Return numbers (9, n) that tell the place and size of each."""
+        """Return numbers (k, n) that tell the place and size of each, as those of `single` do."""
         parts = (getattr(self, name) for name in self.arrays)
         return np.vstack([np.reshape(part, (-1, self.count)) for part in parts])
 
+    def colors(self) -> NDArray[np.float64]:
+        """Return the diffuse albedo (3, n) of each shape."""
+        colors = np.array([each.color for each in self.materials], dtype=np.float64)
+        chosen: NDArray[np.float64] = colors.reshape(-1, 3).T[:, self.slot]
+        return chosen
+
+    def displacements(self) -> NDArray[np.float64] | None:
+        """Return the displacement (3, n) of each shape, metres; None: `motion` is that of all."""
+        return None
+
+    def has_common_defect(self) -> bool:
+        """Whether something is wrong with the motion or a material that shapes share."""
+        return bool(motion_defect(self.motion)) or any(map(_color_defect, self.materials))
+
+    def _given(self) -> list[str]:
+        """Return the names of the optional arrays that there are."""
+        return [name for name in self.optional if getattr(self, name) is not None]
+
     def suspects(self) -> NDArray[np.int64]:
         """Indices, ascending, of all shapes that may have a defect."""
-        if motion_defect(self.motion) or any(map(_color_defect, self.materials)):
+        if self.has_common_defect():
             return np.arange(self.count)
         with np.errstate(all="ignore"):
             fine, (u, v) = (abs(self.numbers()) <= LARGEST_COORDINATE).all(axis=0), self.edges()

@@ -179,8 +179,7 @@ def make_plan(scene: Scene, settings: Settings) -> Plan:
     records = [[s for s in distinct if kind_of(s) is record] for record, _ in SHAPES]
     shapes = [shape for kind in records for shape in kind]
     counts = [_count(s) for s in shapes]
-    shift = [_displacement(s.motion if moving else None) - drift for s in shapes]
-    displacement = np.repeat(_columns(shift), counts, axis=1)
+    displacement = _displacements(shapes, counts, moving, drift)
     moves = displacement.any(axis=0)
     origin = lens.origin[:, None]
     table = _make_shape_table(records, origin, displacement)
@@ -249,7 +248,7 @@ def _colors(records: Sequence[ShapeRecord]) -> Array:
     colors = [
         _shown(record)
         * (
-            _columns([m.color for m in record.materials])[:, record.slot]
+            record.colors()
             if isinstance(record, ShapeBatch)
             else np.reshape(record.material.color, (3, 1))
         )
@@ -321,8 +320,11 @@ def _without_duplicates(
 
 def _motion_and_place(record: ShapeRecord) -> Array:
     """Numbers (k, n), equal for shapes of one kind in the same place that move alike."""
-    motion = (0.0,) * 4 if record.motion is None else (1.0, *record.motion.displacement)
     numbers = record.numbers()
+    own = record.displacements() if isinstance(record, ShapeBatch) else None
+    if own is not None:
+        return np.concatenate([own.any(axis=0)[None].astype(np.float64), own, numbers])
+    motion = (0.0,) * 4 if record.motion is None else (1.0, *record.motion.displacement)
     return np.concatenate([np.repeat(np.array(motion)[:, None], numbers.shape[1], axis=1), numbers])
 
 
@@ -451,6 +453,21 @@ def _wants_embree(settings: Settings, proxied: int) -> bool:
 def _displacement(motion: Motion | None) -> Array:
     """Displacement (3,) over the shutter, metres; 0 without motion."""
     return np.array((0.0, 0.0, 0.0) if motion is None else motion.displacement, dtype=np.float64)
+
+
+def _displacements(
+    records: Sequence[ShapeRecord], counts: Sequence[int], moving: bool, drift: Array
+) -> Array:
+    """Displacements (3, n) of all shapes over the shutter, metres, less the camera's drift."""
+    shift = [_displacement(s.motion if moving else None) - drift for s in records]
+    found = np.repeat(_columns(shift), counts, axis=1)
+    first = 0
+    for record, count in zip(records if moving else (), counts, strict=False):
+        own = record.displacements() if isinstance(record, ShapeBatch) else None
+        if own is not None:
+            found[:, first : first + count] = own - drift[:, None]
+        first += count
+    return found
 
 
 def _columns(vectors: Sequence[Sequence[float] | Array]) -> Array:

@@ -20,6 +20,7 @@ from ...adaptive_drt.scene.description import (
     Triangles,
     Vector,
 )
+from ...adaptive_drt.scene.sphere_batch import Spheres
 from ...adaptive_drt.scene.triangle_mesh import TriangleMesh
 from .shutter import Matrix
 
@@ -50,7 +51,10 @@ def clipped(
     with np.errstate(all="ignore"):
         closest, deepest = _reach(camera, shapes)
     owner = np.repeat(np.arange(len(shapes)), list(map(_count, shapes)))
-    for index in np.flatnonzero((deepest > 0.0) & ((closest < near) | (deepest > far))):
+    cut = np.flatnonzero((deepest > 0.0) & ((closest < near) | (deepest > far)))
+    # an object of many parts is told once, of its first one
+    told = 2 * owner[cut] + (closest[cut] < near)
+    for index in cut[np.sort(np.unique(told, return_index=True)[1])]:
         if closest[index] < near:
             said = f"is nearer than the camera's Clip Start, {start:.4g} m"
             remedy = "lower Clip Start, so that all renderers show it, or move it away"
@@ -72,8 +76,7 @@ def _reach(camera: Camera, shapes: Sequence[ShapeRecord]) -> tuple[Matrix, Matri
     matrix = np.array(camera.matrix)[:3]
     forward = -matrix[:, 2] / np.linalg.norm(matrix[:, 2])
     points, edges, radius = (np.concatenate(x) for x in zip(*map(_parts, shapes), strict=True))
-    ways = np.array([_way(s.motion) for s in shapes]) - np.array(_way(camera.motion))
-    ways = np.repeat(ways, list(map(_count, shapes)), axis=0)
+    ways = np.concatenate(list(map(_ways, shapes))) - np.array(_way(camera.motion))
     lengths = (edges * edges).sum(axis=2)
     closest, deepest = np.full(radius.size, np.inf), np.full(radius.size, -np.inf)
     for moment in MOMENTS if ways.any() else (0.0,):
@@ -98,6 +101,8 @@ def _parts(shape: ShapeRecord) -> tuple[Matrix, Matrix, Matrix]:
     """Return a record's n parts: points (n, 3), two edges from each (n, 2, 3), a radius (n,)."""
     if isinstance(shape, Sphere):
         return np.array([shape.center]), np.zeros((1, 2, 3)), np.array([shape.radius])
+    if isinstance(shape, Spheres):
+        return shape.center.T, np.zeros((shape.count, 2, 3)), shape.radius
     if isinstance(shape, TriangleMesh):
         # its faces are so many that the points between their corners may be left out
         count = shape.vertices.shape[1]
@@ -112,6 +117,13 @@ def _parts(shape: ShapeRecord) -> tuple[Matrix, Matrix, Matrix]:
         return np.concatenate([a, b, c]), np.concatenate(halves), np.zeros(3 * len(a))
     corner, u, v = (np.reshape(x, (3, -1)).T for x in (shape.corner, shape.edge_u, shape.edge_v))
     return corner, np.stack([u, v], axis=1), np.zeros(len(corner))
+
+
+def _ways(shape: ShapeRecord) -> Matrix:
+    """Return the displacements (n, 3) of a record's n parts, metres over the shutter."""
+    if isinstance(shape, Spheres) and shape.displacement is not None:
+        return shape.displacement.T
+    return np.tile(np.array(_way(shape.motion)), (_count(shape), 1))
 
 
 def _way(motion: Motion | None) -> Vector:

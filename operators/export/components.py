@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What an object is made of besides a mesh: points, curves, volumes, Grease Pencil and hair.
+"""What an object is made of besides a mesh and points: curves, volumes, Grease Pencil and hair.
 
 The depsgraph yields what nodes make of an object as instances of that same object, one for each
 kind of geometry, whatever the object's own type is.
@@ -21,7 +21,6 @@ INVISIBLE = frozenset(
 """Types of which a render shows nothing. The faces of a curve, text, surface or metaball are
 instances of type MESH; what has none, such as a bare path, is not seen in Cycles either."""
 
-POINTS = "its point cloud is left out: instance a UV sphere on its points to see them"
 CURVES = "its hair curves are left out"
 VOLUME = "its volume is left out"
 SMOKE = "its smoke and fire are left out"
@@ -59,10 +58,8 @@ class Components:
     def _component(self, thing: Any) -> str | None:
         if thing.type in ("MESH", "LIGHT"):
             return SMOKE if self._volumes and holds_smoke(thing) else None
-        if thing.type in INVISIBLE:
+        if thing.type in INVISIBLE or thing.type == "POINTCLOUD":
             return None
-        if thing.type == "POINTCLOUD":
-            return POINTS if len(thing.data.points) else None
         if thing.type == "CURVES":
             return CURVES if len(thing.data.curves) else None
         if thing.type == "VOLUME":

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from .instances import key_of
 from .mesh import Layout, layout_of
+from .point_cloud import cloud_of
 from .shutter import blurs
 
 DEFORMS = "it deforms during the shutter; it is rendered as at the middle of the shutter"
@@ -41,15 +42,17 @@ def mesh_of(thing: Any) -> Iterator[Any]:
 
 
 def snapshot(depsgraph: Any) -> Snapshot:
-    """Return copies of all meshes as they are now; instances of one mesh share its copy."""
+    """Return copies of all meshes and points as they are now; instances of one share its copy."""
     found: Snapshot = {}
     read: dict[int, Layout] = {}
     for instance in depsgraph.object_instances:
         thing = instance.object
-        if thing.type != "MESH":
+        if thing.type not in ("MESH", "POINTCLOUD"):
             continue
         pointer = thing.data.as_pointer()
-        if pointer not in read:
+        if pointer not in read and thing.type == "POINTCLOUD":
+            read[pointer] = cloud_of(thing.data).layout
+        elif pointer not in read:
             with mesh_of(thing) as mesh:
                 read[pointer] = layout_of(mesh)
         found[key_of(instance)] = read[pointer]
@@ -65,21 +68,35 @@ class Deforming:
     _known: dict[tuple[int, ...], tuple[str, ...]] = field(default_factory=dict)
 
     def reasons(self, instance: Any, mesh: Any, layout: Layout) -> tuple[str, ...]:
-        """Return what to tell of an instance's mesh: nothing of one that stays the same.
+        """Return what to tell of an instance's mesh or points: nothing of what stays the same.
 
         Parameters
         ----------
-        layout : of the mesh at the middle of the shutter.
+        mesh : the mesh or point cloud.
+        layout : its own at the middle of the shutter.
         """
-        things = instance.object, instance.parent
-        if not (blurs(*things) and blurs(*things, switch="use_deform_motion")):
+        if not self.concerns(instance):
             return ()
-        key = key_of(instance)
-        ends = self.opens.get(key), self.closes.get(key)
-        known = (instance.object.data.as_pointer(), *map(id, ends))
+        ends, known = self._ends(instance, key_of(instance))
         if known not in self._known:
             self._known[known] = _compare(mesh, layout, ends)
         return self._known[known]
+
+    def concerns(self, instance: Any) -> bool:
+        """Whether motion blur of what deforms is on for an instance and for its instancer."""
+        things = instance.object, instance.parent
+        return blurs(*things) and blurs(*things, switch="use_deform_motion")
+
+    def knows(self, instance: Any, key: Hashable) -> bool:
+        """Whether `reasons` has been asked of another instance of the same meshes."""
+        return self._ends(instance, key)[1] in self._known
+
+    def _ends(
+        self, instance: Any, key: Hashable
+    ) -> tuple[tuple[Layout | None, ...], tuple[int, ...]]:
+        """Return the layouts at both ends of the shutter, and by what `_known` holds an answer."""
+        ends = self.opens.get(key), self.closes.get(key)
+        return ends, (instance.object.data.as_pointer(), *map(id, ends))
 
 
 def _compare(mesh: Any, layout: Layout, ends: tuple[Layout | None, ...]) -> tuple[str, ...]:
@@ -103,7 +120,7 @@ def _differ(one: Layout, other: Layout) -> bool:
 
 
 def _has_velocity(mesh: Any) -> bool:
-    """Whether Cycles moves a mesh's vertices by the attribute that simulations leave."""
+    """Whether Cycles moves a mesh's vertices or points by the attribute that simulations leave."""
     attribute = mesh.attributes.get("velocity")
     if attribute is None or (attribute.domain, attribute.data_type) != ("POINT", "FLOAT_VECTOR"):
         return False

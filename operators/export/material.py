@@ -28,6 +28,9 @@ GLOW = ("Emission Color", "Emission Strength")
 COLORS = {"ShaderNodeBsdfDiffuse": "Color", "ShaderNodeBsdfPrincipled": "Base Color"}
 """Surface nodes that are rendered, and the input that is their diffuse colour."""
 
+WHITE = (1.0, 1.0, 1.0)
+"""Colour of a material of which each point has a colour of its own."""
+
 USED = {
     "ShaderNodeBsdfDiffuse": "only the colour of its Diffuse BSDF is used",
     "ShaderNodeBsdfPrincipled": "only its base colour is used",
@@ -40,13 +43,35 @@ def slot_material(thing: Any, slot: int) -> Any | None:
     return slots[min(slot, len(slots) - 1)].material if len(slots) else None
 
 
-def material_of(material: Any | None, issues: list[Issue]) -> Material:
-    """Return the Lambert material of a Blender material, and append what it leaves out."""
+def color_attribute(material: Any | None) -> str | None:
+    """Return the name of the attribute that is the diffuse colour of a material, or None."""
+    if material is None or not uses_nodes(material):
+        return None
+    surface = surface_of(material.node_tree)
+    if surface.node is None or surface.node.bl_idname not in COLORS:
+        return None
+    source = Shader(surface).source(COLORS[surface.node.bl_idname])
+    # sockets of other types on the way would change the colour
+    if source is None or source.node is None or set(source.passed) - {"RGBA"}:
+        return None
+    node, output = source.node, source.socket.identifier
+    if node.bl_idname == "ShaderNodeAttribute" and output == "Color":
+        return (node.attribute_name or None) if node.attribute_type == "GEOMETRY" else None
+    if node.bl_idname == "ShaderNodeVertexColor" and output == "Color":
+        return node.layer_name or None
+    return None
+
+
+def material_of(material: Any | None, issues: list[Issue], is_colored: bool = False) -> Material:
+    """Return the Lambert material of a Blender material, and append what it leaves out.
+
+    is_colored : whether its `color_attribute` is rendered, in place of the material's own colour.
+    """
     if material is None:
         return CYCLES_DEFAULT
     reasons = list(_settings(material))
     if uses_nodes(material):
-        result = _shaded(material, reasons)
+        result = _shaded(material, reasons, is_colored)
     else:
         result = Material(_rgb(material.diffuse_color))
     said = called("Material", material.name)
@@ -64,7 +89,7 @@ def _settings(material: Any) -> list[str]:
     return [reason for table, owner in tables for reason, _ in left_out(table, owner)]
 
 
-def _shaded(material: Any, reasons: list[str]) -> Material:
+def _shaded(material: Any, reasons: list[str], is_colored: bool) -> Material:
     output = output_node(material.node_tree)
     terms = [] if output is None else Shader(Source(output, None)).terms()
     reasons.extend(terms)
@@ -91,7 +116,7 @@ def _shaded(material: Any, reasons: list[str]) -> Material:
         reasons.append(f"{', '.join(terms)} {verb} left out: {USED[node.bl_idname]}")
     linked: list[str] = []
     linked_glow: list[str] = []
-    color = shader.rendered_color(COLORS[node.bl_idname], linked)
+    color = WHITE if is_colored else shader.rendered_color(COLORS[node.bl_idname], linked)
     reasons.extend(f"{said}; one colour is used" for said in linked)
     glow = shader.glow(*GLOW, linked_glow) if shader.has(*GLOW) else (0.0, 0.0, 0.0)
     reasons.extend(f"{said}; its own value is used" for said in linked_glow)

@@ -64,7 +64,7 @@ class Layout:
 
 def layout_of(mesh: Any) -> Layout:
     """Return the layout of a Blender mesh."""
-    return Layout(points_of(mesh), _digest(*faces_of(mesh)))
+    return Layout(points_of(mesh), digest_of(*faces_of(mesh)))
 
 
 # Attributes are read some 100 times as fast as the properties of vertices, loops and faces.
@@ -98,7 +98,7 @@ def mesh_form(mesh: Any, layout: Layout, known: dict[bytes, Form]) -> Form:
         its form anew.
     """
     slots = material_indices(mesh)
-    key = _digest(layout.points, slots) + layout.faces
+    key = digest_of(layout.points, slots) + layout.faces
     if key not in known:
         corners, starts = faces_of(mesh)
         known[key] = recognise_primitive(
@@ -121,7 +121,8 @@ def triangles_of(mesh: Any) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     return np.ascontiguousarray(vertices.T, dtype=np.int64), faces.astype(np.int64)
 
 
-def _digest(*arrays: NDArray[Any]) -> bytes:
+def digest_of(*arrays: NDArray[Any]) -> bytes:
+    """Return a digest of the content of arrays."""
     digest = hashlib.blake2b(digest_size=16)
     for array in arrays:
         digest.update(array)

@@ -24,6 +24,7 @@ from ...adaptive_drt.scene.description import (
 )
 from ...adaptive_drt.scene.primitive_recognition import UNUSABLE, MeshSphere
 from .animated import Animated, Key
+from .ball_instances import BallInstances, Motions
 from .camera import camera_of
 from .checklist import ObjectIssues, instancer_of, scene_issues
 from .clipping import clipped
@@ -33,7 +34,7 @@ from .exposure import brightened, exposed, exposure_of
 from .instances import key_of, name_of, owner_of
 from .layer_filter import lets_through
 from .light import Lamp, gives_light, is_seen, lamp_of, light_of
-from .material import material_of, slot_material
+from .material import color_attribute, material_of, slot_material
 from .mesh import (
     NOT_FINITE,
     Form,
@@ -44,9 +45,10 @@ from .mesh import (
     shapes_of,
     wears_several,
 )
+from .point_cloud import Cloud, cloud_of, colors_of, placed_points
 from .shading import CUSTOM_BALL, FLAT_FACETS, shading_left_out
 from .shining import shines, shining_lights
-from .shutter import Matrix, Shutter, Track, blurs, matrix_of, shutter_of
+from .shutter import Matrix, Shutter, Track, blurs, matrices_of, matrix_of, shutter_of
 from .triangle_mesh import MeshForm, placed_mesh, triangle_form
 from .visibility import LightLinks, linked, links_of, names_of, visibility_of
 from .world import World, world_of
@@ -106,8 +108,10 @@ class _Export:
 
     override : the material that the view layer puts on everything, if any.
     deforming : tells which meshes change during the shutter; None without motion blur.
-    meshes : by their pointers.  stretched : balls as meshes, for instances that are no balls.
+    meshes, clouds : by their pointers.
+    stretched : balls as meshes, for instances that are no balls.
     members : for each shape, the names by which collections hold its object.
+    materials, colored : by their names; what points have colours of their own wear.
     links : what each light is linked to, by its name.
     owners : the objects to select, by the names of their instances.
     lit_around : whether the world lights everything from all sides.
@@ -125,8 +129,10 @@ class _Export:
     issues: list[Issue] = field(default_factory=list)
     meshes: dict[int, _Known] = field(default_factory=dict)
     stretched: dict[int, _Known] = field(default_factory=dict)
+    clouds: dict[int, Cloud] = field(default_factory=dict)
     known: dict[bytes, Form] = field(default_factory=dict)
     materials: dict[str, Material] = field(default_factory=dict)
+    colored: dict[str, Material] = field(default_factory=dict)
     lamps: dict[str, Lamp] = field(default_factory=dict)
     owners: dict[str, str] = field(default_factory=dict)
     lit_around: bool = False
@@ -181,6 +187,12 @@ class _Export:
         self.shapes += shapes
         self.members += [names] * len(shapes)
 
+    def motions(self) -> Motions | None:
+        """Return what tells how instances move; None without motion blur."""
+        if self.opens is None or self.closes is None or self.deforming is None:
+            return None
+        return Motions(self.opens, self.closes, self.deforming)
+
     def material(self, worn: Any | None) -> Material:
         """Return the Lambert material of what a face wears."""
         worn = self.override or worn
@@ -188,6 +200,12 @@ class _Export:
         if key not in self.materials:
             self.materials[key] = material_of(worn, self.issues)
         return self.materials[key]
+
+    def colored_material(self, worn: Any) -> Material:
+        """Return the Lambert material of points that have its colour attribute."""
+        if worn.name_full not in self.colored:
+            self.colored[worn.name_full] = material_of(worn, self.issues, True)
+        return self.colored[worn.name_full]
 
     def lamp(self, light: Any) -> Lamp:
         """Return what the datablock of a light object says."""
@@ -281,7 +299,7 @@ def _used(gathered: _Export, camera: Any, world: Any | None) -> set[Key]:
     return {
         ("CAMERA", camera.name_full),
         *(("WORLD", thing.name_full) for thing in (world,) if thing is not None),
-        *(("MATERIAL", name) for name in gathered.materials),
+        *(("MATERIAL", name) for name in (*gathered.materials, *gathered.colored)),
         *(("LIGHT", name) for name in shining),
     }
 
@@ -300,9 +318,9 @@ def _ends(
 
 def _matrices(depsgraph: Any, camera: Any) -> dict[Hashable, Matrix]:
     found: dict[Hashable, Matrix] = {
-        key_of(instance): matrix_of(instance)
-        for instance in depsgraph.object_instances
-        if instance.object.type in ("MESH", "LIGHT")
+        key_of(instance): matrix
+        for instance, matrix in zip(depsgraph.object_instances, matrices_of(depsgraph), strict=True)
+        if instance.object.type in ("MESH", "LIGHT", "POINTCLOUD")
     }
     found[CAMERA_KEY] = matrix_of(camera.evaluated_get(depsgraph))
     return found
@@ -323,8 +341,11 @@ def _shown_world(depsgraph: Any) -> Any | None:
 def _gather(depsgraph: Any, gathered: _Export, draws_strokes: bool) -> None:
     layer, objects = depsgraph.view_layer_eval, ObjectIssues()
     components = Components(layer, draws_strokes)
+    balls = BallInstances(depsgraph, gathered.motions())
     # an instance is valid only until the next one, so all of it is copied here
-    for instance in depsgraph.object_instances:
+    for number, instance in enumerate(depsgraph.object_instances):
+        if balls.take(number, instance):
+            continue
         thing = instance.object
         name = gathered.called(instance)
         gathered.tell(name, *components.left_out(instance), missing=True)
@@ -336,9 +357,17 @@ def _gather(depsgraph: Any, gathered: _Export, draws_strokes: bool) -> None:
             _gather_light(instance, name, gathered)
             continue
         before = len(gathered.shapes)
-        _gather_faces(instance, name, gathered)
+        if thing.type == "POINTCLOUD":
+            _gather_points(instance, name, gathered)
+        else:
+            _gather_faces(instance, name, gathered)
         if len(gathered.shapes) > before:  # of what is missing there is no more to tell
             objects.read(instance)
+        if len(gathered.shapes) == before + 1 and thing.type == "MESH":
+            known = gathered.meshes[thing.data.as_pointer()]
+            moves = gathered.opens is not None and blurs(thing, instancer_of(instance))
+            balls.start(number, instance, gathered.shapes[before], before, known.form, moves)
+    gathered.issues.extend(balls.finish(gathered.shapes, PASSING))
     gathered.issues.extend(objects)
 
 
@@ -355,10 +384,34 @@ def _gather_light(instance: Any, name: str, gathered: _Export) -> None:
 
 
 def _has_surface(thing: Any) -> bool:
-    """Whether an object is a light or has faces to show; Cycles shows no edges or vertices."""
+    """Whether an object is a light, or has faces or points; Cycles shows no edges or vertices."""
     if thing.type != "MESH":
-        return bool(thing.type == "LIGHT")
+        return thing.type in ("LIGHT", "POINTCLOUD")
     return (len(thing.data.polygons) > 0 or thing.data.is_editmode) and not holds_smoke(thing)
+
+
+def _gather_points(instance: Any, name: str, gathered: _Export) -> None:
+    thing, points = instance.object, instance.object.data
+    pointer = points.as_pointer()
+    if pointer not in gathered.clouds:
+        gathered.clouds[pointer] = cloud_of(points)
+    cloud = gathered.clouds[pointer]
+    if not cloud.radii.size:
+        return
+    if gathered.deforming is not None:
+        gathered.tell(name, *gathered.deforming.reasons(instance, points, cloud.layout))
+    worn = gathered.override or slot_material(thing, 0)  # Cycles takes no other slot
+    attribute = color_attribute(worn)
+    colors = None if attribute is None else colors_of(points, attribute)
+    material = gathered.material(worn) if colors is None else gathered.colored_material(worn)
+    track = gathered.track(
+        key_of(instance), matrix_of(instance), name, thing, instancer_of(instance)
+    )
+    if not np.isfinite(track.middle).all():
+        gathered.tell(name, NOT_FINITE, missing=True)
+        return
+    found = placed_points(cloud, colors, track, material, name, gathered.issues)
+    gathered.add_shapes(found, instance, name)
 
 
 def _gather_faces(instance: Any, name: str, gathered: _Export) -> None:

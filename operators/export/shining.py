@@ -19,13 +19,21 @@ from ...adaptive_drt.scene.description import (
     SphereLight,
     vector_of,
 )
+from ...adaptive_drt.scene.sphere_batch import Spheres
 
 MAX_FACES = 6
 """Number of shining faces of an object up to which each is a light: a box has six."""
 
+MAX_POINTS = 64
+"""Number of shining points of a cloud up to which each is a light: each light adds to the time of
+every pixel."""
+
 LIGHTS_NOTHING = (
     f"it shines and is seen, but lights nothing: only balls and up to {MAX_FACES} flat faces "
     "with four parallel sides are lights"
+)
+POINTS_LIGHT_NOTHING = (
+    f"its points shine and are seen, but light nothing: only up to {MAX_POINTS} points are lights"
 )
 
 
@@ -54,6 +62,16 @@ def shining_lights(
             own, found = _ball(shape, _numbered(name, lights))
             kept.append(own)
             lights += found
+        elif isinstance(shape, Spheres) and shines(shape):
+            if shape.count > MAX_POINTS:
+                kept.append(shape)
+                reason = POINTS_LIGHT_NOTHING
+                continue
+            for ball in shape.records():
+                assert isinstance(ball, Sphere)
+                own, found = _ball(ball, _numbered(name, lights))
+                kept.append(own)
+                lights += found
         elif isinstance(shape, Quads) and shines(shape):
             glow = np.array([any(shape.materials[slot].emission) for slot in shape.slot.tolist()])
             if int(glow.sum()) > MAX_FACES:

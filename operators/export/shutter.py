@@ -125,6 +125,15 @@ def matrix_of(thing: Any) -> Matrix:
     return np.array(thing.matrix_world, dtype=np.float64)
 
 
+def matrices_of(depsgraph: Any) -> Matrix:
+    """Return the world matrices (n, 4, 4) of all instances, in the order of the depsgraph."""
+    instances = depsgraph.object_instances
+    flat = np.empty((len(instances), 16), dtype=np.float32)
+    instances.foreach_get("matrix_world", flat.ravel())
+    # Blender's matrices are stored column after column
+    return flat.reshape(-1, 4, 4).transpose(0, 2, 1).astype(np.float64)
+
+
 def path_of(track: Track, point: Vector = (0.0, 0.0, 0.0), shape: Matrix | None = None) -> Path:
     """Follow a point of a thing's own space through the shutter.
 

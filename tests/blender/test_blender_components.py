@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Point clouds, volumes, curves, Grease Pencil and hair: told where Cycles shows them, else not."""
+"""Volumes, curves, Grease Pencil and hair: told where Cycles shows them, else not."""
 
 from __future__ import annotations
 
@@ -12,10 +12,8 @@ import pytest
 import things
 from node_chains import chain, on_points
 
-POINTS = "its point cloud is left out: instance a UV sphere on its points to see them"
 VOLUME = "its volume is left out"
 CURVES = "its hair curves are left out"
-INSTANCE = "GeometryNodeGeometryToInstance"
 
 
 def _curve(name="Curve", closed=False, **settings):
@@ -47,76 +45,47 @@ def _hair_curves():
     return bpy.context.object
 
 
-def _point_cloud(name="Cloud"):
-    """Nodes fill it: Python can do so in 5.2 alone, and 4.2 lacks the operators, too."""
-    cloud = things.link(bpy.data.objects.new(name, bpy.data.pointclouds.new(name)))
-    chain(cloud, "GeometryNodePoints", Count=3)
-    return cloud
-
-
 def _told(scene):
     """Whether each thing told is missing, by name and reason."""
     return {(i.name, i.reason): i.missing for i in scene.issues}
 
 
 def _make(kind):
-    plane, curve = lambda: things.plane("Thing"), lambda: _curve("Thing")
-    to_points, to_curve = "GeometryNodeMeshToPoints", "GeometryNodeMeshToCurve"
     return {
-        "points of a mesh": lambda: chain(plane(), to_points),
-        "points beside a mesh": lambda: chain(plane(), to_points, keep=True),
-        "points of curves of a mesh": lambda: chain(plane(), to_curve, "GeometryNodeCurveToPoints"),
-        "points in an instance in an instance": lambda: chain(
-            plane(), to_points, INSTANCE, INSTANCE
-        ),
-        "points of a curve": lambda: chain(curve(), "GeometryNodeCurveToPoints"),
-        "points on the points of a curve": lambda: on_points(curve(), "GeometryNodePoints"),
-        "points in a volume object": lambda: chain(_volume("Thing"), "GeometryNodePoints", Count=3),
         "volume of a mesh": lambda: chain(
             things.uv_sphere("Thing"), "GeometryNodeMeshToVolume", Density=9.0
         ),
-        "volumes on the points of a mesh": lambda: on_points(plane(), "GeometryNodeVolumeCube"),
+        "volumes on the points of a mesh": lambda: on_points(
+            things.plane("Thing"), "GeometryNodeVolumeCube"
+        ),
         "volume in a text": lambda: chain(_text("Thing"), "GeometryNodeVolumeCube"),
         "volume object": lambda: chain(_volume("Thing"), "GeometryNodeVolumeCube"),
     }[kind]()
 
 
 @pytest.mark.parametrize(
-    "kind, reason",
-    [
-        ("points of a mesh", POINTS),
-        ("points beside a mesh", POINTS),
-        ("points of curves of a mesh", POINTS),
-        ("points in an instance in an instance", POINTS),
-        ("points of a curve", POINTS),
-        ("points on the points of a curve", POINTS),
-        ("points in a volume object", POINTS),
-        ("volume of a mesh", VOLUME),
-        ("volumes on the points of a mesh", VOLUME),
-        ("volume in a text", VOLUME),
-        ("volume object", VOLUME),
-    ],
+    "kind",
+    ["volume of a mesh", "volumes on the points of a mesh", "volume in a text", "volume object"],
 )
-def test_what_nodes_make_besides_a_mesh_is_told(rendered, kind, reason):
+def test_what_nodes_make_besides_a_mesh_is_told(rendered, kind):
     _make(kind)
     (scene,) = rendered()
-    assert _told(scene) == {("Thing", reason): True}
-    assert len(scene.shapes) == (kind == "points beside a mesh")
+    assert _told(scene) == {("Thing", VOLUME): True} and not scene.shapes
 
 
-def test_points_and_hair_curves_as_objects(rendered):
-    cloud, hair = _point_cloud(), _hair_curves()
+def test_hair_curves_as_objects(rendered):
+    hair = _hair_curves()
     (scene,) = rendered()
-    assert _told(scene) == {(cloud.name, POINTS): True, (hair.name, CURVES): True}
+    assert _told(scene) == {(hair.name, CURVES): True}
 
 
 def test_instances_name_the_object_to_select(rendered):
     """The name says what repeats what; a click selects what repeats it."""
     inside = bpy.data.collections.new("Inside")
-    source = things.plane("Molecule")
+    source = things.uv_sphere("Molecule")
     bpy.context.scene.collection.objects.unlink(source)
     inside.objects.link(source)
-    chain(source, "GeometryNodeMeshToPoints")
+    chain(source, "GeometryNodeMeshToVolume", Density=9.0)
     for name in ("A", "B"):
         empty = things.link(bpy.data.objects.new(name, None))
         empty.instance_type, empty.instance_collection = "COLLECTION", inside
@@ -261,7 +230,7 @@ def test_what_no_renderer_shows_is_not_told(rendered, tmp_path, kind):
     assert not _shows_in_cycles(tmp_path)
 
 
-@pytest.mark.parametrize("kind", ["points of a mesh", "points of a curve", "hair"])
+@pytest.mark.parametrize("kind", ["volume of a mesh", "hair"])
 def test_what_is_told_shows_in_cycles(rendered, tmp_path, kind):
     """The check by which the others are found to show nothing does find something."""
     if kind == "hair":

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
@@ -13,6 +14,7 @@ from ...numerics.arrays import Array, Ints, Mask
 from ...numerics.gather import columns
 from ...numerics.vector import dot
 from ...scene.description import Sphere
+from ...scene.sphere_batch import Spheres
 from ..camera import PinholeCamera
 from ..implicit_surface import ImplicitSphere
 from ..light_plane import LightPlane
@@ -66,12 +68,21 @@ class SphereSet(ShapeSet):
 
     @classmethod
     def from_records(
-        cls, records: Sequence[Sphere], origin: Array, displacement: Array | None
+        cls, records: Sequence[Sphere | Spheres], origin: Array, displacement: Array | None
     ) -> SphereSet:
         """Spheres relative to the camera at `origin` (3, 1), metres."""
-        center = np.array([s.center for s in records], dtype=np.float64).reshape(-1, 3).T
-        radius = np.array([s.radius for s in records], dtype=np.float64)
-        return cls(np.ascontiguousarray(center) - origin, radius, displacement)
+        center, radius = [np.zeros((3, 0))], [np.zeros(0)]
+        for are_many, run in itertools.groupby(records, lambda each: isinstance(each, Spheres)):
+            if are_many:
+                own = list(run)
+                center += [np.asarray(each.center, dtype=np.float64) for each in own]
+                radius += [np.asarray(each.radius, dtype=np.float64) for each in own]
+            else:
+                places, sizes = zip(*((each.center, each.radius) for each in run), strict=True)
+                center.append(np.array(places, dtype=np.float64).reshape(-1, 3).T)
+                radius.append(np.array(sizes, dtype=np.float64))
+        place = np.ascontiguousarray(np.concatenate(center, axis=1))
+        return cls(place - origin, np.concatenate(radius), displacement)
 
     def moved(self, index: Ints, time: Array | float) -> Array:
         """Centres (3, ...) of spheres `index` at shutter times that broadcast against it."""
