@@ -118,8 +118,8 @@ class BallInstances:
         if not (is_plain and instance.is_instance and self._regular[number]):
             return
         assert isinstance(shape, Sphere)
-        if any(shape.material.emission):
-            return  # each one is a light of its own
+        if any(shape.material.emission) or _group_key(instance) in self._groups:
+            return  # what shines is a light of its own; what has a group was read by itself
         motions = self._motions if moves else None
         deforms = motions is not None and motions.deforming.concerns(instance)
         group = _Group(place, shape, form, motions is not None, deforms)
