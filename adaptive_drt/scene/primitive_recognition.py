@@ -4,9 +4,10 @@
 All vertices of a cube, a cylinder and a tetrahedron lie on one sphere too, so positions alone
 prove nothing. A mesh is taken for a sphere if it is, vertex for vertex and face for face, a
 UV sphere (segments * rings, any count from 3 up) or an icosphere (any subdivision, the plain
-icosahedron included, since that is what Blender's icosphere of subdivision 1 is). Meshes that were
-cut, capped, dented or stretched have another structure or leave the sphere. The tetrahedron,
-the octahedron, the cube and their triangulations are not spheres.
+icosahedron included, since that is what Blender's icosphere of subdivision 1 is); or if its faces,
+however they are cut, cover the sphere of their vertices once and nowhere lie deep below it.
+Meshes that were opened, capped, dented or stretched have another structure or leave the sphere. The
+tetrahedron, the octahedron, the cube and their triangulations are not spheres.
 All other meshes are decomposed by `planar_facets` into parallelograms, such as the sides of a cube,
 and triangles.
 """
@@ -52,6 +53,30 @@ coordinate: it matters for a mesh far from its own origin."""
 
 ICOSAHEDRON_EDGE = 1.0 / math.sin(2.0 * math.pi / 5.0)
 """Length of a regular icosahedron's edge, in circumradii."""
+
+LONGEST_EDGE = 0.6
+"""Largest length, in radii, of an edge of a triangle of a sphere that is cut in any way. No point
+of such a face is closer to the centre than sqrt(1 - LONGEST_EDGE**2 / 3) = 0.94 radii; the solids
+whose vertices lie on a sphere and that are not meant as one have longer edges or diagonals."""
+
+FEWEST_TRIANGLES = 64
+"""Least number of triangles of a sphere that is cut in any way: with edges of `LONGEST_EDGE` no
+fewer than about 80 cover it."""
+
+LARGEST_ROUNDING = 2e-4
+"""Largest uncertainty of positions, in radii, with which faces of any cut prove a sphere: with a
+larger one vertices that are apart could not be told from those in one place."""
+
+WELDING_DIRECTION = (0.5377, 0.6921, 0.4823)
+"""Direction, about a unit vector, along which vertices are sorted: those in one place are near each
+other in that order, and few others are, since it is none of the axes of a mesh."""
+
+SAMPLED_VERTICES = 64
+"""Number of vertices that are tried first: most meshes are no spheres, which so many show."""
+
+COVER_TOLERANCE = 1e-3
+"""Largest difference between the sum of the faces' solid angles and that of the full sphere, as a
+fraction of the latter. Rounding leaves less; a sphere that is covered twice differs by 1."""
 
 ICOSPHERE_STRETCH = 1.4
 """Largest length of an icosphere's edge, as a multiple of ICOSAHEDRON_EDGE / 2**subdivision; seen:
@@ -109,10 +134,11 @@ def recognise_primitive(
         return NOT_FINITE
     slack = FLOAT32_ROUNDING * float(np.abs(points).max())
     mesh = Mesh(points, corners, starts, sizes, slots, slack, RELATIVE_TOLERANCE)
-    ball = _as_uv_sphere(mesh) or _as_icosphere(mesh)
+    cut = number[cut]
+    ball = _as_uv_sphere(mesh) or _as_icosphere(mesh) or _as_covered_sphere(points, cut, slack)
     if ball:
         return replace(ball, slot=int(np.bincount(slots).argmax()))
-    return planar_facets(mesh, number[cut], owner)
+    return planar_facets(mesh, cut, owner)
 
 
 def _fans(corners: IntArray, starts: IntArray, sizes: IntArray) -> tuple[IntArray, IntArray]:
@@ -285,3 +311,81 @@ def _as_icosphere(mesh: Mesh) -> MeshSphere | None:
         return None
     longest = float(np.linalg.norm(local[:, edges[0]] - local[:, edges[1]], axis=0).max())
     return ball if longest <= ICOSPHERE_STRETCH * ICOSAHEDRON_EDGE / 2**level else None
+
+
+def _as_covered_sphere(points: FloatArray, cut: IntArray, slack: float) -> MeshSphere | None:
+    """Return the sphere that triangles cover once, or None.
+
+    All vertices lie on the sphere; each edge joins two triangles, which lie on its two sides; no
+    edge is long; and the solid angles of all triangles add up to that of one sphere.
+
+    Parameters
+    ----------
+    points : (3, n) vertices; those in the same place count as one.
+    cut : (3, t) vertices of the triangles; those of fewer than three places are passed over.
+    slack : largest rounding error of a position.
+    """
+    some = points[:, :: max(points.shape[1] // SAMPLED_VERTICES, 1)]
+    if cut.shape[1] < FEWEST_TRIANGLES or _fit_sphere(some, slack) is None:
+        return None
+    ball = _fit_sphere(points, slack)
+    if ball is None:
+        return None
+    tolerance = RELATIVE_TOLERANCE + slack / ball.radius
+    if tolerance > LARGEST_ROUNDING:
+        return None
+    local = (points - np.array(ball.center)[:, None]) / ball.radius
+    a, b, c = _welded(local, tolerance)[cut]
+    wide = (a != b) & (b != c) & (c != a)
+    a, b, c = a[wide], b[wide], c[wide]
+    ends = np.stack([np.concatenate([a, b, c]), np.concatenate([b, c, a])])
+    length = np.linalg.norm(local[:, ends[0]] - local[:, ends[1]], axis=0)
+    if float(length.max(initial=0.0)) > LONGEST_EDGE:
+        return None
+    angle = _solid_angles(local[:, a], local[:, b], local[:, c])
+    if abs(float(np.abs(angle).sum()) / (4.0 * math.pi) - 1.0) > COVER_TOLERANCE:
+        return None
+    # seen from outside all triangles then run anticlockwise, and each edge once in each direction
+    ends = np.where(np.tile(angle < 0.0, 3), ends[::-1], ends)
+    count = points.shape[1]
+    ways, back = np.sort(ends[0] * count + ends[1]), np.sort(ends[1] * count + ends[0])
+    once = bool((np.diff(ways) > 0).all())
+    return ball if once and np.array_equal(ways, back) else None
+
+
+def _welded(points: FloatArray, tolerance: float) -> IntArray:
+    """Return for each point (3, n) the number (n,) of the one that stands for all in its place.
+
+    Points in one place differ by up to `tolerance`, such as those at a pole where a patch ends.
+    """
+    # 0 is added so that -0 becomes 0: points that are equal then have the same bytes
+    rows = np.ascontiguousarray(points.T) + 0.0
+    keys = rows.view(np.dtype((np.void, rows.itemsize * 3)))[:, 0]
+    _, first, same = np.unique(keys, return_index=True, return_inverse=True)
+    apart = points[:, first]
+    along = np.array(WELDING_DIRECTION) @ apart
+    order = np.argsort(along, kind="stable")
+    along, apart = along[order], apart[:, order]
+    number = np.arange(along.size)
+    for step in range(1, along.size):
+        close = np.flatnonzero(along[step:] - along[:-step] <= 2.0 * tolerance)
+        if not close.size:
+            break
+        gap = np.abs(apart[:, close + step] - apart[:, close]).max(axis=0)
+        close = close[gap <= tolerance]
+        # the least of a place is reached last, by the longest step
+        number[close + step] = close
+    found: IntArray = first[order[number]][np.argsort(order)[same.reshape(-1)]]
+    return found
+
+
+def _solid_angles(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
+    """Return the signed solid angles (t,) of triangles between unit vectors (3, t).
+
+    A. van Oosterom, J. Strackee, The solid angle of a plane triangle, IEEE Trans. Biomed. Eng. 30
+    (1983).
+    """
+    volume = (a * np.cross(b, c, axis=0)).sum(axis=0)
+    ab, bc, ca = ((x * y).sum(axis=0) for x, y in ((a, b), (b, c), (c, a)))
+    angles: FloatArray = 2.0 * np.arctan2(volume, 1.0 + ab + bc + ca)
+    return angles

@@ -121,11 +121,119 @@ def test_what_is_dented_stretched_or_cut_is_none(name):
         assert not isinstance(recognised(other, kept), MeshSphere)
 
 
-def test_vertices_that_slid_on_the_sphere_make_none():
-    points, faces = uv_sphere(16, 8)
-    slid = points + 0.02 * np.random.default_rng(1).normal(size=points.shape)
-    slid /= np.linalg.norm(slid, axis=1, keepdims=True)
-    assert not isinstance(recognised(slid, faces), MeshSphere)
+def slid(points, faces, size=0.004):
+    """The mesh with its vertices moved along the sphere."""
+    moved = points + size * np.random.default_rng(1).normal(size=points.shape)
+    return moved / np.linalg.norm(moved, axis=1, keepdims=True), faces
+
+
+def triangulated(points, faces):
+    """All quads cut along one diagonal or the other."""
+    cut = []
+    for index, face in enumerate(faces):
+        turned = face[index % 2 :] + face[: index % 2]
+        cut += [[turned[0], *turned[k : k + 2]] for k in range(1, len(face) - 1)]
+    return points, cut
+
+
+def loose(points, faces):
+    """Faces that share no vertices, as in an STL file; every third one is turned over."""
+    apart = points[[vertex for face in faces for vertex in face]]
+    ends = np.cumsum([len(face) for face in faces])
+    apart_faces = [list(range(end - len(face), end)) for end, face in zip(ends, faces, strict=True)]
+    return apart, [f[::-1] if k % 3 == 0 else f for k, f in enumerate(apart_faces)]
+
+
+def quad_sphere(cells):
+    """A cube whose sides are cut in cells * cells, moved onto the sphere; seams are not shared."""
+    u, v = np.meshgrid(np.linspace(-1, 1, cells + 1), np.linspace(-1, 1, cells + 1))
+    side = np.stack([u.ravel(), v.ravel(), np.ones(u.size)], axis=1)
+    flipped = side * (1.0, -1.0, -1.0)
+    points = np.concatenate([np.roll(x, k, axis=1) for x in (side, flipped) for k in range(3)])
+    row = cells + 1
+    faces = [
+        [s * row * row + at for at in (k * row + j, k * row + j + 1,
+                                                    (k + 1) * row + j + 1, (k + 1) * row + j)]
+        for s in range(6) for k in range(cells) for j in range(cells)
+    ]  # fmt: skip
+    return points / np.linalg.norm(points, axis=1, keepdims=True), faces
+
+
+def lathe(segments, rings):
+    """A UV sphere of quads alone, whose seam and poles are not shared and differ by rounding."""
+    theta, phi = np.meshgrid(
+        np.linspace(0.0, np.pi, rings + 1), np.linspace(0.0, 2.0 * np.pi, segments + 1)
+    )
+    points = np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
+    row = rings + 1
+    faces = [
+        [j * row + k, j * row + k + 1, (j + 1) * row + k + 1, (j + 1) * row + k]
+        for j in range(segments) for k in range(rings)
+    ]  # fmt: skip
+    return np.float32(points.reshape(3, -1).T), faces
+
+
+FINE = {
+    "triangles": triangulated(*uv_sphere(32, 16)),
+    "slid": slid(*uv_sphere(32, 16)),
+    "loose": loose(*uv_sphere(32, 16)),
+    "loose triangles": loose(*triangulated(*slid(*uv_sphere(24, 12)))),
+    "quads": quad_sphere(8),
+    "loose icosphere": loose(*icosphere(3)),
+    "lathe": lathe(32, 16),
+    "mixed": triangulated(*slid(*icosphere(2))),
+}
+
+
+@pytest.mark.parametrize("name", FINE)
+@pytest.mark.parametrize("seed", range(2))
+def test_spheres_of_any_cut_are_found(name, seed):
+    points, faces = FINE[name]
+    points, center, radius = placed(np.random.default_rng(seed), points)
+    found = recognised(np.float32(points), faces)
+    assert isinstance(found, MeshSphere), found
+    assert abs(found.radius / radius - 1.0) < 1e-5
+    assert np.linalg.norm(found.center - center) < 1e-5 * radius
+
+
+def _cylinder(points, faces):
+    """A sphere cut off flat: the vertices stay on the sphere, but its top is a large face."""
+    low = [face for face in faces if all(points[v][2] < 0.6 for v in face)]
+    edges = [e for f in low for e in zip(f, f[1:] + f[:1], strict=True)]
+    rim = [(b, a) for a, b in edges if (b, a) not in set(edges)]
+    after, top = dict(rim), [rim[0][0]]
+    while after[top[-1]] != top[0]:
+        top.append(after[top[-1]])
+    return points, [*low, top]
+
+
+FALSE = {
+    "a gem": slid(*uv_sphere(9, 6)),
+    "a hole": (FINE["slid"][0], FINE["slid"][1][1:]),
+    "a face twice": (FINE["slid"][0], [*FINE["slid"][1], FINE["slid"][1][40]]),
+    "a shell twice": (FINE["slid"][0], FINE["slid"][1] * 2),
+    "a dent": (
+        np.where(np.arange(482)[:, None] == 77, 0.99, 1.0) * FINE["slid"][0],
+        FINE["slid"][1],
+    ),
+    "a flat top": _cylinder(*slid(*uv_sphere(32, 16))),
+    "stretched": (FINE["slid"][0] * (1.0, 1.0, 1.001), FINE["slid"][1]),
+    "two balls": (
+        np.concatenate([FINE["slid"][0], FINE["slid"][0] + 3.0]),
+        [*FINE["slid"][1], *([v + 482 for v in face] for face in FINE["slid"][1])],
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", FALSE)
+def test_what_does_not_cover_a_sphere_once_is_none(name):
+    assert not isinstance(recognised(*FALSE[name]), MeshSphere)
+
+
+def test_a_small_sphere_far_off_is_none():
+    """Its vertices are rounded so far that any shape would do."""
+    points, faces = FINE["slid"]
+    assert not isinstance(recognised(np.float32(points + 3e3), faces), MeshSphere)
 
 
 def test_cubes_are_six_parallelograms_though_their_corners_lie_on_a_sphere():
