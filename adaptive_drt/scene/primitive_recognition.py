@@ -71,6 +71,9 @@ WELDING_DIRECTION = (0.5377, 0.6921, 0.4823)
 """Direction, about a unit vector, along which vertices are sorted: those in one place are near each
 other in that order, and few others are, since it is none of the axes of a mesh."""
 
+GOLDEN_RATIO = (math.sqrt(5.0) - 1.0) / 2.0
+"""The golden ratio, less 1: its multiples, less whole numbers, are spread evenly over 0 to 1."""
+
 SAMPLED_VERTICES = 64
 """Number of vertices that are tried first: most meshes are no spheres, which so many show."""
 
@@ -325,7 +328,9 @@ def _as_covered_sphere(points: FloatArray, cut: IntArray, slack: float) -> MeshS
     cut : (3, t) vertices of the triangles; those of fewer than three places are passed over.
     slack : largest rounding error of a position.
     """
-    some = points[:, :: max(points.shape[1] // SAMPLED_VERTICES, 1)]
+    # steps of the golden ratio: equal ones might find the vertices of one ring alone
+    places = np.arange(SAMPLED_VERTICES) * GOLDEN_RATIO % 1.0
+    some = points[:, np.unique((places * points.shape[1]).astype(np.int64))]
     if cut.shape[1] < FEWEST_TRIANGLES or _fit_sphere(some, slack) is None:
         return None
     ball = _fit_sphere(points, slack)

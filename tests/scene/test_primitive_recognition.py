@@ -181,6 +181,7 @@ FINE = {
     "quads": quad_sphere(8),
     "loose icosphere": loose(*icosphere(3)),
     "lathe": lathe(32, 16),
+    "finer lathe": lathe(64, 32),
     "mixed": triangulated(*slid(*icosphere(2))),
 }
 
