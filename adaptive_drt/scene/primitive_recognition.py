@@ -77,6 +77,11 @@ GOLDEN_RATIO = (math.sqrt(5.0) - 1.0) / 2.0
 SAMPLED_VERTICES = 64
 """Number of vertices that are tried first: most meshes are no spheres, which so many show."""
 
+LARGEST_UNEVENNESS = 2.0
+"""Largest length of an edge of such a triangle, as a multiple of what it were if all were alike: a
+larger face than the others is meant to be seen. Seen: 1.8 for a cube's sides cut into squares, 1.6
+for a UV sphere; 2.2 where the pole of one is cut off and capped."""
+
 COVER_TOLERANCE = 1e-3
 """Largest difference between the sum of the faces' solid angles and that of the full sphere, as a
 fraction of the latter. Rounding leaves less; a sphere that is covered twice differs by 1."""
@@ -138,7 +143,7 @@ def recognise_primitive(
     slack = FLOAT32_ROUNDING * float(np.abs(points).max())
     mesh = Mesh(points, corners, starts, sizes, slots, slack, RELATIVE_TOLERANCE)
     cut = number[cut]
-    ball = _as_uv_sphere(mesh) or _as_icosphere(mesh) or _as_covered_sphere(points, cut, slack)
+    ball = _as_uv_sphere(mesh) or _as_icosphere(mesh) or _as_covered_sphere(mesh, cut)
     if ball:
         return replace(ball, slot=int(np.bincount(slots).argmax()))
     return planar_facets(mesh, cut, owner)
@@ -316,22 +321,22 @@ def _as_icosphere(mesh: Mesh) -> MeshSphere | None:
     return ball if longest <= ICOSPHERE_STRETCH * ICOSAHEDRON_EDGE / 2**level else None
 
 
-def _as_covered_sphere(points: FloatArray, cut: IntArray, slack: float) -> MeshSphere | None:
-    """Return the sphere that triangles cover once, or None.
+def _as_covered_sphere(mesh: Mesh, cut: IntArray) -> MeshSphere | None:
+    """Return the sphere that faces of three or four corners cover once, or None.
 
     All vertices lie on the sphere; each edge joins two triangles, which lie on its two sides; no
     edge is long; and the solid angles of all triangles add up to that of one sphere.
 
     Parameters
     ----------
-    points : (3, n) vertices; those in the same place count as one.
-    cut : (3, t) vertices of the triangles; those of fewer than three places are passed over.
-    slack : largest rounding error of a position.
+    mesh : its vertices in the same place count as one.
+    cut : (3, t) vertices of its triangles; those of fewer than three places are passed over.
     """
+    points, slack = mesh.points, mesh.absolute_tolerance
     # steps of the golden ratio: equal ones might find the vertices of one ring alone
     places = np.arange(SAMPLED_VERTICES) * GOLDEN_RATIO % 1.0
     some = points[:, np.unique((places * points.shape[1]).astype(np.int64))]
-    if cut.shape[1] < FEWEST_TRIANGLES or _fit_sphere(some, slack) is None:
+    if mesh.sizes.max() > 4 or cut.shape[1] < FEWEST_TRIANGLES or not _fit_sphere(some, slack):
         return None
     ball = _fit_sphere(points, slack)
     if ball is None:
@@ -345,7 +350,8 @@ def _as_covered_sphere(points: FloatArray, cut: IntArray, slack: float) -> MeshS
     a, b, c = a[wide], b[wide], c[wide]
     ends = np.stack([np.concatenate([a, b, c]), np.concatenate([b, c, a])])
     length = np.linalg.norm(local[:, ends[0]] - local[:, ends[1]], axis=0)
-    if float(length.max(initial=0.0)) > LONGEST_EDGE:
+    longest = float(length.max(initial=0.0))
+    if longest > min(LONGEST_EDGE, LARGEST_UNEVENNESS * _even_edge(a.size)):
         return None
     angle = _solid_angles(local[:, a], local[:, b], local[:, c])
     if abs(float(np.abs(angle).sum()) / (4.0 * math.pi) - 1.0) > COVER_TOLERANCE:
@@ -356,6 +362,11 @@ def _as_covered_sphere(points: FloatArray, cut: IntArray, slack: float) -> MeshS
     ways, back = np.sort(ends[0] * count + ends[1]), np.sort(ends[1] * count + ends[0])
     once = bool((np.diff(ways) > 0).all())
     return ball if once and np.array_equal(ways, back) else None
+
+
+def _even_edge(count: int) -> float:
+    """Return the edge of equilateral triangles of which so many have the area of a unit sphere."""
+    return math.sqrt(16.0 * math.pi / (math.sqrt(3.0) * max(count, 1)))
 
 
 def _welded(points: FloatArray, tolerance: float) -> IntArray:

@@ -331,6 +331,7 @@ def test_modifiers_are_heeded(export):
     ball = things.uv_sphere()
     ball.data.shade_flat()
     ball.modifiers.new("Triangulate", "TRIANGULATE")
+    bpy.context.scene.adaptive_drt.spheres = "FACES"
     (mesh,) = export().shapes
     assert mesh.faces.shape == (3, 2 * 32 * 15)
     ball.modifiers.new("Again", "SUBSURF").subdivision_type = "SIMPLE"
