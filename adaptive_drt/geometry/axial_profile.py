@@ -153,16 +153,22 @@ class ProfileAtPoints:
             dot(z, cross(origin, second)),
             -dot(z, cross(origin, first)),
         )
-        step = (ends[1:] - ends[:-1]) / PIECES
+        # most arcs are not cut: parts of no length are left out
+        number, row = (ends[1:] > ends[:-1]).nonzero()
+        start, step = ends[number, row], (ends[number + 1, row] - ends[number, row]) / PIECES
+        terms = constant[row], cosine[row], sine[row]
+        turn, slopes, nz = tuple(x[row] for x in turn), tuple(x[row] for x in slopes), nz[row]
+        own = part.take(row)
         for piece in range(PIECES):
-            start = ends[:-1] + piece * step
+            begin = start + piece * step
             for node, weight in zip(NODES, WEIGHTS, strict=True):
-                phi = start + (0.5 + 0.5 * node) * step
+                phi = begin + (0.5 + 0.5 * node) * step
                 a, b = np.cos(phi), np.sin(phi)
-                f, g = part.antiderivatives(constant + a * cosine + b * sine)
+                f, g = own.antiderivatives(terms[0] + a * terms[1] + b * terms[2])
                 ring = nz * g * (turn[0] + a * turn[1] + b * turn[2])
                 value = ring + f * (a * slopes[1] - b * slopes[0])
-                total += (0.5 * weight * step * value).sum(axis=0)
+                found = np.bincount(row, weights=0.5 * weight * step * value, minlength=total.size)
+                total += found
         sums: Array = np.zeros(self.level.size)
         sums += np.bincount(point, weights=total, minlength=self.level.size)
         return sums

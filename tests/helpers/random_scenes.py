@@ -14,6 +14,7 @@ from adaptive_drt.scene.description import (
     Scene,
     Sphere,
     SphereLight,
+    Triangle,
     vector_of,
 )
 
@@ -27,6 +28,7 @@ __all__ = [
     "random_scene",
     "random_sphere",
     "scaled",
+    "touch",
 ]
 
 
@@ -51,7 +53,7 @@ def random_scene(seed):
     lights = []
     while len(lights) < 1 + (rng.random() < 0.5) + (rng.random() < 0.3):
         light = random_light(rng)
-        if not any(_touch(light, shape) for shape in shapes):
+        if not any(touch(light, shape) for shape in shapes):
             lights.append(light)
     scene = Scene(random_camera(rng), tuple(shapes), tuple(lights), tuple(rng.random(3).tolist()))
     return scaled(scene, 10.0 ** rng.uniform(-2, 3)) if rng.random() < 0.3 else scene
@@ -118,10 +120,10 @@ def random_light(rng):
     return PointLight(vector_of(center), color, motion, shadow)
 
 
-def _touch(light, shape):
+def touch(light, shape):
     """Whether a light might meet a shape on the way of either; the floor's plane may cut it."""
     reach = getattr(light, "radius", 0.0)
-    if isinstance(light, QuadLight):
+    if hasattr(light, "half_u"):
         reach = np.linalg.norm(np.abs(light.half_u) + np.abs(light.half_v))
     way = [
         np.zeros(3) if x.motion is None else np.array(x.motion.displacement) / 2.0
@@ -129,6 +131,9 @@ def _touch(light, shape):
     ]
     if isinstance(shape, Sphere):
         middle, size = np.array(shape.center), shape.radius
+    elif isinstance(shape, Triangle):
+        middle = np.mean(shape.vertices, axis=0)
+        size = np.linalg.norm(np.array(shape.vertices) - middle, axis=1).max()
     else:
         middle = np.array(shape.corner) + np.add(shape.edge_u, shape.edge_v) / 2.0
         size = np.linalg.norm(np.abs(shape.edge_u) + np.abs(shape.edge_v)) / 2.0

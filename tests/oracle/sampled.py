@@ -29,7 +29,7 @@ from .light_jit import DISK, POINT, QUAD
 from .rays_jit import candidates, first_hit, pack
 from .vectors_jit import add, cross, dot, jit, less, times, vector
 
-__all__ = ["Samples", "sampled"]
+__all__ = ["Samples", "render_samples", "sampled"]
 
 CHUNK = 32
 """Pixels that a thread takes at a time."""
@@ -94,12 +94,26 @@ def sampled(scene, noise=1e-3, seed=0, threads=2):
     noise : standard deviation of a half that pixels may have, as a fraction of the picture's mean.
         A first, rough estimate, which is then dropped, tells how many samples each pixel needs.
     """
+    packed = pack(scene)
+    return render_samples(packed, _means, 3 + 2 * packed[2].shape[0], scene, noise, seed, threads)
+
+
+def render_samples(packed, means, dimensions, scene, noise, seed, threads):
+    """Estimate all pixels of a scene's region by a function `means` of points of a cube.
+
+    means : of packed arrays, pixels (n, 2), points (m, dimensions) and shifts (n, dimensions), adds
+        the mean radiance to an array (n, 3).  Others are those of `sampled`.
+    """
     left, bottom, right, top = scene.camera.region
     y, x = np.mgrid[bottom:top, left:right]
     pixels = np.stack([x.ravel(), y.ravel()], axis=1).astype(float)
-    packed, rng = pack(scene), np.random.default_rng(seed)
+    rng = np.random.default_rng(seed)
+
+    def estimate(pixels, counts, number=HALVES):
+        return _estimate(packed, means, dimensions, pixels, counts, rng, threads, number)
+
     every = np.full(len(pixels), FEWEST)
-    rough = _estimate(packed, pixels, every, rng, threads, ROUGH)
+    rough = estimate(pixels, every, ROUGH)
     spread = np.sqrt(rough.var(axis=0, ddof=1).mean(axis=1))
     goal = noise * max(abs(float(rough.mean())), 1e-300)
     # few estimates tell a pixel's spread badly: the picture's own is a part of it
@@ -108,13 +122,13 @@ def sampled(scene, noise=1e-3, seed=0, threads=2):
     while counts.sum() > TOTAL:
         goal *= 1.2
         counts = _counts(every, spread, goal)
-    halves = _estimate(packed, pixels, counts, rng, threads)
+    halves = estimate(pixels, counts)
     # what few samples did not meet: these pixels are estimated anew
     spread = np.sqrt(((halves[0] - halves[1]) ** 2).mean(axis=1) / 2.0)
     rows = (spread > UNFORESEEN * goal).nonzero()[0]
     if rows.size:
         more = _counts(counts[rows], spread[rows], goal)
-        halves[:, rows] = _estimate(packed, pixels[rows], more, rng, threads)
+        halves[:, rows] = estimate(pixels[rows], more)
     return Samples(halves.transpose(0, 2, 1).reshape(HALVES, 3, top - bottom, right - left))
 
 
@@ -124,9 +138,8 @@ def _counts(present, spread, goal):
     return np.minimum(present * 2 ** np.minimum(gain, 30.0).astype(np.int64), MOST)
 
 
-def _estimate(packed, pixels, counts, rng, threads, number=HALVES):
+def _estimate(packed, means, dimensions, pixels, counts, rng, threads, number):
     """Independent estimates (number, n, 3) of pixels (n, 2), each of so many samples (n,)."""
-    dimensions = 3 + 2 * packed[2].shape[0]
     halves = np.zeros((number, len(pixels), 3))
     calls = []
     for half in range(number):
@@ -140,7 +153,7 @@ def _estimate(packed, pixels, counts, rng, threads, number=HALVES):
 
     def call(half, part, arguments):
         result = np.zeros((part.size, 3))
-        _means(*arguments, result)
+        means(*arguments, result)
         halves[half, part] = result
 
     with ThreadPoolExecutor(threads) as pool:
