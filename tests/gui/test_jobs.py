@@ -22,6 +22,7 @@ cli = pytest.importorskip("openjd.cli", reason="openjd-cli is not installed")
 exr = pytest.importorskip("exr", reason="OpenEXR is not installed")
 
 TEMPLATES = {name: ROOT / "farms" / name / "template.yaml" for name in ("animation", "parts")}
+ENVIRONMENT = ROOT / "farms" / "extension.environment.yaml"
 WORK = {"EXACT": ("ViewLayer.Sample Count",), "RAYS": ()}
 """Passes that tell of the work, by method: beside a cut it is not that of the whole picture."""
 
@@ -31,9 +32,9 @@ NEAR = 4
 OPENJD = (sys.executable, "-m", "openjd")
 
 
-@pytest.mark.parametrize("name", TEMPLATES)
-def test_templates_are_valid(name, capsys):
-    cli.main(["check", str(TEMPLATES[name])])
+@pytest.mark.parametrize("path", [*TEMPLATES.values(), ENVIRONMENT], ids=lambda path: path.name)
+def test_templates_are_valid(path, capsys):
+    cli.main(["check", str(path)])
     assert "passes validation checks" in capsys.readouterr().out
 
 
@@ -59,15 +60,19 @@ def _parameters(values):
 
 @dataclass
 class Farm:
-    """Workers of a job; those that are not ready have a Blender without the extension."""
+    """Workers of a job, with Blenders that find the extension in different places."""
 
     program: Program
     template: Path
     values: dict[str, object]
 
-    def worker(self, step, tasks=None, ready=True, options=()):
-        """Start a worker on tasks of a step, all of them where none are given."""
-        values = {**self.values, "Blender": self._blender(ready)}
+    def worker(self, step, tasks=None, blender="ready", options=()):
+        """Start a worker on tasks of a step, all of them where none are given.
+
+        blender : "ready", with the extension; "bare", without it; "session", which takes the
+            profile that the job's environment names.
+        """
+        values = {**self.values, "Blender": self._blender(blender)}
         words = ["run", self.template, "--step", step, *_parameters(values), *options]
         # Blender may see the folders in another place than whoever submits the job
         here, there = self.program.folder, self.program.inside(self.program.folder)
@@ -85,12 +90,14 @@ class Farm:
             env={**os.environ, "TMPDIR": str(self.program.folder)},
         )
 
-    def _blender(self, ready):
-        name = "ready" if ready else "bare"
-        profile = self.program.profile if ready else self.program.folder / "bare"
+    def _blender(self, kind):
+        profile = self.program.profile if kind == "ready" else self.program.folder / kind
         profile.mkdir(exist_ok=True)
-        path = self.program.folder / f"{name}.sh"
         words = shlex.join(self.program.words(profile=profile))
+        if kind == "session":
+            named = f"${{BLENDER_USER_RESOURCES#{str(self.program.root).rstrip('/')}}}"
+            words = words.replace(self.program.inside(profile), f'"{named}"')
+        path = self.program.folder / f"{kind}.sh"
         path.write_text(f'#!/bin/sh\nexec {words} "$@"\n')
         path.chmod(0o755)
         return path
@@ -125,7 +132,7 @@ def test_animation(installed, scene, whole):
     values = {"SceneFile": file, "OutputFolder": folder, "Frames": "11-12", "ChunkSize": 1}
     farm = Farm(installed, TEMPLATES["animation"], values)
     first = farm.worker("Render", [{"Frame": "11-11"}])
-    second = farm.worker("Render", [{"Frame": "12-12"}], ready=False)
+    second = farm.worker("Render", [{"Frame": "12-12"}], blender="bare")
     (code, said), (failed, reason) = _end(first), _end(second)
     assert code == 0, said
     assert failed == 1 and "adaptive_render" in reason, reason
@@ -139,7 +146,7 @@ def test_animation(installed, scene, whole):
 
 @pytest.mark.slow
 def test_chunk(installed, scene):
-    """A chunk of two frames; and a scene's objects that are missing fail the job where asked."""
+    """Both frames by one task, in another format; no object is missing, so it is not refused."""
     file, folder = scene.with_name("farm_RAYS.blend"), scene.parent / "chunk"
     values = {"SceneFile": file, "OutputFolder": folder, "Frames": "11-12", "Format": "PNG"}
     farm = Farm(installed, TEMPLATES["animation"], {**values, "Missing": "strict"})
@@ -150,7 +157,7 @@ def test_chunk(installed, scene):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("method", ["EXACT", "RAYS"])
-def test_parts(installed, scene, whole, method):
+def test_parts(installed, scene, method):
     """Two workers at once, one of which fails: nothing is joined until its parts are there."""
     file, folder = scene.with_name(f"farm_{method}.blend"), scene.parent / f"parts_{method}"
     values = {"SceneFile": file, "OutputFolder": folder, "Frames": "12", "Columns": 2, "Rows": 2}
@@ -159,7 +166,7 @@ def test_parts(installed, scene, whole, method):
         [{"Frame": "12", "Column": column, "Row": row} for column in "12"] for row in "12"
     )
     first = farm.worker("Render", lower)
-    second = farm.worker("Render", upper, ready=False)
+    second = farm.worker("Render", upper, blender="bare")
     (code, said), (failed, reason) = _end(first), _end(second)
     assert code == 0, said
     assert failed == 1, reason
@@ -184,11 +191,13 @@ def test_parts(installed, scene, whole, method):
 
 
 @pytest.mark.slow
-def test_parts_by_one_worker(installed, scene, whole):
-    """The join with all that it depends on, as the manual has it."""
+def test_parts_by_one_worker(installed, scene, extension, whole):
+    """The join with all that it depends on; the extension is installed for the session alone."""
     file, folder = scene.with_name("farm_EXACT.blend"), scene.parent / "alone"
     values = {"SceneFile": file, "OutputFolder": folder, "Frames": "12", "Columns": 3, "Rows": 1}
-    farm = Farm(installed, TEMPLATES["parts"], values)
-    code, said = _end(farm.worker("Join", options=["--run-dependencies"]))
+    farm = Farm(installed, TEMPLATES["parts"], {**values, "ExtensionFile": extension})
+    options = ["--run-dependencies", "--environment", ENVIRONMENT]
+    code, said = _end(farm.worker("Join", blender="session", options=options))
     assert code == 0, said
+    assert not list((installed.folder / "session").iterdir())
     exr.assert_same_bits(folder / "picture_0012.exr", whole(file, "12") / "0012.exr", WORK["EXACT"])
