@@ -3,7 +3,19 @@
 
 import bpy
 
-from . import check, command, compositor, engine, images, render, report, selection, show, undo
+from . import (
+    check,
+    command,
+    compositor,
+    engine,
+    images,
+    join,
+    render,
+    report,
+    selection,
+    show,
+    undo,
+)
 
 classes = (
     render.ADRT_OT_render,
@@ -24,10 +36,12 @@ def register() -> None:
     undo.register()
     report.register()
     command.register()
+    join.register()
 
 
 def unregister() -> None:
     render.stop()
+    join.unregister()
     command.unregister()
     report.unregister()
     undo.unregister()

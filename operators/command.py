@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import argparse
 import os
-import sys
+import re
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from typing import Any
 
 import bpy
 
+from . import terminal
 from .engine import ENGINE
 from .job import Job
 from .output import fault_of, movie_fault, paths_of, stamp_of
@@ -28,19 +29,30 @@ HEEDED_BY = {
 }
 """The method that a setting belongs to, if to one alone."""
 
+RANGE = re.compile(r"(\d+)(?:(?:\.\.|-)(\d+))?")
+"""A frame or a range of frames, as Blender (1..10) or render farms (1-10) write it.
+
+An animation's frames begin at 0: Blender would render frame 0 in place of one below.
+"""
+
+JOINABLE = ("OPEN_EXR", "OPEN_EXR_MULTILAYER")
+"""Formats whose parts `adaptive_join` can join."""
+
+CODECS = ("NONE", "ZIP", "ZIPS")
+"""Compressions of parts that it can read. Others are replaced by ZIP, which loses nothing."""
+
 STEP = 0.1
 """Of a frame: progress is told this often on a terminal."""
 
 
 def parse_frames(text: str) -> list[tuple[int, int]]:
-    """Return ranges of frames (first, last) from a text such as '5', '1..10' or '1..3,7'."""
+    """Return ranges of frames (first, last) from a text such as '5', '1..10' or '1-3,7'."""
     ranges = []
     for piece in text.split(","):
-        first, dots, last = piece.partition("..")
-        try:
-            ranges.append((int(first), int(last if dots else first)))
-        except ValueError:
-            raise argparse.ArgumentTypeError(f"{text!r} is not like 5, 1..10 or 1..3,7") from None
+        found = RANGE.fullmatch(piece.strip())
+        if found is None:
+            raise argparse.ArgumentTypeError(f"{text!r} is not like 5, 1..10 or 1..3,7")
+        ranges.append((int(found[1]), int(found[2] or found[1])))
         if ranges[-1][0] > ranges[-1][1]:
             raise argparse.ArgumentTypeError(f"{piece} runs backwards")
     return ranges
@@ -57,6 +69,23 @@ def parse_border(text: str) -> tuple[float, ...]:
     return border
 
 
+def border_of(part: tuple[int, int], parts: tuple[int, int]) -> tuple[float, ...]:
+    """Return the border of a part: its column and row, counted from 1 at the left and the bottom.
+
+    Parts that meet have the same number there, so they neither overlap nor leave a gap.
+
+    Raises
+    ------
+    RuntimeError
+        The picture is not cut into so many columns or rows.
+    """
+    for name, number, count in zip(("column", "row"), part, parts, strict=True):
+        if number > count:
+            raise RuntimeError(f"--part: there is no {name} {number} among {count}")
+    (column, row), (columns, rows) = part, parts
+    return (column - 1) / columns, (row - 1) / rows, column / columns, row / rows
+
+
 def make_parser(scene: Any) -> argparse.ArgumentParser:
     """Return the parser; its settings, their ranges and their words are the panel's own."""
     parser = argparse.ArgumentParser(
@@ -65,20 +94,34 @@ def make_parser(scene: Any) -> argparse.ArgumentParser:
         epilog="Exit code: 0 if all files are written and whole, 1 otherwise.",
     )
     add = parser.add_argument
-    add("--frame", type=parse_frames, help="5, 1..10 or 1..3,7; the file's current frame if left")
+    add("--frame", type=parse_frames, help="5, 1..10, 1-10 or 1..3,7; otherwise the file's own")
     add("--output", help="path of the pictures; // is the file's folder, #### the frame")
     formats = scene.render.image_settings.bl_rna.properties["file_format"].enum_items.keys()
     add("--format", choices=formats, metavar="FORMAT", help="as in Blender: " + ", ".join(formats))
     add("--depth", choices=("8", "10", "12", "16", "32"), help="bits a channel, if FORMAT has them")
-    add("--border", type=parse_border, metavar="L,B,R,T", help="render this part, 0 to 1, alone")
+    border = parser.add_mutually_exclusive_group()
+    border.add_argument(
+        "--border", type=parse_border, metavar="L,B,R,T", help="render this part, 0 to 1, alone"
+    )
+    border.add_argument(
+        "--part",
+        type=terminal.parse_pair,
+        metavar="COLUMN,ROW",
+        help="render this part of --parts alone, from 1,1 at the left and the bottom; "
+        "adaptive_join joins them",
+    )
+    add("--parts", type=terminal.parse_pair, metavar="COLUMNS,ROWS", default=(1, 1))
     add(
         "--strict",
-        action="store_true",
+        action=argparse.BooleanOptionalAction,
+        default=False,
         help="stop with exit code 1, before a frame is rendered, if objects are missing from it; "
         "each is named. Otherwise they are listed, and the frame is rendered without them",
     )
     add("--crop", action="store_true", help="write the part alone, not the whole picture around it")
-    group = parser.add_argument_group("settings, in place of the file's own")
+    group = parser.add_argument_group(
+        "settings, in place of the file's own; a number that is empty, as in --tolerance=, is not"
+    )
     for prop in settings_properties(scene):
         group.add_argument(
             f"--{prop.identifier.replace('_', '-')}",
@@ -112,6 +155,8 @@ def _within(prop: Any, kind: Callable[[str], Any]) -> Callable[[str], Any]:
     """Return what reads a number; Blender itself would silently cut it to the range."""
 
     def number(text: str) -> Any:
+        if not text:  # a job's parameter that was left empty
+            return None
         value = kind(text)
         if not prop.hard_min <= value <= prop.hard_max:
             raise argparse.ArgumentTypeError(f"{text} is not in {prop.hard_min}..{prop.hard_max}")
@@ -130,7 +175,14 @@ def _format_values(settings: Any, options: argparse.Namespace) -> dict[str, str]
     depth = options.depth
     if depth is None and name.startswith("OPEN_EXR") and settings.color_depth == "32":
         depth = "32"  # which Blender 5 forgets on the way from one kind to another
-    return values if depth is None else {**values, "color_depth": depth}
+    if depth is not None:
+        values["color_depth"] = depth
+    if options.part is not None:
+        if name not in JOINABLE:
+            raise RuntimeError(f"--part: the format {name} cannot be joined: choose OPEN_EXR")
+        if settings.exr_codec not in CODECS:
+            values["exr_codec"] = "ZIP"
+    return values
 
 
 def render_frames(scene: Any, options: argparse.Namespace) -> None:
@@ -151,15 +203,18 @@ def render_frames(scene: Any, options: argparse.Namespace) -> None:
     if options.output is not None:
         within = options.output.startswith("//")
         asked["filepath"] = options.output if within else os.path.abspath(options.output)
-    if options.border is not None:
+    border = options.border
+    if options.part is not None:
+        border = border_of(options.part, options.parts)
+    if border is not None:
         sides = ("border_min_x", "border_min_y", "border_max_x", "border_max_y")
-        asked.update(zip(sides, options.border, strict=True))
+        asked.update(zip(sides, border, strict=True))
         asked.update(use_border=True, use_crop_to_border=options.crop)
     with ExitStack() as stack:
         stack.enter_context(changed(scene.adaptive_drt, **chosen))
         method = scene.adaptive_drt.method
         for name in idle_settings(chosen, method):
-            _say(f"--{name.replace('_', '-')} does nothing with the method {method}")
+            terminal.warn(NAME, f"--{name.replace('_', '-')} does nothing with the method {method}")
         stack.enter_context(changed(render, **asked))
         settings = render.image_settings
         stack.enter_context(changed(settings, **_format_values(settings, options)))
@@ -194,7 +249,7 @@ def _render_range(scene: Any) -> None:
     # then Blender leaves out what is there already
     is_there = all(stamp.changed is not None for stamp in before)
     if is_there and not (render.use_overwrite or is_movie):
-        _say(f'frame {first}: "{paths[0]}" is there already, and Overwrite is off')
+        terminal.warn(NAME, f'frame {first}: "{paths[0]}" is there already, and Overwrite is off')
         return
     if "FINISHED" not in bpy.ops.render.render(animation=True, scene=scene.name):
         raise RuntimeError(f"frame {first}: cancelled")
@@ -216,13 +271,11 @@ class _Terminal:
         now = (scene.frame_current, int(job.factor / STEP))
         if now != self._last:
             self._last = now
-            sys.stdout.write(f"{NAME}: frame {now[0]}: {job.text}\n")
-            sys.stdout.flush()
+            terminal.tell(NAME, f"frame {now[0]}: {job.text}")
 
     def wrote(self, scene: Any, *_: Any) -> None:
         for path in paths_of(scene, scene.frame_current):
-            sys.stdout.write(f"{NAME}: frame {scene.frame_current}: {path}\n")
-        sys.stdout.flush()
+            terminal.tell(NAME, f"frame {scene.frame_current}: {path}")
 
 
 def run(arguments: list[str]) -> int:
@@ -234,32 +287,22 @@ def run(arguments: list[str]) -> int:
     except SystemExit as end:
         return int(bool(end.code))
     if not bpy.data.filepath:
-        return _fail(f"no file is open: blender -b SCENE.blend -c {NAME}")
-    terminal = _Terminal()
+        return terminal.fail(NAME, f"no file is open: blender -b SCENE.blend -c {NAME}")
+    progress = _Terminal()
     written = bpy.app.handlers.render_write
-    state.watch, state.is_strict = terminal, options.strict
-    written.append(terminal.wrote)
+    state.watch, state.is_strict = progress, options.strict
+    written.append(progress.wrote)
     try:
         render_frames(scene, options)
     # Blender's word for a depth that a format does not have is TypeError
     except (RuntimeError, TypeError) as error:
-        return _fail(str(error).strip().removeprefix("Error: "))
+        return terminal.fail(NAME, str(error).strip().removeprefix("Error: "))
     finally:
         state.watch, state.is_strict = None, False
         # a file that is loaded meanwhile empties the list
-        if terminal.wrote in written:
-            written.remove(terminal.wrote)
+        if progress.wrote in written:
+            written.remove(progress.wrote)
     return 0
-
-
-def _fail(reason: str) -> int:
-    _say(reason)
-    return 1
-
-
-def _say(what: str) -> None:
-    sys.stderr.write(f"{NAME}: {what}\n")
-    sys.stderr.flush()
 
 
 _handles: list[Any] = []

@@ -22,6 +22,7 @@ from ..adaptive_drt.scene.film import PASSES, Film, Pass
 from ..adaptive_drt.scene.settings import SettingsError
 from . import report
 from .engine_export import ENGINE, export, pending
+from .figures import REGION
 from .job import Job
 from .state import issues_key, state
 from .temporary import RENDER_RESULT
@@ -169,7 +170,8 @@ class _Picture:
         assert film is not None
         for one in PASSES:
             self._fill(film, one.name, job.pixels(one.name))
-        figures = json.dumps({k: v for k, v in film.stats.items() if k != "issues"})
+        kept = {k: v for k, v in film.stats.items() if k != "issues"}
+        figures = json.dumps({**kept, REGION: job.region})
         # the whole result: what is said of a part is lost when it is merged
         self._engine.get_result().stamp_data_add_field(f"adaptive_drt.{self._layer}", figures)
 

@@ -14,6 +14,9 @@ from ..adaptive_drt.scene.settings import Settings
 KEY = "adaptive_drt"
 """Custom property of the mask image that holds the figures as JSON."""
 
+REGION = "region"
+"""The figure in a written file's header that says which pixels were rendered."""
+
 
 def fingerprint(scene: Scene, settings: Settings) -> str:
     """Return what two renders share that differ in nothing but their distribution."""

@@ -76,6 +76,11 @@ class Job:
         self._wanted = threading.Event()
         self._memory: NDArray[np.float32] | None = None
 
+    @property
+    def region(self) -> tuple[int, int, int, int]:
+        """Pixels of the picture (left, bottom, right, top) that are rendered."""
+        return self._scene.camera.region
+
     def start(self) -> None:
         self._thread.start()
 

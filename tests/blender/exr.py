@@ -24,6 +24,22 @@ def read_header(path):
     return OpenEXR.File(str(path), separate_channels=True).parts[0].header
 
 
+def assert_same_bits(path, other, but=()):
+    """Both files hold the same passes, and every value is the same to the last bit.
+
+    but : names of passes whose values may differ.
+    """
+    first, second = read_exr(path), read_exr(other)
+    assert first.keys() == second.keys()
+    for name, channels in first.items():
+        assert channels.keys() == second[name].keys(), name
+        if name in but:
+            continue
+        for letter, pixels in channels.items():
+            assert pixels.dtype == second[name][letter].dtype, f"{name}.{letter}"
+            assert pixels.tobytes() == second[name][letter].tobytes(), f"{name}.{letter}"
+
+
 def flat(channels, order):
     """One pass as `Film.pixels` has it: flat, its channels in the order given."""
     return np.stack([channels[letter] for letter in order], axis=-1).reshape(-1)

@@ -101,6 +101,7 @@ def test_border(saved, run, tmp_path):
     [
         ("--frame 3..1", "3..1 runs backwards"),
         ("--frame x", "'x' is not like 5, 1..10 or 1..3,7"),
+        ("--frame=-3", "'-3' is not like 5, 1..10 or 1..3,7"),
         ("--light-rays 0", "0 is not in 1..1048576"),
         ("--tolerance 0", "0 is not in"),
         ("--tolerance nan", "nan is not in"),

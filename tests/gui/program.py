@@ -39,15 +39,19 @@ class Program:
     def profile(self) -> Path:
         return self.folder / "profile"
 
+    def words(self, command: str = "blender", profile: Path | None = None) -> list[str]:
+        """Return the words that start Blender, or another command, with its profile or another."""
+        resources = self.inside(profile or self.profile)
+        variables = {"BLENDER_USER_RESOURCES": resources, **self.variables}
+        settings = [f"{name}={value}" for name, value in variables.items()]
+        program = os.environ.get("ADAPTIVE_DRT_BLENDER", "blender")
+        return [*self.prefix, "env", *settings, program if command == "blender" else command]
+
     def run(self, *arguments: str | Path, command: str = "blender") -> subprocess.CompletedProcess:
         """Run Blender to its end; paths in the folder are given as the program knows them."""
         said = [self.inside(a) if isinstance(a, Path) else a for a in arguments]
-        variables = {"BLENDER_USER_RESOURCES": self.inside(self.profile), **self.variables}
-        settings = [f"{name}={value}" for name, value in variables.items()]
-        program = os.environ.get("ADAPTIVE_DRT_BLENDER", "blender")
-        words = [*self.prefix, "env", *settings, program if command == "blender" else command]
         return subprocess.run(
-            [*words, *said],
+            [*self.words(command), *said],
             stdin=subprocess.DEVNULL,
             capture_output=True,
             text=True,

@@ -1,27 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What separate processes render joins to the last bit; the commands are those of docs/flamenco.md.
+"""What separate processes render joins to the last bit; the commands are those of docs/farms.md.
 
 Flamenco's own job types call `blender -b -y FILE --render-output … --render-frame 1..10`.
 """
 
 from __future__ import annotations
 
-import shutil
-
-import numpy as np
 import pytest
-from program import ROOT
 
 exr = pytest.importorskip("exr", reason="OpenEXR is not installed")
 pytestmark = pytest.mark.slow
 
-
-def _assert_equal(path, other):
-    first, second = exr.read_exr(path), exr.read_exr(other)
-    assert first.keys() == second.keys()
-    for name, channels in first.items():
-        for letter, pixels in channels.items():
-            np.testing.assert_array_equal(pixels, second[name][letter], err_msg=name)
+WORK = {"farm_EXACT": ("ViewLayer.Sample Count",), "farm_RAYS": ()}
+"""Passes that tell of the work, by file: beside a cut it is not that of the whole picture."""
 
 
 @pytest.fixture(scope="module", params=["EXACT", "RAYS"])
@@ -50,25 +41,21 @@ def test_frames(installed, farm, together):
             *("--render-format", "OPEN_EXR_MULTILAYER", "--render-frame", frame),
         )
         assert told.returncode == 0, told
-        _assert_equal(together / f"apart_0000{frame}.exr", together / f"0000{frame}.exr")
+        exr.assert_same_bits(together / f"apart_0000{frame}.exr", together / f"0000{frame}.exr")
 
 
 def test_parts(installed, farm, together):
-    """Halves, by processes of different numbers of threads, joined by Blender."""
-    join = together / "join.py"
-    shutil.copy(ROOT / "scripts" / "join.py", join)
-    parts = []
-    for index, (border, threads) in enumerate((("0,0,0.4,1", "1"), ("0.4,0,1,1", "2"))):
-        parts.append(together / f"part{index}_0012.exr")
+    """Halves, by processes of different numbers of threads, joined with all passes."""
+    for column, threads in ("1", "1"), ("2", "2"):
         told = installed.run(
-            *("-b", "-y", farm, "-c", "adaptive_render", "--frame", "12"),
-            *("--border", border, "--threads", threads, "--format", "OPEN_EXR"),
-            *("--output", together / f"part{index}_####"),
+            *("-b", "-y", farm, "-c", "adaptive_render", "--frame", "12", "--parts", "2,1"),
+            *("--part", f"{column},1", "--threads", threads, "--format", "OPEN_EXR_MULTILAYER"),
+            *("--output", together / f"part_####_{column}_1"),
         )
         assert told.returncode == 0, told
-    told = installed.run("-b", "-P", join, "--", together / "joined.exr", *parts)
+    told = installed.run(
+        *("-b", "-c", "adaptive_join", "--frame", "12", "--parts", "2,1"),
+        *("--output", together / "joined_####.exr", together / "part_####_{column}_{row}.exr"),
+    )
     assert told.returncode == 0, told
-    joined = next(iter(exr.read_exr(together / "joined.exr").values()))
-    whole = exr.read_exr(together / "000012.exr")["ViewLayer.Combined"]
-    for letter in "RGBA":
-        np.testing.assert_array_equal(joined[letter], whole[letter])
+    exr.assert_same_bits(together / "joined_0012.exr", together / "000012.exr", WORK[farm.stem])
