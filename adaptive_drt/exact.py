@@ -288,7 +288,7 @@ class ExactRender:
     def _sample_cut_pixels(self, frame: Frame) -> Steps:
         """Sample the pixels that edges cut by lines across them, where that is possible."""
         rows = frame.unsettled_sampled(self.goal)
-        rows = rows[frame.cut[rows]]
+        rows = rows[frame.cut[rows] & self.plan.shapes.sampled.any()]
         tasks = frame.sampling_tasks(rows, self.goal, self.work.pixels_per_call(rows.size))
         outcomes = self.work.run(sample_cut_pixels, tasks, "cut pixels")
         return self._enter_outcomes(outcomes, partial(frame.enter_cut, self.goal), rows.size)
@@ -298,7 +298,9 @@ class ExactRender:
         if frame.centers is None:
             return
         clock = StageTimer()
-        for side in (*SHADOW_SIDES, 1):
+        # small blocks of spheres hardly ever succeed, and their nodes take more rays than pixels do
+        sides = (*SHADOW_SIDES, 1) if self.plan.traced is None else SHADOW_SIDES[:-1]
+        for side in sides:
             blocks: ShadowBlocks | ShadowStencil = (
                 ShadowStencil(frame, self.goal)
                 if side == 1

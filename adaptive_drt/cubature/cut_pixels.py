@@ -189,10 +189,10 @@ class _CutPixels:
             color[:, hit] = glow
         row, share = pixel[hit], weight[hit]
         first = np.arange(pixel.size) - np.searchsorted(pixel, np.arange(n))[pixel]
-        numbers = self.index[row], first[hit] * LIGHT_RAYS
+        numbers = self.index[row], first[hit]
         unseen = np.zeros(n)
         for number in range(len(plan.lights)):
-            sampler = LightSampler(plan, occluders, number, LIGHT_RAYS)
+            sampler = LightSampler(plan, occluders, number, LIGHT_RAYS, 2)
             found = sampler.sample(hits, row, np.zeros(row.size), numbers)
             part, bright = _ratio_estimates(found.colors, row, share, n)
             color[:, hit] += part

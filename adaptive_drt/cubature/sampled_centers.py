@@ -12,7 +12,7 @@ from ..numerics.arrays import Array, Ints
 from ..parallel.call_progress import progress_range
 from ..shading.center_light import CenterLight, sample_center_light
 from ..tracing.compile import Plan
-from ..tracing.intersect import Pairs, intersect_pairs, surface
+from ..tracing.intersect import intersect_pairs, surface
 from ..tracing.occluder_culling import Occluders
 
 __all__ = ["CenterTask", "SampledCenters", "sample_centers"]
@@ -75,6 +75,8 @@ def _sample_chunk(plan: Plan, occluders: Occluders, task: CenterTask, rows: slic
     shadows = []
     for light in plan.lights:
         shape = plan.as_shadow_caster(light)
-        pairs: Pairs = occluders.find_candidates(shape, hits)
-        shadows.append(classify_light_visibility(plan, hits, shape, pairs))
-    return sample_center_light(plan, hits, task.index[rows], shadows, CENTER_RAYS, task.limit[rows])
+        pairs = occluders.find_ray_candidates(shape, hits)
+        shadows.append(classify_light_visibility(plan, hits, shape, pairs, 0.0, plan.traced))
+    return sample_center_light(
+        plan, hits, task.index[rows], shadows, CENTER_RAYS, task.limit[rows], occluders.tracer
+    )

@@ -29,6 +29,7 @@ from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.floats import TINY
 from ..numerics.gather import columns
 from ..numerics.low_discrepancy import hashed_sequence_points
+from ..numerics.sobol_points import net_points
 from ..numerics.vector import cross, dot, rms
 from ..numerics.vector import total as sum_rows
 from ..parallel.call_progress import progress_range, report_progress
@@ -57,6 +58,9 @@ FIRST_POINTS, LAST_POINTS = BATCHES, 16_384
 LIGHT_RAYS = 8
 """Number of rays from each point to each light that may be hidden in part. A point costs as much as
 some ten rays."""
+NET_RAYS = 4
+"""The same where spheres are traced as one set (`Plan.traced`): a point then costs as much as some
+three rays. Their points are those of one net with the places in the pixel."""
 POINTS_PER_CHUNK = 1 << 14
 """Number of points in one batch of work; it bounds memory."""
 UNSEEN_AREA = 0.3
@@ -224,7 +228,11 @@ class _Points:
         cls, plan: Plan, task: SamplingTask, rows: Ints, moving: bool, span: tuple[int, int]
     ) -> _Points:
         axes, index = 2 * plan.edges + moving, task.index[rows]
-        spots = hashed_sequence_points(plan.settings.seed, index, CAMERA_STREAM, span, max(axes, 1))
+        seed, stream = plan.settings.seed, CAMERA_STREAM
+        if plan.traced is None:
+            spots = hashed_sequence_points(seed, index, stream, span, max(axes, 1))
+        else:
+            spots = net_points(seed, index, stream, np.arange(*span), tuple(range(axes)))
         offset = spots[:axes] - 0.5
         zero = np.zeros((rows.size, span[1] - span[0]))
         across = offset[:2] if plan.edges else (zero, zero)
@@ -235,7 +243,7 @@ class _Points:
 
     def sums(self, plan: Plan, occluders: Occluders, pairs: Pairs) -> _Sums:
         """Trace and shade the points. pairs : candidates of the pixels, sorted by pixel."""
-        depth, item = self._nearest(plan, pairs)
+        depth, item = self._nearest(plan, occluders, pairs)
         row, point = np.nonzero(item >= 0)
         hits = self._surface(plan, depth, item, row, point)
         shape = item.shape
@@ -251,23 +259,23 @@ class _Points:
             plain[:3, row, point] = glow
         closed, total, visible = np.zeros((3, len(plan.lights), 3, *shape))
         rays = np.zeros((len(plan.lights), shape[0]))
+        light_rays = LIGHT_RAYS if plan.traced is None else NET_RAYS
         time = self.time[row, point]
         for number in range(len(plan.lights)):
-            sampler = LightSampler(plan, occluders, number, LIGHT_RAYS)
-            found = sampler.sample(hits, row, time, self._light_numbers(row, point))
+            sampler = LightSampler(plan, occluders, number, light_rays, len(self.offset))
+            found = sampler.sample(hits, row, time, (self.index[row], self.first + point))
             for values, part in zip((closed, total, visible), found.colors, strict=True):
                 values[number][:, row, point] = part
-            rays[number] = np.bincount(row[found.sampled], minlength=shape[0]) * LIGHT_RAYS
+            rays[number] = np.bincount(row[found.sampled], minlength=shape[0]) * light_rays
         same = np.where((item == item[:, :1]).all(axis=1), item[:, 0] + 1, MIXED)
         return _Sums.make(self.offset, plain, (closed, total, visible), rays, same)
 
-    def _light_numbers(self, row: Ints, point: Ints) -> tuple[Ints, Ints]:
-        """The pixel's number of each hit, and the number of its first ray to a light."""
-        return self.index[row], (self.first + point) * LIGHT_RAYS
-
-    def _nearest(self, plan: Plan, pairs: Pairs) -> tuple[Array, Ints]:
+    def _nearest(self, plan: Plan, occluders: Occluders, pairs: Pairs) -> tuple[Array, Ints]:
         """Nearest hits (n, k): ray parameters and objects, inf and -1 where nothing is hit."""
         depth, item = np.full(self.time.shape, np.inf), np.full(self.time.shape, -1)
+        if occluders.tracer is not None and plan.seen is None:
+            depth, item = occluders.tracer.nearest(self.w)
+            pairs = pairs.take(~occluders.tracer.traced[pairs.item])
         for rows, ids in batches_by_rank(self.index.size, pairs):
             t = intersect_pairs(plan, columns(self.w, rows), ids, self.time[rows])
             before, which = depth[rows], item[rows]

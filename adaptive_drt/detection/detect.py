@@ -22,6 +22,7 @@ from ..parallel.call_progress import iterate_with_progress, progress_range
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs, Surface, curvature, intersect_pairs, nearest_hits, surface
 from ..tracing.occluder_culling import Occluders
+from ..tracing.ray_costs import rays_cost_less
 from .edges import EdgeTest, detect_edges
 from .moving_shadows import light_changes, patch_light_changes
 from .moving_silhouettes import detect_moving_silhouettes, moves_under_fixed_ray
@@ -93,6 +94,7 @@ class DetectionFlags:
         through the pixel during the shutter.
     visible_candidates : pairs of such pixels and objects that may be seen in them, sorted by
         object.
+    by_rays : (n,) whether sampling the pixel costs less than light in closed form.
     """
 
     mask: Mask
@@ -100,6 +102,7 @@ class DetectionFlags:
     candidates: tuple[Pairs, ...]
     silhouette: Mask
     visible_candidates: Pairs
+    by_rays: Mask
 
 
 def trace_center_rays(plan: Plan, x: Array, y: Array, pairs: Pairs) -> CenterRays:
@@ -131,7 +134,8 @@ def flag_everywhere(plan: Plan, center: CenterRays) -> DetectionFlags:
     mask[1] = plan.motion
     mask[2] = plan.edges
     nothing = np.zeros(0, dtype=np.int64)
-    return DetectionFlags(mask, (), (), np.zeros(count, dtype=np.bool_), Pairs(nothing, nothing))
+    no = np.zeros(count, dtype=np.bool_)
+    return DetectionFlags(mask, (), (), no, Pairs(nothing, nothing), no)
 
 
 def detect(
@@ -149,13 +153,15 @@ def detect(
     test, outlines = found.test, found.silhouette
     mask = np.zeros((3, outlines.size), dtype=np.bool_)
     mask[1], mask[2] = found.motion, found.edge
-    shadows, candidates = _detect_light(plan, occluders, center, test, mask, clock)
+    by_rays = _prefer_rays(plan, occluders, center, outlines)
+    shadows, candidates = _detect_light(plan, occluders, center, test, by_rays, mask, clock)
     if test is not None and plan.motion:
         mask[1] |= _light_changes_at_silhouettes(plan, occluders, center, test, mask)
         clock("detect moving shadows")
     return DetectionFlags(
-        mask, shadows, candidates, outlines, _visible_candidates(plan, pairs, test, outlines)
-    )
+        mask, shadows, candidates, outlines, _visible_candidates(plan, pairs, test, outlines),
+        by_rays,
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -257,6 +263,8 @@ def detect_smooth_blocks(
     found = _find_silhouettes(plan, center, clock, blocks=True)
     assert found.test is not None
     clear = ~found.silhouette & ~found.motion
+    # their pixels are sampled
+    clear &= ~_prefer_rays(plan, occluders, center, np.zeros_like(clear))
     rows = clear[center.rows].nonzero()[0]
     hits = center.hits.take(rows)
     reach = np.minimum(*_reach_bounds(plan, center, found.test))[rows]
@@ -313,6 +321,7 @@ def _detect_light(
     occluders: Occluders,
     center: CenterRays,
     test: EdgeTest | None,
+    by_rays: Mask,
     mask: Mask,
     clock: StageCallback,
 ) -> tuple[tuple[LightVisibility, ...], tuple[Pairs, ...]]:
@@ -331,7 +340,7 @@ def _detect_light(
     for light in iterate_with_progress(plan.lights):
         shape = plan.as_shadow_caster(light)
         with progress_range(0.0, CANDIDATES_FOUND):
-            candidates = occluders.find_candidates(shape, hits, reach)
+            candidates = _find_occluders(occluders, shape, hits, reach, by_rays[rows])
         with progress_range(CANDIDATES_FOUND, OCCLUSION_CLASSIFIED):
             shadow = classify_light_visibility(plan, hits, shape, candidates)
         shadows.append(shadow)
@@ -353,6 +362,46 @@ def _detect_light(
             mask[1, rows] |= light_changes(plan, hits, shape, live, reach)
             clock("detect moving shadows")
     return tuple(shadows), tuple(found)
+
+
+def _find_occluders(
+    occluders: Occluders, light: Emitter, hits: Surface, reach: Array, by_rays: Mask
+) -> Pairs:
+    """Candidate occluders of n points; only enough of them to detect what they do where rays
+    follow, under lights that surround the points.
+    """
+    if not light.surrounds or not light.casts_shadow or not by_rays.any():
+        return occluders.find_candidates(light, hits, reach)
+    parts = []
+    for rows, find in (
+        (by_rays.nonzero()[0], occluders.find_few_candidates),
+        ((~by_rays).nonzero()[0], occluders.find_candidates),
+    ):
+        found = find(light, hits.take(rows), reach[rows])
+        parts.append(Pairs(rows[found.pixel], found.item))
+    pixel, item = (
+        np.concatenate([getattr(part, name) for part in parts]) for name in ("pixel", "item")
+    )
+    order = np.argsort(pixel, kind="stable")
+    return Pairs(pixel[order], item[order])
+
+
+def _prefer_rays(plan: Plan, occluders: Occluders, center: CenterRays, silhouette: Mask) -> Mask:
+    """Pixels (n,) in which sampling costs less than light in closed form under skies.
+
+    silhouette : (n,) whether silhouettes may pass through the pixel.
+    """
+    by_rays = np.zeros(silhouette.size, dtype=np.bool_)
+    skies = [light for light in plan.lights if light.surrounds and light.casts_shadow]
+    if occluders.tracer is None or not skies:
+        return by_rays
+    # where the centre hits nothing, half of the spheres count
+    number = np.full(silhouette.size, 0.5 * occluders.tracer.items.size)
+    number[center.rows] = occluders.count_above_horizons(center.hits)
+    seen = silhouette.copy()
+    seen[center.rows] = True
+    by_rays = seen & rays_cost_less(number, silhouette, plan.settings.tolerance)
+    return by_rays
 
 
 def _reach_bounds(plan: Plan, center: CenterRays, test: EdgeTest) -> tuple[Array, Array]:

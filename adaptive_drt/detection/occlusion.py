@@ -48,7 +48,12 @@ class LightVisibility:
 
 
 def classify_light_visibility(
-    plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, time: Array | float = 0.0
+    plan: Plan,
+    surface: Surface,
+    light: Emitter,
+    pairs: Pairs,
+    time: Array | float = 0.0,
+    unknown: Mask | None = None,
 ) -> LightVisibility:
     """Classify the visibility of a light from n points.
 
@@ -56,11 +61,12 @@ def classify_light_visibility(
     ----------
     light : as it casts shadows (`Plan.as_shadow_caster`).  pairs : candidate occluders.
     time : shutter times of the points, a number or (n,).
+    unknown : as that of `classify_occluders`.
     """
     dark, horizon = classify_horizon(light, light.to_center(surface.point, time), surface)
     live = pairs.take(~dark[pairs.pixel])
     when = time[live.pixel] if isinstance(time, np.ndarray) else time
-    none, full = classify_occluders(plan, surface, light, live, when)
+    none, full = classify_occluders(plan, surface, light, live, when, unknown)
     blocked = np.zeros(dark.size, dtype=np.bool_)
     blocked[live.pixel[full]] = True
     kept = live.take(~none & ~blocked[live.pixel])
@@ -91,7 +97,12 @@ def classify_horizon(
 
 
 def classify_occluders(
-    plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, time: Array | float
+    plan: Plan,
+    surface: Surface,
+    light: Emitter,
+    pairs: Pairs,
+    time: Array | float,
+    unknown: Mask | None = None,
 ) -> tuple[Mask, Mask]:
     """Whether each occluder certainly hides nothing of the light, or certainly all of it.
 
@@ -99,6 +110,7 @@ def classify_occluders(
     ----------
     pairs : (m) points and objects.
     time : shutter time of light and occluders, a number or (m,).
+    unknown : (objects,) objects that are not classified, as they stand for others; None for none.
 
     Returns
     -------
@@ -118,4 +130,7 @@ def classify_occluders(
             none[rows], full[rows] = shapes.occlusion(
                 index, light, receivers, when, plan.settings.order
             )
+    if unknown is not None:
+        apart = unknown[pairs.item]
+        none[apart] = full[apart] = False
     return none, full

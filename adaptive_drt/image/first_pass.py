@@ -225,7 +225,7 @@ def _trace_pixels(
     clock("visibility keys")
     item, filled = center.item, None
     if sampled.any():
-        filled = _sample_filled_pixels(plan, (x, y), center, flags, sampled)
+        filled = _sample_filled_pixels(plan, occluders, (x, y), center, flags, sampled)
         candidates = _with_filled_pixels(center, flags, sampled, candidates)
         visibility_key[sampled] = NO_KEY
         item = np.where(sampled, SAMPLED_ITEM, item)
@@ -256,9 +256,11 @@ def _show_backdrop(
 
 
 def _sampled_pixels(plan: Plan, center: CenterRays, flags: DetectionFlags) -> Mask:
-    """Pixels (n,) that may show an object that is sampled, or be shaded by one in part."""
+    """Pixels (n,) that may show an object that is sampled, or be shaded by one in part, or whose
+    light costs less by rays.
+    """
     chosen = plan.shapes.sampled
-    sampled = np.zeros(center.depth.size, dtype=np.bool_)
+    sampled = flags.by_rays.copy()
     if not chosen.any():
         return sampled
     seen = flags.visible_candidates
@@ -271,6 +273,7 @@ def _sampled_pixels(plan: Plan, center: CenterRays, flags: DetectionFlags) -> Ma
 
 def _sample_filled_pixels(
     plan: Plan,
+    occluders: Occluders,
     middle: tuple[Array, Array],
     center: CenterRays,
     flags: DetectionFlags,
@@ -290,7 +293,7 @@ def _sample_filled_pixels(
     shadows = [each.take(filled) for each in flags.visibilities]
     light = sample_center_light(
         plan, center.hits.take(filled), y * plan.resolution[0] + x, shadows,
-        (CENTER_RAYS, CENTER_RAYS),
+        (CENTER_RAYS, CENTER_RAYS), tracer=occluders.tracer,
     )  # fmt: skip
     return FilledPixels(rows, center.item[rows], light)
 

@@ -37,7 +37,12 @@ from ..cubature.sampled_pixels import (
 )
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.axes import TIME
-from ..numerics.error_coefficients import ACHIEVED_ERROR, MOTION_ERROR_SHARE, STILL_ACHIEVED_ERROR
+from ..numerics.error_coefficients import (
+    ACHIEVED_ERROR,
+    BUDGETED_SHARE,
+    MOTION_ERROR_SHARE,
+    STILL_ACHIEVED_ERROR,
+)
 from ..numerics.floats import TINY
 from ..numerics.gather import columns, place
 from ..numerics.vector import rms
@@ -90,6 +95,8 @@ pixel's light is interpolated between centres. Chosen for cost, not fitted."""
 FIRST_RAYS_RATIO = FIRST_POINTS * LIGHT_RAYS / CENTER_RAYS
 """Ratio of the numbers of first rays to a light of pixels that are sampled by several points, and
 at their centres only."""
+SAMPLED_BUDGET = 0.9
+"""Part of the tolerance that the errors of pixels may add up to where rays sample all of them."""
 SAMPLED_END = 0.75
 """Error at which the sampling of a pixel ends on average, as a fraction of its limit: the number of
 points is doubled, and the error then falls to about half."""
@@ -141,7 +148,7 @@ def widened_plan(plan: Plan, region: tuple[int, int, int, int]) -> Plan:
     """Plan for a region extended to whole blocks and a border around them."""
     left, bottom, right, top = region
     width, height = plan.resolution
-    step = SAMPLED_ALIGNMENT if plan.shapes.sampled.any() else REGION_ALIGNMENT
+    step = SAMPLED_ALIGNMENT if plan.may_sample else REGION_ALIGNMENT
     left, bottom = left - left % step, bottom - bottom % step
     right = max(right, min(right + -right % step, width))
     top = max(top, min(top + -top % step, height))
@@ -195,7 +202,7 @@ class Frame:
         (self._spread, self._unseen), self._seen = np.zeros((2, n)), np.full((2, n), UNKNOWN)
         self._agreeing, self._edge_share = np.ones((2, n))
         # light at the centres of sampled pixels that one object fills
-        sampled = plan.shapes.sampled.any()
+        sampled = plan.may_sample
         self.centers = CenterValues(self.width, n) if sampled else None
         # pixels traced by a ray of their own; predicted errors of the first pass are 0 elsewhere
         self.traced = np.zeros(n, dtype=np.bool_)
@@ -389,7 +396,7 @@ class Frame:
             )
             motion = MotionErrors(crowded, self.mask[1, index], hard, left, steps)
         rest = float((done * done).sum()), done.size
-        tolerance = self.plan.settings.tolerance
+        tolerance = self.plan.settings.tolerance * self._budget_raise(rows)
         starred = self._multi_node_errors(index, MIN_GOAL * tolerance * float(np.abs(color).mean()))
         cut = (self._unknown & (self.visibility_key < 0))[index]
         goal = make_goal(tolerance, color, self.error[index], starred, cut, rest, motion)
@@ -398,6 +405,17 @@ class Frame:
         # outlines may show a bright background in a dark picture; the accuracy of regions follows
         # from the contrast
         return replace(goal, contrast=max(goal.contrast, float(rms(self.plan.background))))
+
+    def _budget_raise(self, rows: Mask) -> float:
+        """Factor on the tolerance where rays against a set of spheres sample most of the picture.
+
+        The errors of these pixels are measured by the spread of their rays, so that less has to be
+        held back for what estimates do not see. rows : (height,) mask of the rows used.
+        """
+        if self.plan.traced is None:
+            return 1.0
+        share = float(self.sampled[self.region_pixels(rows)].mean())
+        return 1.0 + share * (SAMPLED_BUDGET / BUDGETED_SHARE - 1.0)
 
     def _multi_node_errors(self, index: Ints, least: float) -> Array:
         """Predicted errors of some pixels under the multi-node rule, where the errors exceed

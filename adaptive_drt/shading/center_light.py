@@ -22,6 +22,7 @@ from ..numerics.low_discrepancy import hashed_kronecker_points
 from ..numerics.vector import rms
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs, Surface
+from ..tracing.sphere_rays import SphereTracer
 from .direct_light import add_emission, diffuse_brdf
 from .line_light import LINE_COUNTS, line_fractions, points_for_lines
 from .ratio_estimator import LightSums, gather_light, ratio_estimate, unoccluded_factor
@@ -63,6 +64,7 @@ def sample_center_light(
     shadows: Sequence[LightVisibility],
     rays: tuple[int, int],
     allowed: Array | None = None,
+    tracer: SphereTracer | None = None,
 ) -> CenterLight:
     """Sample the lights that are visible in part from n points.
 
@@ -73,6 +75,7 @@ def sample_center_light(
     rays : number of rays that each point sends to each light at first, and up to which it is
         doubled.
     allowed : (n,) error, as a radiance, up to which no more rays are sent; None for any.
+    tracer : as that of `blocked_segments`.
     """
     count = pixel.size
     brdf = diffuse_brdf(plan, hits.item)
@@ -91,7 +94,7 @@ def sample_center_light(
             pairs = shadow.pairs.take(factor[shadow.pairs.pixel] > 0.0)
             size = rms(weight) * factor
             most = None if allowed is None else allowed / np.sqrt(len(plan.lights))
-            fractions = _Fractions(plan, hits, pixel, number, pairs)
+            fractions = _Fractions(plan, hits, pixel, number, pairs, tracer)
             fractions.sample(rays, size, most, share, errors)
             spread += (size * errors[0]) ** 2
             unseen += (size * errors[1]) ** 2
@@ -120,6 +123,7 @@ class _Fractions:
     ----------
     plan, hits, pixel : see `sample_center_light`.  number : the light's.
     pairs : pairs of points and occluders, sorted by point.
+    tracer : as that of `blocked_segments`.
     """
 
     plan: Plan
@@ -127,6 +131,7 @@ class _Fractions:
     pixel: Ints
     number: int
     pairs: Pairs
+    tracer: SphereTracer | None
 
     def sample(
         self,
@@ -190,14 +195,14 @@ class _Fractions:
         pairs = self.pairs.for_pixels(rows, self.pixel.size)
         hits, light = self.hits.take(rows), self._light
         if not self.plan.as_shadow_caster(light).extended:
-            return gather_light(self.plan, hits, light, pairs, None, 0.0)
+            return gather_light(self.plan, hits, light, pairs, None, 0.0, tracer=self.tracer)
         start = np.full(rows.size, first)
         spots = hashed_kronecker_points(
             self.plan.settings.seed, self.pixel[rows], LIGHT_STREAM + self.number, start,
             end - first,
         )  # fmt: skip
         times = np.zeros((rows.size, BATCHES))
-        return gather_light(self.plan, hits, light, pairs, spots, times)
+        return gather_light(self.plan, hits, light, pairs, spots, times, tracer=self.tracer)
 
 
 def _mean_and_spread(sums: LightSums) -> tuple[Array, Array]:

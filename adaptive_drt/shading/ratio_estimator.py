@@ -22,6 +22,7 @@ from ..parallel.call_progress import report_progress
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs, Surface
 from ..tracing.shadow_rays import blocked_segments
+from ..tracing.sphere_rays import SphereTracer
 
 __all__ = ["LightSums", "gather_light", "light_points", "ratio_estimate", "unoccluded_factor"]
 
@@ -101,6 +102,7 @@ def gather_light(
     spots: tuple[Array, Array] | None,
     time: Array | float,
     used: NDArray[np.bool_] | None = None,
+    tracer: SphereTracer | None = None,
 ) -> LightSums:
     """Trace shadow rays from n points to a light.
 
@@ -113,6 +115,7 @@ def gather_light(
     without size.
     time : shutter times of the samples, a number (k = 1) or (n, k).
     used : (n, k) samples that count; the sums of the others are 0.
+    tracer : as that of `blocked_segments`.
 
     Returns
     -------
@@ -132,7 +135,8 @@ def gather_light(
         local = Pairs(pairs.pixel[own] - first, pairs.item[own])
         when = time[rows] if isinstance(time, np.ndarray) else time
         where = None if spots is None else (spots[0][rows], spots[1][rows])
-        parts.append(_gather(plan, surface.take(np.arange(count)[rows]), light, local, where, when))
+        part = surface.take(np.arange(count)[rows])
+        parts.append(_gather(plan, part, light, local, where, when, tracer))
     if not parts:
         empty = np.zeros((0, samples))
         return LightSums(empty, empty, empty)
@@ -152,6 +156,7 @@ def _gather(
     pairs: Pairs,
     spots: tuple[Array, Array] | None,
     time: Array | float,
+    tracer: SphereTracer | None,
 ) -> tuple[Array, Array, Array]:
     """Sums of one batch, each of a shape that broadcasts to (n, k)."""
     samples = time.shape[1] if isinstance(time, np.ndarray) else 1
@@ -161,13 +166,13 @@ def _gather(
     if spots is None:
         if to.shape[2] < samples:
             to = np.broadcast_to(to, (3, surface.item.size, samples))
-        free = ~blocked_segments(plan, surface, to, pairs, time)
+        free = ~blocked_segments(plan, surface, to, pairs, time, tracer)
         return closed, closed, closed * free
     rays = spots[0].shape[1] // samples
     spread = np.repeat(to, rays, axis=2) if to.shape[2] > 1 else to
     to, weight = light.sample(spread, point, normal, *spots)
     when = np.repeat(time, rays, axis=1) if isinstance(time, np.ndarray) else time
-    free = ~blocked_segments(plan, surface, to, pairs, when)
+    free = ~blocked_segments(plan, surface, to, pairs, when, tracer)
     shape = (surface.item.size, samples, rays)
     total = weight.reshape(shape).sum(axis=2) / rays
     return closed, total, (weight * free).reshape(shape).sum(axis=2) / rays

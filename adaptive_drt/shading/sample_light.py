@@ -15,6 +15,7 @@ from ..detection.occlusion import classify_occluders
 from ..lights.emitter import Emitter
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.low_discrepancy import hashed_kronecker_points
+from ..numerics.sobol_points import net_points, stratified_copies
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs, Surface
 from ..tracing.occluder_culling import Occluders, find_group_candidates
@@ -52,12 +53,14 @@ class LightSampler:
     ----------
     plan, occluders : the compiled scene.  number : the light's, among those of the plan.
     rays : number of rays from each point.
+    axes : number of axes that the points themselves vary along: those of a net follow them.
     """
 
     plan: Plan
     occluders: Occluders
     number: int
     rays: int
+    axes: int = 2
 
     def sample(
         self, hits: Surface, row: Ints, time: Array, numbers: tuple[Ints, Ints]
@@ -68,8 +71,8 @@ class LightSampler:
         ----------
         hits : the points.  row : (m,) the pixel that each belongs to, ascending.
         time : (m,) shutter times.
-        numbers : for each point its pixel's number in the picture, and the number (m,) of its first
-            ray in the pixel's sequence.
+        numbers : for each point its pixel's number in the picture, and its own (m,) in the pixel's
+            sequence.
         """
         plan, light = self.plan, self.plan.lights[self.number]
         shape = plan.as_shadow_caster(light)
@@ -82,26 +85,39 @@ class LightSampler:
             part = hits.take(some)
             spots = None
             if shape.extended:
-                place = numbers[0][some], numbers[1][some]
-                spots = hashed_kronecker_points(
-                    plan.settings.seed, place[0], LIGHT_STREAM + self.number, place[1], self.rays
-                )
+                spots = self._spots(numbers[0][some], numbers[1][some])
             moment = when[some][:, None] if isinstance(when, np.ndarray) else when
-            sums = gather_light(plan, part, light, pairs, spots, moment)
+            sums = gather_light(
+                plan, part, light, pairs, spots, moment, tracer=self.occluders.tracer
+            )
             every[some], visible[some] = sums.total[:, 0], sums.visible[:, 0]
         weight = diffuse_brdf(plan, hits.item) * light.power[:, None]
         sampled = np.zeros(row.size, dtype=np.bool_)
         sampled[some] = True
         return SampledLight((weight * whole, weight * every, weight * visible), sampled)
 
+    def _spots(self, pixel: Ints, point: Ints) -> tuple[Array, Array]:
+        """Points (m, rays) on the light, two coordinates, for points of pixels: (m,) each."""
+        seed, stream = self.plan.settings.seed, LIGHT_STREAM + self.number
+        if self.plan.traced is None:
+            return hashed_kronecker_points(seed, pixel, stream, point * self.rays, self.rays)
+        axes = (self.axes, self.axes + 1)
+        a, b = stratified_copies(
+            net_points(seed, pixel, stream, point[:, None], axes)[..., 0], self.rays
+        )
+        return a, b
+
     def _occluders(
         self, shape: Emitter, hits: Surface, row: Ints, time: Array | float, whole: Array
     ) -> tuple[Ints, Pairs, Mask]:
         """The points that may be hidden in part, their occluders, and which points are hidden."""
-        pairs = find_group_candidates(self.occluders, shape, hits, row)
+        if self.occluders.tracer is None:
+            pairs = find_group_candidates(self.occluders, shape, hits, row)
+        else:
+            pairs = self.occluders.find_ray_candidates(shape, hits)
         pairs = pairs.take(whole[pairs.pixel] > 0.0)
         moment = time[pairs.pixel] if isinstance(time, np.ndarray) else time
-        none, full = classify_occluders(self.plan, hits, shape, pairs, moment)
+        none, full = classify_occluders(self.plan, hits, shape, pairs, moment, self.plan.traced)
         blocked = np.zeros(row.size, dtype=np.bool_)
         blocked[pairs.pixel[full]] = True
         some, pairs = pairs.take(~none & ~blocked[pairs.pixel]).numbered(row.size)

@@ -28,6 +28,7 @@ from ..parallel.cancellation import RenderCancelled
 from ..scene.description import Motion, Scene, ShapeBatch, ShapeRecord
 from ..scene.settings import Settings
 from ..scene.values import ZERO
+from .sphere_rays import find_traced_spheres
 
 __all__ = ["Plan", "make_plan"]
 
@@ -77,6 +78,8 @@ class Plan:
     emission_profile : how all that depends on the direction to the camera; None where it does not.
     seen : (objects,) bool, whether the camera sees the object; None if it sees all.
     holdout : (objects,) bool, which objects have no coverage, and are black; None if none has.
+    traced : (objects,) bool, the spheres that rays are traced against as one set where light is
+        sampled: see `sphere_rays`; None if there are none.
     stop : set to cancel the render: loops over chunks of work call `raise_if_cancelled` before
         each chunk.
     """
@@ -103,6 +106,7 @@ class Plan:
     emission_profile: AxialProfile | None = None
     seen: NDArray[np.bool_] | None = None
     holdout: NDArray[np.bool_] | None = None
+    traced: NDArray[np.bool_] | None = None
     stop: threading.Event = field(default_factory=threading.Event)
 
     def __getstate__(self) -> dict[str, Any]:
@@ -122,6 +126,11 @@ class Plan:
     def object_count(self) -> int:
         """Number of objects."""
         return self.albedo.shape[1]
+
+    @property
+    def may_sample(self) -> bool:
+        """Whether pixels may be sampled by rays: see `cubature.sampled_pixels`."""
+        return self.traced is not None or bool(self.shapes.sampled.any())
 
     def opacity(self, item: NDArray[np.int64]) -> Array:
         """Coverage (...) where objects are seen, given by number; -1 stands for the background."""
@@ -190,6 +199,10 @@ def make_plan(scene: Scene, settings: Settings) -> Plan:
     light_moves = any(light.displacement is not None for light in lights)
     motion = moving and bool(moves.any() or light_moves)
     skipped += _skipped_effects(settings, motion, sum(counts))
+    complete = tuple(
+        _with_touched_shapes(_with_coplanar_faces(light, table, origin), table)
+        for light in (_with_visibility(light, shapes) for light in lights)
+    )
     return Plan(
         settings=_with_feasible_batches(settings, lights, sum(counts)),
         lens=lens,
@@ -198,10 +211,7 @@ def make_plan(scene: Scene, settings: Settings) -> Plan:
         shapes=table,
         albedo=_colors(shapes),
         is_moving=moves,
-        lights=tuple(
-            _with_touched_shapes(_with_coplanar_faces(light, table, origin), table)
-            for light in (_with_visibility(light, shapes) for light in lights)
-        ),
+        lights=complete,
         backdrop=None if scene.backdrop is None else make_environment_map(scene.backdrop),
         background=np.array(scene.background if scene.backdrop is None else ZERO, dtype=np.float64),
         transparent=scene.transparent,
@@ -215,6 +225,7 @@ def make_plan(scene: Scene, settings: Settings) -> Plan:
         emission=_emissions(shapes),
         seen=_mask(shapes, lambda shape: shape.visibility.camera, True),
         holdout=_mask(shapes, lambda shape: shape.visibility.holdout, False),
+        traced=find_traced_spheres(table, complete, settings),
     )
 
 

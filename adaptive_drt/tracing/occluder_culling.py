@@ -29,6 +29,7 @@ from .compile import Plan
 from .embree import ProxyScene
 from .intersect import Pairs, Surface, cache_sized_chunks, curvature, receivers_of, run_indices
 from .shadowed_occluders import hidden_by_spheres
+from .sphere_rays import SphereTracer
 
 __all__ = ["Occluders", "all_pairs_unculled", "find_group_candidates", "may_shadow"]
 
@@ -68,6 +69,17 @@ FLAGS_PER_PAIR = 64
 all possible pairs, and not by comparisons."""
 
 
+WITNESS_DIRECTIONS = 256
+"""Number of directions of which the farthest spheres are witnesses that a point's sky is hidden."""
+GOLDEN_ANGLE = np.pi * (3.0 - np.sqrt(5.0))
+"""Angle in radians between consecutive directions of a spherical spiral."""
+TOUCH_MARGIN = 1.0 + 2.0**-40
+"""Factor on the distance at which a patch may touch a sphere: far above rounding."""
+COUNTED_SPHERES = 512
+"""Number of spheres in the sample by which those above a horizon are counted; their number is then
+known to some 3 %."""
+
+
 class Occluders:
     """Finds candidate occluders by the bounding spheres of all objects over the shutter."""
 
@@ -83,6 +95,8 @@ class Occluders:
         self._solid[plan.shapes.proxied :] = 0.0
         self._planes = _FacePlanes.make(plan.shapes)
         self._balls = _enclosing_balls(plan.shapes)
+        self.tracer = None if plan.traced is None else SphereTracer(plan.shapes, plan.traced)
+        self._witnesses = self._make_witnesses()
         self._proxies: dict[float, ProxyScene] = {}  # by the inflation of the spheres
         proxied = plan.shapes.proxied
         for light in plan.lights:
@@ -113,9 +127,113 @@ class Occluders:
             return Pairs(none, none)
         reach = np.broadcast_to(np.asarray(reach, dtype=np.float64), (count,))
         sight = _LightView.make(light, surface, reach, curvature(self.plan, surface))
-        pairs = _without_passed(light, self._all_candidates(light, sight))
-        pairs = self._planes.without_redundant_faces(sight, pairs)
+        return self._without_idle(light, sight, self._all_candidates(light, sight))
+
+    def _without_idle(self, light: Emitter, sight: _LightView, pairs: Pairs) -> Pairs:
+        """The pairs without those that hide nothing by what the objects are."""
+        pairs = self._planes.without_redundant_faces(sight, _without_passed(light, pairs))
         return _without_coplanar_faces(light, self._by_enclosing_balls(sight, pairs))
+
+    def find_ray_candidates(self, light: Emitter, surface: Surface) -> Pairs:
+        """Candidates of points whose light rays find: without a tracer, as `find_candidates`.
+
+        With one, a single sphere of each point stands for all that the tracer tests.
+        """
+        count = surface.item.size
+        if self.tracer is None or not count or not light.casts_shadow:
+            return self.find_candidates(light, surface)
+        sight = _LightView.make(light, surface, np.zeros(count), curvature(self.plan, surface))
+        others = self._untraced_candidates(light, sight)
+        spheres = Pairs(np.arange(count), np.full(count, self.tracer.items[0]))
+        return _merge_pairs([spheres, others], count, self.radius.size)
+
+    def _untraced_candidates(self, light: Emitter, sight: _LightView) -> Pairs:
+        """Candidate pairs with objects that the tracer does not test."""
+        assert self.tracer is not None
+        others = (~self.tracer.traced).nonzero()[0]
+        found = _all_pairs(sight.reach.size, others.size)
+        pairs = self._filter_by_point(sight, Pairs(found.pixel, others[found.item]))
+        return self._without_idle(light, sight, pairs)
+
+    def find_few_candidates(self, light: Emitter, surface: Surface, reach: Array) -> Pairs:
+        """Enough candidates, under a light that surrounds n points, to detect what they do there.
+
+        They hold for all surface points within `reach` (n,) metres. Each point that has a
+        candidate among the traced spheres has at least one; and all of those that may touch its
+        patch, and of other objects, are among them.
+        """
+        count = surface.item.size
+        if not count:
+            return self.find_candidates(light, surface, reach)
+        sight = _LightView.make(light, surface, reach, curvature(self.plan, surface))
+        parts = [self._untraced_candidates(light, sight), self._touching(sight)]
+        chosen, known = self._highest_witnesses(sight)
+        parts.append(Pairs(known, chosen))
+        unknown = np.ones(count, dtype=np.bool_)
+        unknown[known] = False
+        rows = unknown.nonzero()[0]
+        if rows.size:
+            rest = self.find_candidates(light, surface.take(rows), reach[rows])
+            parts.append(Pairs(rows[rest.pixel], rest.item))
+        return _merge_pairs(parts, count, self.radius.size)
+
+    def _make_witnesses(self) -> Ints:
+        """The traced spheres (w,) that reach farthest along some of many directions."""
+        if self.tracer is None:
+            return np.zeros(0, dtype=np.int64)
+        number = np.arange(WITNESS_DIRECTIONS) + 0.5
+        z, turn = 1.0 - 2.0 * number / WITNESS_DIRECTIONS, GOLDEN_ANGLE * number
+        aside = np.sqrt(1.0 - z * z)
+        direction = np.array([aside * np.cos(turn), aside * np.sin(turn), z])
+        item = self.tracer.items
+        center, radius = columns(self.center, item), self.radius[item]
+        best = [int((dot(each[:, None], center) + radius).argmax()) for each in direction.T]
+        chosen: Ints = item[np.unique(best)]
+        return chosen
+
+    def _highest_witnesses(self, sight: _LightView) -> tuple[Ints, Ints]:
+        """For points, the witness highest above the horizon, where it is a candidate.
+
+        Returns the objects (m,) and the points (m,), ascending.
+        """
+        chosen, surface = self._witnesses, sight.surface
+        center, radius = columns(self.center, chosen), self.radius[chosen]
+        height = surface.normal.T @ center + radius
+        height[chosen == surface.item[:, None]] = -np.inf
+        item = chosen[height.argmax(axis=1)]
+        found = self._passing(sight, np.arange(item.size), item)
+        return item[found], found
+
+    def _passing(self, sight: _LightView, at: Ints, item: Ints) -> Ints:
+        """Rows of pairs (m,) of points and objects that pass the test of single points."""
+        return _passing_pairs(partial(self._may_occlude, sight), at, item)
+
+    def _touching(self, sight: _LightView) -> Pairs:
+        """Pairs of points and traced spheres that their patches may touch."""
+        assert self.tracer is not None
+        traced = self.tracer.items
+        center, radius = columns(self.center, traced), self.radius[traced]
+
+        def near(middle: Array, span: Array, item: Ints) -> Mask:
+            self.plan.raise_if_cancelled()
+            gap = columns(center, item) - middle
+            wide = TOUCH_MARGIN * (radius[item] + span)
+            close: Mask = dot(gap, gap) <= wide * wide
+            return close
+
+        pairs = _pairs_by_blocks(sight, traced.size, near)
+        return self._filter_by_point(sight, Pairs(pairs.pixel, traced[pairs.item]))
+
+    def count_above_horizons(self, surface: Surface) -> Array:
+        """Number of traced spheres above the horizons of n points, by a sample of them: (n,)."""
+        assert self.tracer is not None
+        item = self.tracer.items
+        step = -(-item.size // COUNTED_SPHERES)
+        center, radius = columns(self.center, item[::step]), self.radius[item[::step]]
+        lowest = dot(surface.normal, surface.point)[:, None] - radius
+        above = surface.normal.T @ center > lowest
+        count: Array = above.sum(axis=1) * float(step)
+        return count
 
     def are_far(self, surface: Surface, pairs: Pairs, distance: Array) -> Mask:
         """Whether occluders (m,) are farther from their points than distances (n,), metres.

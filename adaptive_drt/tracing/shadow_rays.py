@@ -9,6 +9,7 @@ from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.gather import columns
 from .compile import Plan
 from .intersect import Pairs, Surface
+from .sphere_rays import SphereTracer
 
 __all__ = ["batches_by_rank", "blocked_segments"]
 
@@ -33,7 +34,12 @@ def batches_by_rank(count: int, pairs: Pairs) -> list[tuple[Ints, Ints]]:
 
 
 def blocked_segments(
-    plan: Plan, surface: Surface, to: Array, pairs: Pairs, time: Array | float
+    plan: Plan,
+    surface: Surface,
+    to: Array,
+    pairs: Pairs,
+    time: Array | float,
+    tracer: SphereTracer | None = None,
 ) -> Mask:
     """Which segments are intersected by one of the candidate occluders of their point.
 
@@ -42,12 +48,16 @@ def blocked_segments(
     surface : n points.  to : (3, n, k) metres, vectors from the points to points on a light.
     pairs : pairs of points and candidate occluders, sorted by point.
     time : shutter time, a number or (n, k).
+    tracer : traces the spheres of a still scene as one set: a point that has any of them as a
+        candidate is tested against all. None where each pair is tested by itself.
 
     Returns
     -------
     (n, k) bool.
     """
     blocked = np.zeros(to.shape[1:], dtype=np.bool_)
+    if tracer is not None:
+        pairs = _trace_spheres(tracer, surface, to, pairs, blocked)
     smooth = surface.smooth
     for rows, item in batches_by_rank(to.shape[1], pairs):
         for shapes, part, index in plan.shapes.groups(item):
@@ -60,3 +70,17 @@ def blocked_segments(
                 start, way = start + rise, way - rise
             blocked[at] |= shapes.blocks(index[:, None], start, way, when)
     return blocked
+
+
+def _trace_spheres(
+    tracer: SphereTracer, surface: Surface, to: Array, pairs: Pairs, blocked: Mask
+) -> Pairs:
+    """Mark segments (n, k) that spheres block, in place, and return the other pairs."""
+    own = tracer.traced[pairs.item]
+    some = np.zeros(to.shape[1], dtype=np.bool_)
+    some[pairs.pixel[own]] = True
+    at = some.nonzero()[0]
+    if at.size:
+        point, normal = columns(surface.point, at), columns(surface.normal, at)
+        blocked[at] = tracer.blocked(point, normal, columns(to, at))
+    return pairs.take(~own)
