@@ -20,8 +20,12 @@ from ...adaptive_drt.scene.description import (
     Triangles,
     Vector,
 )
+from ...adaptive_drt.scene.mesh_instances import MeshInstances
 from ...adaptive_drt.scene.triangle_mesh import TriangleMesh
 from .shutter import Matrix
+
+MOST_POINTS = 100_000
+"""Number of vertices of all instances of a mesh from which only some are looked at."""
 
 STILL: Vector = (0.0, 0.0, 0.0)
 
@@ -88,6 +92,8 @@ def _reach(camera: Camera, shapes: Sequence[ShapeRecord]) -> tuple[Matrix, Matri
 
 def _count(shape: ShapeRecord) -> int:
     """Return the number of parts of a record: three of a triangle, the vertices of a mesh."""
+    if isinstance(shape, MeshInstances):
+        return len(_instance_points(shape))
     if isinstance(shape, TriangleMesh):
         return shape.vertices.shape[1]
     count = shape.count if isinstance(shape, ShapeBatch) else 1
@@ -98,6 +104,9 @@ def _parts(shape: ShapeRecord) -> tuple[Matrix, Matrix, Matrix]:
     """Return a record's n parts: points (n, 3), two edges from each (n, 2, 3), a radius (n,)."""
     if isinstance(shape, Sphere):
         return np.array([shape.center]), np.zeros((1, 2, 3)), np.array([shape.radius])
+    if isinstance(shape, MeshInstances):
+        points = _instance_points(shape)
+        return points, np.zeros((len(points), 2, 3)), np.zeros(len(points))
     if isinstance(shape, TriangleMesh):
         # its faces are so many that the points between their corners may be left out
         count = shape.vertices.shape[1]
@@ -112,6 +121,16 @@ def _parts(shape: ShapeRecord) -> tuple[Matrix, Matrix, Matrix]:
         return np.concatenate([a, b, c]), np.concatenate(halves), np.zeros(3 * len(a))
     corner, u, v = (np.reshape(x, (3, -1)).T for x in (shape.corner, shape.edge_u, shape.edge_v))
     return corner, np.stack([u, v], axis=1), np.zeros(len(corner))
+
+
+def _instance_points(shape: MeshInstances) -> Matrix:
+    """Return points (n, 3) of instances: some of their vertices, where there are many of both."""
+    matrices = shape.matrices[len(shape.matrices) // 2]
+    vertices = shape.mesh.vertices
+    step = max(1, vertices.shape[1] * matrices.shape[2] // MOST_POINTS)
+    some = vertices[:, ::step]
+    points = matrices.transpose(2, 0, 1)[..., :3] @ some + matrices.transpose(2, 0, 1)[..., 3:]
+    return np.ascontiguousarray(points.transpose(0, 2, 1).reshape(-1, 3))
 
 
 def _way(motion: Motion | None) -> Vector:

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
@@ -123,6 +123,17 @@ def blurs(*things: Any, switch: str = "use_motion_blur") -> bool:
 def matrix_of(thing: Any) -> Matrix:
     """Return a copy of an object's or instance's world matrix, (4, 4) float64."""
     return np.array(thing.matrix_world, dtype=np.float64)
+
+
+def matrices_of(tracks: Sequence[Track]) -> Matrix:
+    """Return matrices (k, 3, 4, n) of tracks: at mid-shutter, and at its ends if one moves."""
+    middle = [track.middle for track in tracks]
+    times = [middle]
+    if any(track.opens is not None and track.closes is not None for track in tracks):
+        opens = [track.middle if track.opens is None else track.opens for track in tracks]
+        closes = [track.middle if track.closes is None else track.closes for track in tracks]
+        times = [opens, middle, closes]
+    return np.ascontiguousarray(np.array(times)[:, :, :3].transpose(0, 2, 3, 1))
 
 
 def path_of(track: Track, point: Vector = (0.0, 0.0, 0.0), shape: Matrix | None = None) -> Path:
