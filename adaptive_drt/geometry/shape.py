@@ -161,12 +161,17 @@ class ShapeSet(ABC):
         return np.full(self.count, MIN_PLANE_COSINE)
 
     @property
-    def moves_under_fixed_ray(self) -> Mask:
-        """Whether the point (n,) that a fixed ray hits may move during the shutter."""
+    def moves(self) -> Mask:
+        """Whether each shape (n,) moves relative to the camera during the shutter."""
         if self.displacement is None:
             return np.zeros(self.count, dtype=np.bool_)
         moves: Mask = self.displacement.any(axis=0)
         return moves
+
+    @property
+    def moves_under_fixed_ray(self) -> Mask:
+        """Whether the point (n,) that a fixed ray hits may move during the shutter."""
+        return self.moves
 
     def implicit_surface(self, index: Ints) -> ImplicitSurface | None:
         """Planes or spheres on which shapes lie at mid-shutter; None for other surfaces."""
@@ -353,12 +358,13 @@ class ShapeSet(ABC):
 
     def edges_on_lines(
         self, index: int, camera: PinholeCamera, x: Ints, y: Ints, count: int
-    ) -> tuple[Ints, Array] | None:
+    ) -> tuple[Ints, Array, Mask] | None:
         """Where edges of one shape's picture cross horizontal lines within pixels.
 
         There are `count` lines in each of the pixels x, y (n,), at heights (j + 0.5) / count.
         Returns the number of the line, pixel * count + j, and the place along it, from 0 to 1, of
-        each crossing; or None where they are not known, as for most shapes.
+        each crossing, and in which pixels (n,) all crossings are known; or None where they are not
+        known at all, as for most shapes.
         """
         return None
 

@@ -127,6 +127,11 @@ class ShapeTable:
         return np.concatenate([each.min_cosine for each in self.sets])
 
     @cached_property
+    def moves(self) -> Mask:
+        """Whether each object (n,) moves relative to the camera during the shutter."""
+        return np.concatenate([each.moves for each in self.sets])
+
+    @cached_property
     def moves_under_fixed_ray(self) -> Mask:
         """Whether the point (n,) of each object that a fixed ray hits may move."""
         return np.concatenate([each.moves_under_fixed_ray for each in self.sets])

@@ -26,6 +26,7 @@ from ..numerics.low_discrepancy import splitmix64
 from ..numerics.vector import dot
 from ..parallel.cancellation import RenderCancelled
 from ..scene.description import Motion, Scene, ShapeBatch, ShapeRecord
+from ..scene.mesh_instances import MeshInstances
 from ..scene.settings import Settings
 from ..scene.values import ZERO
 from .sphere_rays import find_traced_spheres
@@ -185,19 +186,18 @@ def make_plan(scene: Scene, settings: Settings) -> Plan:
     lens = make_pinhole_camera(camera)
     drift = _displacement(camera.motion if moving else None)
     skipped: list[dict[str, str]] = []
-    distinct = _without_duplicates(scene.shapes, skipped)
+    distinct = _without_duplicates(_timed(scene.shapes, moving), skipped)
     records = [[s for s in distinct if kind_of(s) is record] for record, _ in SHAPES]
     shapes = [shape for kind in records for shape in kind]
     counts = [_count(s) for s in shapes]
     displacement = _displacements(shapes, counts, moving, drift)
-    moves = displacement.any(axis=0)
     origin = lens.origin[:, None]
     table = _make_shape_table(records, origin, displacement)
     lights, seen_lights = _make_emitters(scene, moving, lens.origin, drift, skipped)
     penumbra = _has_penumbra(settings, lights, sum(counts), skipped)
     lights = _prepared(lights, settings, table)
     light_moves = any(light.displacement is not None for light in lights)
-    motion = moving and bool(moves.any() or light_moves)
+    motion = moving and bool(table.moves.any() or light_moves)
     skipped += _skipped_effects(settings, motion, sum(counts))
     complete = tuple(
         _with_touched_shapes(_with_coplanar_faces(light, table, origin), table)
@@ -210,7 +210,7 @@ def make_plan(scene: Scene, settings: Settings) -> Plan:
         resolution=camera.resolution,
         shapes=table,
         albedo=_colors(shapes),
-        is_moving=moves,
+        is_moving=table.moves,
         lights=complete,
         backdrop=None if scene.backdrop is None else make_environment_map(scene.backdrop),
         background=np.array(scene.background if scene.backdrop is None else ZERO, dtype=np.float64),
@@ -305,6 +305,13 @@ def _with_visibility(light: Emitter, shapes: Sequence[ShapeRecord]) -> Emitter:
     if unlit is None and through is None:
         return light
     return replace(light, unlit=unlit, passes=through)
+
+
+def _timed(records: Sequence[ShapeRecord], moving: bool) -> Sequence[ShapeRecord]:
+    """The shapes, of which instances are at rest unless motion is wanted."""
+    if moving:
+        return records
+    return [each.at_rest() if isinstance(each, MeshInstances) else each for each in records]
 
 
 def _without_duplicates(

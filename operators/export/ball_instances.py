@@ -18,10 +18,11 @@ from numpy.typing import NDArray
 from ...adaptive_drt.scene.description import Issue, Material, ShapeRecord, Sphere
 from ...adaptive_drt.scene.primitive_recognition import MeshSphere
 from ...adaptive_drt.scene.sphere_batch import Spheres
+from .copies import Copies
 from .deforming import Deforming
 from .instances import key_of
 from .mesh import UNIFORM, shapes_of
-from .shutter import CURVED, TURNED, Matrix, Track, matrices_of
+from .shutter import CURVED, TURNED, Matrix, Track, instance_matrices
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,7 @@ class _Group:
 
     Attributes
     ----------
-    place : index of the first one among all shapes; the batch takes its place.
+    place : index of the first one among all entries; the batch takes its place.
     ball : the shape of the first one.  form : the ball in the mesh's own space.
     moves : whether their motion is rendered.  deforms : whether a change of the mesh is told.
     numbers : of the instances in the depsgraph.
@@ -80,7 +81,7 @@ class BallInstances:
     @cached_property
     def _matrices(self) -> Matrix:
         """World matrices (n, 4, 4) of all instances, in their order."""
-        return matrices_of(self._depsgraph)
+        return instance_matrices(self._depsgraph)
 
     @cached_property
     def _scales(self) -> Matrix:
@@ -104,13 +105,13 @@ class BallInstances:
         return group is not None and self._regular[number] and self._enter(group, number, instance)
 
     def start(
-        self, number: int, instance: Any, shape: ShapeRecord, place: int, form: Any, moves: bool
+        self, number: int, instance: Any, shape: Any, place: int, form: Any, moves: bool
     ) -> None:
         """Let an instance that has been read be the first of a group, if it is a ball.
 
         Parameters
         ----------
-        shape : the instance's only shape.  place : its index among all shapes.
+        shape : the instance's only entry.  place : its index among all entries.
         form : what its mesh stands for.
         moves : whether motion blur is on for it and for its instancer.
         """
@@ -137,7 +138,9 @@ class BallInstances:
         group.numbers.append(number)
         return True
 
-    def finish(self, shapes: list[ShapeRecord], passing: str) -> list[Issue]:
+    def finish(
+        self, entries: list[tuple[ShapeRecord | Copies, frozenset[str]]], passing: str
+    ) -> list[Issue]:
         """Put the batches in the place of the first instances; returns what to tell of them.
 
         passing : what is told of an instance that is not there all the shutter.
@@ -145,7 +148,8 @@ class BallInstances:
         issues: list[Issue] = []
         for group in self._groups.values():
             if len(group.numbers) > 1:
-                shapes[group.place] = self._batch(group, passing, issues)
+                names = entries[group.place][1]
+                entries[group.place] = self._batch(group, passing, issues), names
         return issues
 
     def _batch(self, group: _Group, passing: str, issues: list[Issue]) -> Spheres:

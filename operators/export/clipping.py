@@ -20,9 +20,13 @@ from ...adaptive_drt.scene.description import (
     Triangles,
     Vector,
 )
+from ...adaptive_drt.scene.mesh_instances import MeshInstances
 from ...adaptive_drt.scene.sphere_batch import Spheres
 from ...adaptive_drt.scene.triangle_mesh import TriangleMesh
 from .shutter import Matrix
+
+MOST_POINTS = 100_000
+"""Number of vertices of all instances of a mesh from which only some are looked at."""
 
 STILL: Vector = (0.0, 0.0, 0.0)
 
@@ -91,6 +95,8 @@ def _reach(camera: Camera, shapes: Sequence[ShapeRecord]) -> tuple[Matrix, Matri
 
 def _count(shape: ShapeRecord) -> int:
     """Return the number of parts of a record: three of a triangle, the vertices of a mesh."""
+    if isinstance(shape, MeshInstances):
+        return len(_instance_points(shape))
     if isinstance(shape, TriangleMesh):
         return shape.vertices.shape[1]
     count = shape.count if isinstance(shape, ShapeBatch) else 1
@@ -103,6 +109,9 @@ def _parts(shape: ShapeRecord) -> tuple[Matrix, Matrix, Matrix]:
         return np.array([shape.center]), np.zeros((1, 2, 3)), np.array([shape.radius])
     if isinstance(shape, Spheres):
         return shape.center.T, np.zeros((shape.count, 2, 3)), shape.radius
+    if isinstance(shape, MeshInstances):
+        points = _instance_points(shape)
+        return points, np.zeros((len(points), 2, 3)), np.zeros(len(points))
     if isinstance(shape, TriangleMesh):
         # its faces are so many that the points between their corners may be left out
         count = shape.vertices.shape[1]
@@ -124,6 +133,16 @@ def _ways(shape: ShapeRecord) -> Matrix:
     if isinstance(shape, Spheres) and shape.displacement is not None:
         return shape.displacement.T
     return np.tile(np.array(_way(shape.motion)), (_count(shape), 1))
+
+
+def _instance_points(shape: MeshInstances) -> Matrix:
+    """Return points (n, 3) of instances: some of their vertices, where there are many of both."""
+    matrices = shape.matrices[len(shape.matrices) // 2]
+    vertices = shape.mesh.vertices
+    step = max(1, vertices.shape[1] * matrices.shape[2] // MOST_POINTS)
+    some = vertices[:, ::step]
+    points = matrices.transpose(2, 0, 1)[..., :3] @ some + matrices.transpose(2, 0, 1)[..., 3:]
+    return np.ascontiguousarray(points.transpose(0, 2, 1).reshape(-1, 3))
 
 
 def _way(motion: Motion | None) -> Vector:

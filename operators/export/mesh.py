@@ -169,6 +169,26 @@ def shapes_of(
     return [_sphere(form, scale, track, materials[form.slot], name, issues)]
 
 
+def turns(form: MeshSphere | Facets, track: Track) -> bool:
+    """Whether a mesh that stands for other shapes turns or grows so that it shows."""
+    if track.opens is None or track.closes is None:
+        return False
+    if isinstance(form, MeshSphere):
+        return path_of(_sized_track(track), shape=np.eye(3)).reason is not None
+    flat, cut = form.parallelograms, form.triangles
+    a, b, c = (cut.points[:, each] for each in cut.corners)
+    still = Track(*(_linear(each) for each in (track.middle, track.opens, track.closes)))
+    edges = np.hstack([flat.edge_u, flat.edge_v, b - a, c - a])
+    return path_of(still, shape=edges).reason is not None
+
+
+def _linear(matrix: Matrix) -> Matrix:
+    """Return a matrix without its location."""
+    placed = np.eye(4)
+    placed[:3, :3] = matrix[:3, :3]
+    return placed
+
+
 def uniform_scale(linear: Matrix) -> float | None:
     """Return the one scale of a 3 x 3 matrix that turns, mirrors and scales, or None."""
     metric = linear.T @ linear
@@ -200,11 +220,16 @@ def _sphere(
     path = path_of(track, form.center)
     reason = path.reason
     if track.opens is not None and track.closes is not None:
-        sized = Track(_sized(track.middle), _sized(track.opens), _sized(track.closes))
-        reason = path_of(sized, shape=np.eye(3)).reason or reason
+        reason = path_of(_sized_track(track), shape=np.eye(3)).reason or reason
     if reason:
         issues.append(Issue(name, reason))
     return Sphere(path.position, form.radius * scale, material, path.motion, name)
+
+
+def _sized_track(track: Track) -> Track:
+    """Return a track of the scale alone, which is sampled at the ends of the shutter, too."""
+    assert track.opens is not None and track.closes is not None
+    return Track(_sized(track.middle), _sized(track.opens), _sized(track.closes))
 
 
 def _sized(matrix: Matrix) -> Matrix:

@@ -29,6 +29,7 @@ from .camera import camera_of
 from .checklist import ObjectIssues, instancer_of, scene_issues
 from .clipping import clipped
 from .components import Components, holds_smoke
+from .copies import Copies, placed_shapes
 from .deforming import Deforming, mesh_of, snapshot
 from .exposure import brightened, exposed, exposure_of
 from .instances import key_of, name_of, owner_of
@@ -36,6 +37,7 @@ from .layer_filter import lets_through
 from .light import Lamp, gives_light, is_seen, lamp_of, light_of
 from .material import color_attribute, material_of, slot_material
 from .mesh import (
+    NO_SCALE,
     NOT_FINITE,
     Form,
     Layout,
@@ -43,13 +45,22 @@ from .mesh import (
     layout_of,
     mesh_form,
     shapes_of,
+    turns,
     wears_several,
 )
 from .point_cloud import Cloud, cloud_of, colors_of, placed_points
 from .shading import CUSTOM_BALL, FLAT_FACETS, shading_left_out
-from .shining import shines, shining_lights
-from .shutter import Matrix, Shutter, Track, blurs, matrices_of, matrix_of, shutter_of
-from .triangle_mesh import MeshForm, placed_mesh, triangle_form
+from .shining import LIGHTS_NOTHING, shines, shining_lights
+from .shutter import (
+    Matrix,
+    Shutter,
+    Track,
+    blurs,
+    instance_matrices,
+    matrix_of,
+    shutter_of,
+)
+from .triangle_mesh import MeshForm, triangle_form, vanishes
 from .visibility import LightLinks, linked, links_of, names_of, visibility_of
 from .world import World, world_of
 
@@ -112,6 +123,9 @@ class _Export:
     stretched : balls as meshes, for instances that are no balls.
     members : for each shape, the names by which collections hold its object.
     materials, colored : by their names; what points have colours of their own wear.
+    entries : shapes, and copies of meshes, with those names, in the order of the instances; what
+        they come to are the `shapes`.
+    repeated : copies of what an instancer repeats, by `_repetition_of`.
     links : what each light is linked to, by its name.
     owners : the objects to select, by the names of their instances.
     lit_around : whether the world lights everything from all sides.
@@ -124,6 +138,8 @@ class _Export:
     override: Any | None = None
     shapes: list[ShapeRecord] = field(default_factory=list)
     members: list[frozenset[str]] = field(default_factory=list)
+    entries: list[tuple[ShapeRecord | Copies, frozenset[str]]] = field(default_factory=list)
+    repeated: dict[Hashable, Copies] = field(default_factory=dict)
     links: dict[str, LightLinks] = field(default_factory=dict)
     lights: list[Light] = field(default_factory=list)
     issues: list[Issue] = field(default_factory=list)
@@ -184,8 +200,52 @@ class _Export:
             self.lights += lights
             self.links.update((light.name, links_of(thing)) for light in lights)
             self.tell(name, *((reason,) if reason else ()))
-        self.shapes += shapes
-        self.members += [names] * len(shapes)
+        self.entries += [(shape, names) for shape in shapes]
+
+    def turning_form(self, thing: Any) -> MeshForm:
+        """Return the triangles of a mesh that was read as another form, but turns or grows."""
+        pointer = thing.data.as_pointer()
+        if pointer not in self.stretched:
+            with mesh_of(thing) as mesh:
+                form = triangle_form(mesh)
+            self.stretched[pointer] = replace(self.meshes[pointer], form=form, left_out=())
+        found = self.stretched[pointer].form
+        assert isinstance(found, MeshForm)
+        return found
+
+    def add_copy(
+        self, form: MeshForm, worn: dict[int, Material], track: Track, instance: Any, name: str
+    ) -> None:
+        """Take in a mesh where a track places it."""
+        thing, instancer = instance.object, instancer_of(instance)
+        seen, names = visibility_of(thing, instancer), names_of(thing, instancer)
+        if any(any(each.emission) for each in worn.values()) and gives_light(thing, instancer):
+            self.tell(name, LIGHTS_NOTHING)
+        copies = Copies(form, worn, seen, names, [(track, name)])
+        self.entries.append((copies, names))
+        if (key := _repetition_of(instance)) is not None:
+            self.repeated[key] = copies
+
+    def add_repetition(self, instance: Any) -> bool:
+        """Whether an instance repeats a mesh that has been read, which then has another place."""
+        key = _repetition_of(instance)
+        if key is None or key not in self.repeated:
+            return False
+        copies = self.repeated[key]
+        name = copies.places[0][1]
+        track = self.track(
+            key_of(instance), matrix_of(instance), name, instance.object, instancer_of(instance)
+        )
+        if np.isfinite(track.middle).all():
+            copies.places.append((track, name))
+        else:
+            self.tell(name, NOT_FINITE, missing=True)
+        return True
+
+    def place(self) -> None:
+        """Make the shapes of all entries."""
+        by_names = any(links != LightLinks() for links in self.links.values())
+        self.shapes, self.members = placed_shapes(self.entries, by_names, self.issues)
 
     def motions(self) -> Motions | None:
         """Return what tells how instances move; None without motion blur."""
@@ -319,7 +379,9 @@ def _ends(
 def _matrices(depsgraph: Any, camera: Any) -> dict[Hashable, Matrix]:
     found: dict[Hashable, Matrix] = {
         key_of(instance): matrix
-        for instance, matrix in zip(depsgraph.object_instances, matrices_of(depsgraph), strict=True)
+        for instance, matrix in zip(
+            depsgraph.object_instances, instance_matrices(depsgraph), strict=True
+        )
         if instance.object.type in ("MESH", "LIGHT", "POINTCLOUD")
     }
     found[CAMERA_KEY] = matrix_of(camera.evaluated_get(depsgraph))
@@ -344,7 +406,7 @@ def _gather(depsgraph: Any, gathered: _Export, draws_strokes: bool) -> None:
     balls = BallInstances(depsgraph, gathered.motions())
     # an instance is valid only until the next one, so all of it is copied here
     for number, instance in enumerate(depsgraph.object_instances):
-        if balls.take(number, instance):
+        if balls.take(number, instance) or gathered.add_repetition(instance):
             continue
         thing = instance.object
         name = gathered.called(instance)
@@ -356,18 +418,19 @@ def _gather(depsgraph: Any, gathered: _Export, draws_strokes: bool) -> None:
             objects.read(instance)
             _gather_light(instance, name, gathered)
             continue
-        before = len(gathered.shapes)
+        before = len(gathered.entries)
         if thing.type == "POINTCLOUD":
             _gather_points(instance, name, gathered)
         else:
             _gather_faces(instance, name, gathered)
-        if len(gathered.shapes) > before:  # of what is missing there is no more to tell
+        if len(gathered.entries) > before:  # of what is missing there is no more to tell
             objects.read(instance)
-        if len(gathered.shapes) == before + 1 and thing.type == "MESH":
+        if len(gathered.entries) == before + 1 and thing.type == "MESH":
             known = gathered.meshes[thing.data.as_pointer()]
             moves = gathered.opens is not None and blurs(thing, instancer_of(instance))
-            balls.start(number, instance, gathered.shapes[before], before, known.form, moves)
-    gathered.issues.extend(balls.finish(gathered.shapes, PASSING))
+            balls.start(number, instance, gathered.entries[before][0], before, known.form, moves)
+    gathered.issues.extend(balls.finish(gathered.entries, PASSING))
+    gathered.place()
     gathered.issues.extend(objects)
 
 
@@ -446,12 +509,30 @@ def _gather_faces(instance: Any, name: str, gathered: _Export) -> None:
     if not np.isfinite(track.middle).all():
         gathered.tell(name, NOT_FINITE, missing=True)
         return
-    found: Sequence[ShapeRecord] = (
-        placed_mesh(form, track, worn, name, gathered.issues)
-        if isinstance(form, MeshForm)
-        else shapes_of(form, track, worn, name, gathered.issues)
-    )
+    if not (isinstance(form, MeshForm) or shining) and turns(form, track):
+        form = gathered.turning_form(thing)
+        slots = np.unique(form.slot).tolist()
+        worn = {slot: gathered.material(slot_material(thing, slot)) for slot in slots}
+    if isinstance(form, MeshForm):
+        if vanishes(form, track):
+            gathered.tell(name, NO_SCALE, missing=True)
+        else:
+            gathered.add_copy(form, worn, track, instance, name)
+        return
+    found = shapes_of(form, track, worn, name, gathered.issues)
     gathered.add_shapes(found, instance, name)
+
+
+def _repetition_of(instance: Any) -> Hashable | None:
+    """Return what is equal for all instances of a mesh by one instancer; None for other things."""
+    if not instance.is_instance or instance.parent is None:
+        return None
+    thing = instance.object
+    if thing.type != "MESH":
+        return None
+    parent = instance.parent.original.as_pointer()
+    own = thing.original.as_pointer(), thing.data.as_pointer()
+    return parent, *own, instance.show_self
 
 
 def _read(mesh: Any, gathered: _Export) -> _Known:

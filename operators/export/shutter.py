@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
@@ -125,13 +125,24 @@ def matrix_of(thing: Any) -> Matrix:
     return np.array(thing.matrix_world, dtype=np.float64)
 
 
-def matrices_of(depsgraph: Any) -> Matrix:
+def instance_matrices(depsgraph: Any) -> Matrix:
     """Return the world matrices (n, 4, 4) of all instances, in the order of the depsgraph."""
     instances = depsgraph.object_instances
     flat = np.empty((len(instances), 16), dtype=np.float32)
     instances.foreach_get("matrix_world", flat.ravel())
     # Blender's matrices are stored column after column
     return flat.reshape(-1, 4, 4).transpose(0, 2, 1).astype(np.float64)
+
+
+def matrices_of(tracks: Sequence[Track]) -> Matrix:
+    """Return matrices (k, 3, 4, n) of tracks: at mid-shutter, and at its ends if one moves."""
+    middle = [track.middle for track in tracks]
+    times = [middle]
+    if any(track.opens is not None and track.closes is not None for track in tracks):
+        opens = [track.middle if track.opens is None else track.opens for track in tracks]
+        closes = [track.middle if track.closes is None else track.closes for track in tracks]
+        times = [opens, middle, closes]
+    return np.ascontiguousarray(np.array(times)[:, :, :3].transpose(0, 2, 3, 1))
 
 
 def path_of(track: Track, point: Vector = (0.0, 0.0, 0.0), shape: Matrix | None = None) -> Path:

@@ -134,6 +134,25 @@ def test_objects_are_read_once_however_often_they_are_instanced(export, addon, m
     assert count[0] <= before
 
 
+def test_many_instances_share_a_mesh(export):
+    bpy.ops.mesh.primitive_monkey_add()
+    head = bpy.context.object
+    field = things.plane("Field", segments=9)
+    things.scatter(field, head)
+    head.hide_render = True
+    scene = export()
+    (record,) = (shape for shape in scene.shapes if type(shape).__name__ == "MeshInstances")
+    assert record.name == "Field/Suzanne" and record.instances >= 100 and scene.issues == ()
+    assert record.mesh.faces.shape[1] == 968
+    scene = bpy.context.scene
+    scene.render.use_motion_blur = True
+    things.keyed(field, "rotation_euler", (0.0, 0.0, 0.0), (0.0, 0.0, 3.0))
+    scene.frame_set(5)
+    moving = export()
+    (turning,) = (s for s in moving.shapes if getattr(s, "mesh", None) and s.instances >= 100)
+    assert turning.matrices.shape == (3, 3, 4, record.instances) and moving.issues == ()
+
+
 def test_a_light_without_diffuse_rays_gives_no_light(export):
     lamp = things.light("POINT", "Lamp")
     assert len(export().lights) == 1

@@ -308,6 +308,65 @@ def test_meshes_are_placed_turned_and_mirrored(export):
     np.testing.assert_allclose(np.linalg.norm(mesh.normals, axis=1), 1.0, atol=1e-6)
 
 
+def _heads(count):
+    """So many objects of one mesh, side by side."""
+    bpy.ops.mesh.primitive_monkey_add()
+    first = bpy.context.object
+    for number in range(1, count):
+        other = things.link(bpy.data.objects.new(f"Head {number}", first.data))
+        other.location.x = 3.0 * number
+    return first
+
+
+def test_many_copies_of_a_mesh_share_it(export):
+    first = _heads(20)
+    (record,) = export().shapes
+    assert record.matrices.shape == (1, 3, 4, 20) and record.mesh.faces.shape[1] == 968
+    np.testing.assert_allclose(np.sort(record.matrices[0, 0, 3]), 3.0 * np.arange(20), atol=1e-6)
+    # what is worn, seen or flat otherwise is apart
+    red = things.material("Red", "ShaderNodeBsdfDiffuse", Color=(1.0, 0.0, 0.0, 1.0))
+    first.data.materials.append(None)
+    other, unseen, flat = (bpy.data.objects[f"Head {number}"] for number in (1, 2, 3))
+    other.material_slots[0].link = "OBJECT"
+    other.material_slots[0].material = red
+    unseen.visible_camera = False
+    flat.scale.z = 0.0
+    shapes = export().shapes
+    kinds = collections.Counter(type(shape).__name__ for shape in shapes)
+    assert kinds == {"MeshInstances": 1, "TriangleMesh": 3}
+    (record,) = (shape for shape in shapes if type(shape).__name__ == "MeshInstances")
+    assert record.matrices.shape[3] == 17
+    first.data.vertices[0].co.x = math.nan
+    assert export().shapes == ()
+
+
+def test_few_copies_of_a_mesh_are_meshes_of_their_own(export):
+    _heads(5)
+    shapes = export().shapes
+    assert [type(shape).__name__ for shape in shapes] == ["TriangleMesh"] * 5
+
+
+def test_texture_coordinates_are_those_of_the_map_that_is_rendered(export):
+    bpy.ops.mesh.primitive_torus_add()
+    torus = bpy.context.object
+    second = torus.data.uv_layers.new(name="Second")
+    for each in second.data:
+        each.uv = (0.25, 0.75)
+    second.active_render = True
+    (mesh,) = export().shapes
+    assert mesh.uv.shape == (2, 3, mesh.faces.shape[1])
+    np.testing.assert_array_equal(mesh.uv[0], 0.25)
+    torus.data.uv_layers[0].active_render = True
+    torus.scale.x = -1.0
+    (mirrored,) = export().shapes
+    torus.scale.x = 1.0
+    (mesh,) = export().shapes
+    # a corner keeps its coordinates where the mirror turns its face over
+    np.testing.assert_array_equal(mirrored.uv, mesh.uv[:, ::-1])
+    np.testing.assert_array_equal(mirrored.faces, mesh.faces[::-1])
+    assert mesh.uv.min() >= 0.0 and mesh.uv.max() == 1.0
+
+
 def test_materials_of_a_mesh_and_vertices_that_are_no_numbers(export):
     bpy.ops.mesh.primitive_monkey_add()
     head = bpy.context.object

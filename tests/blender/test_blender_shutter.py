@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 
 import bpy
+import numpy as np
 import pytest
 import things
 
@@ -72,26 +73,42 @@ def test_sphere_may_turn(export, shutter):
     assert scene.shapes[0].motion is None and scene.issues == ()
 
 
-def test_plane_and_area_that_turn_are_told(export, shutter):
+def test_a_plane_that_turns_is_a_mesh_and_an_area_is_told(export, shutter):
     for thing in (things.plane(), things.light("AREA")):
         things.keyed(thing, "rotation_euler", (0.0, 0.0, 0.0), (0.0, 0.0, 3.0))
     shutter.frame_set(6)
     scene = export()
-    (quad,) = scene.shapes
-    # half a turn's share, 1.5 radians, is where it stands in the middle of the shutter
-    turned = math.atan2(quad.edge_u[1], quad.edge_u[0]) % (math.pi / 2.0)
-    assert quad.motion is None and turned == pytest.approx(1.5, abs=1e-5)
-    assert "turns" in things.reasons(scene)["Plane"][0]
+    (mesh,) = scene.shapes
+    turned = np.arctan2(mesh.matrices[:, 1, 0, 0], mesh.matrices[:, 0, 0, 0])
+
+    np.testing.assert_allclose(np.diff(turned), 0.075, atol=1e-5)
+    assert turned[1] == pytest.approx(1.5, abs=1e-5) and mesh.motion is None
+    assert set(things.reasons(scene)) == {"Area"}
     assert "turns" in things.reasons(scene)["Area"][0]
 
 
-def test_sphere_that_grows_is_told(export, shutter):
+def test_a_sphere_that_grows_is_a_mesh(export, shutter):
     ball = things.uv_sphere()
     things.keyed(ball, "scale", (1.0, 1.0, 1.0), (2.0, 2.0, 2.0))
     shutter.frame_set(6)
     scene = export()
-    assert scene.shapes[0].radius == pytest.approx(1.5, rel=1e-5)
-    assert "size" in things.reasons(scene)["Sphere"][0]
+    size = scene.shapes[0].matrices[:, 2, 2, 0]
+    np.testing.assert_allclose(size, (1.475, 1.5, 1.525), atol=1e-5)
+    assert scene.issues == ()
+
+
+def test_a_mesh_on_a_curved_path_is_where_it_is_at_three_times(export, shutter):
+    shutter.render.motion_blur_shutter = 1.0
+    parent = things.link(bpy.data.objects.new("Parent", None))
+    things.keyed(parent, "rotation_euler", (0.0, 0.0, 0.0), (0.0, 0.0, 10.0))
+    bpy.ops.mesh.primitive_torus_add()
+    torus = bpy.context.object
+    torus.parent, torus.location = parent, (3.0, 0.0, 0.0)
+    shutter.frame_set(6)
+    scene = export()
+    (mesh,) = scene.shapes
+    assert scene.issues == () and len(mesh.matrices) == 3
+    np.testing.assert_allclose(np.linalg.norm(mesh.matrices[:, :2, 3, 0], axis=1), 3.0, atol=1e-5)
 
 
 def test_curved_path_is_told(export, shutter):

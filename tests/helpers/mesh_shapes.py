@@ -1,12 +1,24 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Meshes of known surfaces, for tests."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from adaptive_drt.scene.description import Material
 from adaptive_drt.scene.triangle_mesh import TriangleMesh
 
-__all__ = ["ball_mesh", "bumpy_mesh", "grid_mesh", "mesh_of", "smooth_normals", "triangle_soup"]
+__all__ = [
+    "ball_mesh",
+    "bumpy_mesh",
+    "grid_mesh",
+    "mesh_of",
+    "placed",
+    "scattered",
+    "smooth_normals",
+    "triangle_soup",
+    "turned_steps",
+]
 
 
 def mesh_of(vertices, faces, smooth=False, color=(0.7, 0.6, 0.5), **fields):
@@ -66,3 +78,33 @@ def triangle_soup(rng, count, size=1.0):
     """Random triangles that meet and cross each other."""
     points = size * rng.normal(size=(3, 3 * count))
     return mesh_of(points, np.arange(3 * count).reshape(3, -1))
+
+
+def placed(mesh, matrix):
+    """A mesh with its vertices and normals where a matrix (3, 4) takes them."""
+    linear, offset = matrix[:, :3], matrix[:, 3:]
+    faces, normals = mesh.faces, mesh.normals
+    if normals is not None:
+        normals = np.einsum("ij,kjf->kif", np.linalg.inv(linear).T, normals)
+    if np.linalg.det(linear) < 0.0:
+        faces = np.ascontiguousarray(faces[::-1])
+        normals = None if normals is None else normals[::-1]
+    return replace(mesh, vertices=linear @ mesh.vertices + offset, faces=faces, normals=normals)
+
+
+def scattered(rng, count, size=0.3):
+    """Matrices (1, 3, 4, count) of turned, stretched and mirrored copies above the floor."""
+    turn = np.linalg.qr(rng.normal(size=(count, 3, 3)))[0]
+    linear = turn * (size * rng.uniform(0.5, 1.5, size=(count, 1, 3)))
+    offset = rng.uniform((-2.0, -2.0, 0.4), (2.0, 2.0, 2.0), size=(count, 3))
+    whole = np.concatenate([linear, offset[:, :, None]], axis=2)
+    return np.ascontiguousarray(whole.transpose(1, 2, 0)[None])
+
+
+def turned_steps(angles, sizes, offsets):
+    """Matrices (k, 3, 4, 1) that turn about z, scale and move."""
+    steps = []
+    for angle, size, offset in zip(angles, sizes, offsets, strict=True):
+        c, s = np.cos(angle) * size, np.sin(angle) * size
+        steps.append([[c, -s, 0.0, offset[0]], [s, c, 0.0, offset[1]], [0.0, 0.0, size, offset[2]]])
+    return np.array(steps)[..., None]

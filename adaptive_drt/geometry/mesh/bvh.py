@@ -13,7 +13,7 @@ from ...numerics.arrays import Array, Ints, Mask
 from ...numerics.morton import morton_order
 from ...numerics.vector import cross, dot
 
-__all__ = ["CLUSTER_SIZE", "FaceTree", "face_clusters"]
+__all__ = ["CLUSTER_SIZE", "BoxTree", "FaceTree", "face_clusters"]
 
 
 CLUSTER_SIZE = 32
@@ -48,6 +48,45 @@ def face_clusters(vertices: Array, faces: Ints) -> tuple[Ints, Array, Array]:
     return order, center, radius
 
 
+class BoxTree:
+    """Tree over bounding boxes; rays descend it in batches."""
+
+    def __init__(self, low: Array, high: Array) -> None:
+        """Build the tree of boxes (3, n); those that are neighbours should follow each other."""
+        self._levels = [(low, high)]
+        while self._levels[-1][0].shape[1] > 1:
+            low, high = self._levels[-1]
+            starts = np.arange(0, low.shape[1], FANOUT)
+            self._levels.append(
+                (
+                    np.minimum.reduceat(low, starts, axis=1),
+                    np.maximum.reduceat(high, starts, axis=1),
+                )
+            )
+
+    def meeting(self, start: Array, inverse: Array, length: Array) -> tuple[Ints, Ints]:
+        """Pairs of rays and boxes that meet: indices (m,) of both.
+
+        Parameters
+        ----------
+        start : (3, n).  inverse : (3, n) one over the components of the rays' ways.
+        length : (n,) ray parameters at which they end.
+        """
+        ray = np.arange(start.shape[1])
+        node = np.zeros(ray.size, dtype=np.int64)
+        for level in range(len(self._levels) - 1, -1, -1):
+            low, high = self._levels[level]
+            if level < len(self._levels) - 1:
+                first = node * FANOUT
+                count = np.minimum(first + FANOUT, low.shape[1]) - first
+                ray = np.repeat(ray, count)
+                step = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
+                node = np.repeat(first, count) + step
+            kept = _meets_box(low, high, start, inverse, length, ray, node)
+            ray, node = ray[kept], node[kept]
+        return ray, node
+
+
 class FaceTree:
     """Tree of bounding boxes over the faces of a mesh; rays descend it in batches."""
 
@@ -58,18 +97,8 @@ class FaceTree:
         corners = corners[:, :, self._order]
         self._corner = corners[:, 0]
         self._edges = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-        low, high = corners.min(axis=1), corners.max(axis=1)
         slack = 2.0**-40 * float(np.abs(corners).max())
-        self._levels = [(low - slack, high + slack)]
-        while self._levels[-1][0].shape[1] > 1:
-            low, high = self._levels[-1]
-            starts = np.arange(0, low.shape[1], FANOUT)
-            self._levels.append(
-                (
-                    np.minimum.reduceat(low, starts, axis=1),
-                    np.maximum.reduceat(high, starts, axis=1),
-                )
-            )
+        self._tree = BoxTree(corners.min(axis=1) - slack, corners.max(axis=1) + slack)
 
     def nearest(self, start: Array, way: Array) -> Ints:
         """The first face (n,) that each ray from `start` (3, n) along `way` (3, n) meets, or -1."""
@@ -89,18 +118,7 @@ class FaceTree:
         """All hits of rays: the ray, the face and the ray parameter of each."""
         with np.errstate(divide="ignore"):
             inverse = 1.0 / way
-        ray = np.arange(start.shape[1])
-        node = np.zeros(ray.size, dtype=np.int64)
-        for level in range(len(self._levels) - 1, -1, -1):
-            low, high = self._levels[level]
-            if level < len(self._levels) - 1:
-                first = node * FANOUT
-                count = np.minimum(first + FANOUT, low.shape[1]) - first
-                ray = np.repeat(ray, count)
-                step = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
-                node = np.repeat(first, count) + step
-            kept = _meets_box(low, high, start, inverse, length, ray, node)
-            ray, node = ray[kept], node[kept]
+        ray, node = self._tree.meeting(start, inverse, length)
         t = self._face_hits(start[:, ray], way[:, ray], node)
         met = ((t > 0.0) & (t < length[ray])).nonzero()[0]
         return ray[met], self._order[node[met]], t[met]

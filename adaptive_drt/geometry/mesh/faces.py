@@ -17,6 +17,7 @@ from ...numerics.floats import TINY
 from ...numerics.gather import columns
 from ...numerics.vector import cross, dot, normalize
 from ..camera import PinholeCamera
+from ..line_crossings import LightLines, LineCrossings
 from ..smooth_surface import SmoothSurface
 from .bvh import face_clusters
 from .edges import MeshEdges
@@ -24,7 +25,7 @@ from .outline_edges import OutlineEdges
 from .raster import ProjectedPolygons
 from .tracer import START_OFFSET, FaceTracer
 
-__all__ = ["MeshFaces"]
+__all__ = ["MeshFaces", "smooth_normals"]
 
 
 EDGE_SLACK = 1e-3
@@ -70,6 +71,16 @@ class MeshFaces:
         made = PictureOfMesh.make(self, camera)
         self.__dict__["_picture"] = made
         return made
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether there are no faces."""
+        return not self.faces.size
+
+    @property
+    def face_count(self) -> int:
+        """Number of faces."""
+        return int(self.faces.shape[1])
 
     @property
     def build_seconds(self) -> float:
@@ -120,14 +131,18 @@ class MeshFaces:
         gap = self.vertices - middle[:, None]
         return middle, float(np.sqrt(dot(gap, gap).max())) * (1.0 + 2.0**-50)
 
-    def intersect(self, start: Array, w: Array) -> Array:
-        """Ray parameters (n,) of the first hits of rays from `start` along w (3, n), or inf."""
+    def intersect(self, start: Array, w: Array, time: Array | float = 0.0) -> Array:
+        """Ray parameters (n,) of the first hits of rays from `start` along w (3, n), or inf.
+
+        The mesh is at rest at all times.
+        """
+        del time
         if not self.faces.size:
             return np.full(w.shape[1], np.inf)
         face = self.tracer.nearest(start, w)
         t = np.full(face.size, np.inf)
         rows = (face >= 0).nonzero()[0]
-        t[rows] = self._depths(start[:, rows], w[:, rows], face[rows])
+        t[rows] = self.depths(start[:, rows], w[:, rows], face[rows])
         return t
 
     def second_hits(self, w: Array, t: Array) -> Array:
@@ -139,8 +154,9 @@ class MeshFaces:
         start = t + step
         return start + self.intersect(start * w, w)
 
-    def _depths(self, start: Array, w: Array, face: Ints) -> Array:
-        """Ray parameters (n,) at which rays meet the faces that embree has found."""
+    def depths(self, start: Array, w: Array, face: Ints) -> Array:
+        """Ray parameters (n,) at which rays from `start` along w (3, n) meet faces (n,) that embree
+        has found."""
         a, b, c = (columns(self.vertices, columns(each[None], face)[0]) for each in self.faces)
         normal = cross(b - a, c - a)
         slope = dot(normal, w)
@@ -155,7 +171,7 @@ class MeshFaces:
         return depth
 
     def surface(
-        self, start: Array, w: Array, point: Array
+        self, start: Array, w: Array, point: Array, time: Array | float = 0.0
     ) -> tuple[Array, Array, SmoothSurface | None]:
         """Points and unit normals (3, n) on the viewer's side, of hits of rays.
 
@@ -167,6 +183,7 @@ class MeshFaces:
         start, w : (3, n) the rays.
         point : (3, n) points on them near the mesh, metres, relative to it at rest as `start` is.
         """
+        del time
         face = self.tracer.nearest(start, w) if self.faces.size else np.full(w.shape[1], -1)
         # a point beside the mesh faces the viewer
         normal = -normalize(w)
@@ -184,15 +201,17 @@ class MeshFaces:
         if self.normals is not None and smooth is not None:
             corners = [columns(self.vertices, self.faces[k, face]) for k in range(3)]
             turned = [side * columns(self.normals[k], face) for k in range(3)]
-            share = _barycentric(at, corners)
-            mean = sum(part * each for part, each in zip(share, turned, strict=True))
-            normal[:, rows] = _unit_or(mean, plain)
-            smooth.rise[:, rows] = _smooth_heights(at, share, corners, turned, mean) * mean
+            normal[:, rows], smooth.rise[:, rows] = smooth_normals(at, corners, turned, plain)
             smooth.facet[:, rows] = plain
         return place, normal, smooth
 
-    def blocked(self, start: Array, to: Array) -> Mask:
+    def outline_crossings(self, point: Array, lines: LightLines) -> LineCrossings | None:
+        """Where outlines seen from points (3, n), near each other, cross lines on a light."""
+        return self.outlines.crossings(point, lines)
+
+    def blocked(self, start: Array, to: Array, time: Array | float = 0.0) -> Mask:
         """Whether a face lies between `start` (3, n) and `start + to`: (n,)."""
+        del time
         if not self.faces.size:
             return np.zeros(to.shape[1], dtype=np.bool_)
         return self.tracer.blocked(start, to)
@@ -214,6 +233,22 @@ class PictureOfMesh:
         ends = [columns(mesh.vertices, mesh.edges.ends[k, chosen]) for k in range(2)]
         faces, edges = (ProjectedPolygons.make(each, camera) for each in (corners, ends))
         return cls(camera, faces, edges)
+
+
+def smooth_normals(
+    point: Array, corners: list[Array], normals: list[Array], plain: Array
+) -> tuple[Array, Array]:
+    """Interpolated unit normals (3, n) at points of faces, and what rises to the smooth surface.
+
+    Parameters
+    ----------
+    point, plain : (3, n) points, and unit normals of the faces, metres.
+    corners, normals : three of (3, n) each, corners of the faces and their unit normals.
+    """
+    share = _barycentric(point, corners)
+    mean: Any = sum(part * each for part, each in zip(share, normals, strict=True))
+    height = _smooth_heights(point, share, corners, normals, mean)
+    return _unit_or(mean, plain), height * mean
 
 
 def _unit_or(vector: Array, other: Array) -> Array:

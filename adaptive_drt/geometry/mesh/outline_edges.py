@@ -79,12 +79,28 @@ class OutlineEdges:
 
     def crossings(self, point: Array, lines: LightLines) -> LineCrossings:
         """Where outlines seen from points (3, n), near each other, cross lines on a light."""
+        at, ends, change = self.seen_before(point, lines.ball)
+        away = [end - columns(point, at) for end in ends]
+        return lines.crossings(at, (away[0], away[1]), change)
+
+    def seen_before(
+        self, point: Array, light: tuple[Array, float]
+    ) -> tuple[Ints, tuple[Array, Array], Array]:
+        """Outlines seen from points (3, n), near each other, that may be before a light.
+
+        light : centre (3, 1) and radius of a ball around it.
+
+        Returns
+        -------
+        The points (m,) that see them, both ends (3, m) of each, and the change (m,) of the number
+        of faces: see `LightLines.crossings`.
+        """
         low, high = point.min(axis=1), point.max(axis=1)
         middle, half = 0.5 * (low + high)[:, None], 0.5 * (high - low)[:, None]
         span = np.sqrt(dot(half, half)) * (1.0 + SHAFT_MARGIN)
-        near = self.clusters.may_outline(middle, span, lines.ball)[:, 0].nonzero()[0]
+        near = self.clusters.may_outline(middle, span, light)[:, 0].nonzero()[0]
         none = np.zeros(1)
-        some, at = self.clusters.take(near).may_outline(point, none, lines.ball).nonzero()
+        some, at = self.clusters.take(near).may_outline(point, none, light).nonzero()
         cluster = near[some]
         spot = columns(point, at)[:, :, None]
         sides = [self._sides(k, cluster, spot) for k in range(2)]
@@ -93,11 +109,8 @@ class OutlineEdges:
         pair, edge = change.nonzero()
         cluster, at, change = cluster[pair], at[pair], change[pair, edge]
         place = cluster * CLUSTER_SIZE + edge
-        ends = [
-            columns(each.reshape(3, -1), place) - columns(point, at)
-            for each in (self.start, self.end)
-        ]
-        return lines.crossings(at, (ends[0], ends[1]), change)
+        first, last = (columns(each.reshape(3, -1), place) for each in (self.start, self.end))
+        return at, (first, last), change
 
     def _sides(self, number: int, cluster: Ints, point: Array) -> Array:
         """On which side of the faces of clusters (m,) points (3, m, 1) lie: (m, s), 1 or -1.

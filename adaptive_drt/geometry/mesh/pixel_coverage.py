@@ -21,7 +21,7 @@ from ..pixel_coverage import PixelCoverage
 from .faces import MeshFaces
 from .raster import PixelWindow, meeting_rectangles
 
-__all__ = ["may_meet", "mesh_coverage"]
+__all__ = ["depth_bounds", "edge_depths", "may_meet", "mesh_coverage", "pixel_coordinates"]
 
 
 DEPTH_MARGIN = 1e-6
@@ -35,12 +35,12 @@ def mesh_coverage(mesh: MeshFaces, w: Array, camera: PinholeCamera) -> PixelCove
     if not mesh.faces.size:
         none = np.zeros(m, dtype=np.bool_)
         return PixelCoverage(none, none.copy(), np.full(m, np.inf), np.full(m, np.inf))
-    x, y = _pixel_coordinates(w, camera)
+    x, y = pixel_coordinates(w, camera)
     window = PixelWindow.around(x, y)
     place = (y - window.bottom) * window.width + (x - window.left)
-    near, far, met = _depth_bounds(mesh, camera, window, place)
+    near, far, met = depth_bounds(mesh, camera, window, place)
     # edges behind the first group of depths are hidden: no sheet of that group ends in the pixel
-    cut = _edge_depths(mesh, camera, window)[place] <= far
+    cut = edge_depths(mesh, camera, window)[place] <= far
     start = np.zeros((3, m))
     rows = (met & ~cut).nonzero()[0]
     t = np.full(m, np.inf)
@@ -60,7 +60,7 @@ def may_meet(mesh: MeshFaces, w: Array, camera: PinholeCamera) -> tuple[Mask, Ar
     m = w.shape[1]
     if not mesh.faces.size:
         return np.zeros(m, dtype=np.bool_), np.full(m, np.inf)
-    x, y = _pixel_coordinates(w, camera)
+    x, y = pixel_coordinates(w, camera)
     window = PixelWindow.around(x, y)
     corners = [columns(mesh.vertices, each) for each in mesh.faces]
     met, near = meeting_rectangles(corners, camera, window)
@@ -68,7 +68,7 @@ def may_meet(mesh: MeshFaces, w: Array, camera: PinholeCamera) -> tuple[Mask, Ar
     return found, np.where(found, near, np.inf)
 
 
-def _pixel_coordinates(w: Array, camera: PinholeCamera) -> tuple[Ints, Ints]:
+def pixel_coordinates(w: Array, camera: PinholeCamera) -> tuple[Ints, Ints]:
     """Pixels (m,) whose centres directions (3, m) pass through."""
     away = w - camera.base[:, None]
     x = dot(camera.right[:, None], away) / dot(camera.right, camera.right)
@@ -76,7 +76,7 @@ def _pixel_coordinates(w: Array, camera: PinholeCamera) -> tuple[Ints, Ints]:
     return np.floor(x).astype(np.int64), np.floor(y).astype(np.int64)
 
 
-def _edge_depths(mesh: MeshFaces, camera: PinholeCamera, window: PixelWindow) -> Array:
+def edge_depths(mesh: MeshFaces, camera: PinholeCamera, window: PixelWindow) -> Array:
     """Lower bounds on the depths of edges of the picture in a window's pixels; inf for none."""
     edges = mesh.on_picture(camera).edges
     edge, pixel = edges.meeting_pixels(window)
@@ -85,7 +85,7 @@ def _edge_depths(mesh: MeshFaces, camera: PinholeCamera, window: PixelWindow) ->
     return depth
 
 
-def _depth_bounds(
+def depth_bounds(
     mesh: MeshFaces, camera: PinholeCamera, window: PixelWindow, place: Ints
 ) -> tuple[Array, Array, Mask]:
     """Bounds (m,) on the depths of the visible sheet in pixels, and where any face may be.

@@ -19,6 +19,7 @@ from ..camera import PinholeCamera
 
 __all__ = [
     "NEAREST",
+    "PIXEL_MARGIN",
     "PixelWindow",
     "ProjectedPolygons",
     "meeting_pixels",

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Meshes as a kind of shape: rays decide what is seen and what is hidden.
 
-A mesh of several materials is one object for each. Nothing about meshes is known in closed form:
-see `ShapeSet.sampled`.
+A mesh of several materials is one object for each, and so are all instances of a mesh. Nothing
+about meshes is known in closed form: see `ShapeSet.sampled`.
 """
 
 from __future__ import annotations
@@ -10,12 +10,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar
+from typing import ClassVar, TypeAlias
 
 import numpy as np
 
 from ...numerics.arrays import Array, Ints, Mask
 from ...numerics.gather import columns
+from ...scene.mesh_instances import MeshInstances
 from ...scene.triangle_mesh import TriangleMesh
 from ..camera import PinholeCamera
 from ..line_crossings import LightLines, LineCrossings
@@ -24,10 +25,18 @@ from ..pixel_coverage import PixelCoverage
 from ..shape import ShapeSet
 from ..smooth_surface import SmoothSurface
 from .faces import MeshFaces
+from .instanced_faces import InstancedFaces
 from .pixel_coverage import may_meet, mesh_coverage
 from .pixel_lines import edges_on_lines
 
 __all__ = ["MeshSet"]
+
+Faces: TypeAlias = MeshFaces | InstancedFaces
+"""The faces of one mesh, or of all instances of one."""
+
+MOST_COPIED_FACES = 1 << 16
+"""Number of faces of all instances of a mesh at rest up to which they are copied into one mesh: its
+rays are quicker, and its memory is small."""
 
 
 @dataclass(frozen=True)
@@ -36,26 +45,43 @@ class MeshSet(ShapeSet):
 
     Attributes
     ----------
-    meshes : the faces of each.  displacement : see `ShapeSet`.
+    meshes : the faces of each, or of all instances of one.
+    displacement : see `ShapeSet`; where instances move in different ways it is their mean.
     """
 
-    meshes: tuple[MeshFaces, ...]
+    meshes: tuple[Faces, ...]
     displacement: Array | None
     sampled: ClassVar[bool] = True
 
     @classmethod
     def from_records(
-        cls, records: Sequence[TriangleMesh], origin: Array, displacement: Array | None
+        cls,
+        records: Sequence[TriangleMesh | MeshInstances],
+        origin: Array,
+        displacement: Array | None,
     ) -> MeshSet:
         """Meshes relative to the camera at `origin` (3, 1), metres, each split by material."""
-        meshes = []
+        meshes: list[Faces] = []
         for record in records:
             for slot in record.slot.tolist():
-                own = (record.face_slot == slot).nonzero()[0]
-                normals = None if record.normals is None else columns(record.normals, own, -1)
-                faces = columns(record.faces, own)
-                meshes.append(MeshFaces.make(record.vertices - origin, faces, normals))
-        return cls(tuple(meshes), displacement)
+                if isinstance(record, TriangleMesh):
+                    meshes.append(_faces_of(record, slot, origin))
+                    continue
+                faces = _faces_of(record.mesh, slot, np.zeros((3, 1)))
+                way = None if displacement is None else displacement[:, len(meshes)]
+                way = way if way is not None and way.any() else None
+                placed = InstancedFaces.make(faces, record.matrices, origin, way)
+                count = placed.placements.count
+                few = not placed.moves and count * faces.faces.shape[1] <= MOST_COPIED_FACES
+                meshes.append(placed.baked(np.arange(count)) if few else placed)
+        return cls(tuple(meshes), _with_own_motion(meshes, displacement))
+
+    @property
+    def moves(self) -> Mask:
+        """See `ShapeSet.moves`: instances may also turn and grow."""
+        turning = [isinstance(each, InstancedFaces) and each.moves for each in self.meshes]
+        moves: Mask = super().moves | np.array(turning, dtype=np.bool_)
+        return moves
 
     @cached_property
     def bounding_spheres(self) -> tuple[Array, Array]:
@@ -67,7 +93,7 @@ class MeshSet(ShapeSet):
     def enclosing_balls(self, index: int) -> tuple[Array, Array] | None:
         """See `ShapeSet.enclosing_balls`: those of clusters of faces."""
         mesh = self.meshes[index]
-        return mesh.clusters if mesh.faces.size else None
+        return None if mesh.is_empty else mesh.clusters
 
     def intersect(self, index: Ints, w: Array, time: Array | float) -> Array:
         """See `ShapeSet.intersect`."""
@@ -75,8 +101,9 @@ class MeshSet(ShapeSet):
         t = np.empty(shape)
         for mesh, item, rows in self._groups(index, shape[0]):
             part = columns(w, rows).reshape(3, -1)
-            start = self._starts(item, part.shape[1], _times(time, rows, shape))
-            t[rows] = mesh.intersect(start, part).reshape(t[rows].shape)
+            when = _times(time, rows, shape)
+            start = self._starts(item, part.shape[1], when)
+            t[rows] = mesh.intersect(start, part, when).reshape(t[rows].shape)
         return t
 
     def surface(
@@ -92,8 +119,11 @@ class MeshSet(ShapeSet):
         place, normal, rise, facet = (np.zeros_like(point) for _ in range(4))
         shape, any_smooth = point.shape[1:], False
         for mesh, item, rows in self._groups(index, shape[0]):
-            start = self._starts(item, rows.size, _times(time, rows, shape))
-            at, facing, smooth = mesh.surface(start, columns(w, rows), columns(point, rows) + start)
+            when = _times(time, rows, shape)
+            start = self._starts(item, rows.size, when)
+            at, facing, smooth = mesh.surface(
+                start, columns(w, rows), columns(point, rows) + start, when
+            )
             place[:, rows], normal[:, rows] = at - start, facing
             if smooth is not None:
                 any_smooth, rise[:, rows], facet[:, rows] = True, smooth.rise, smooth.facet
@@ -107,8 +137,9 @@ class MeshSet(ShapeSet):
         for mesh, item, rows in self._groups(index, shape[0]):
             part = columns(to, rows)
             own = np.broadcast_to(columns(start, rows), part.shape).reshape(3, -1)
-            own = own + self._starts(item, own.shape[1], _times(time, rows, shape))
-            found[rows] = mesh.blocked(own, part.reshape(3, -1)).reshape(part.shape[1:])
+            when = _times(time, rows, shape)
+            own = own + self._starts(item, own.shape[1], when)
+            found[rows] = mesh.blocked(own, part.reshape(3, -1), when).reshape(part.shape[1:])
         return found
 
     def coverage(self, index: Ints, w: Array, camera: PinholeCamera, order: int) -> PixelCoverage:
@@ -117,7 +148,11 @@ class MeshSet(ShapeSet):
         m = w.shape[1]
         flags, bounds = np.empty((2, m), dtype=np.bool_), np.empty((2, m))
         for mesh, _, rows in self._groups(index, m):
-            part = mesh_coverage(mesh, columns(w, rows), camera)
+            part = (
+                mesh_coverage(mesh, columns(w, rows), camera)
+                if isinstance(mesh, MeshFaces)
+                else mesh.coverage(columns(w, rows), camera)
+            )
             flags[:, rows] = part.may_hit, part.covers
             bounds[:, rows] = part.near, part.far
         return PixelCoverage(*flags, *bounds)
@@ -130,49 +165,58 @@ class MeshSet(ShapeSet):
         m = w.shape[1]
         met, near = np.zeros(m, dtype=np.bool_), np.full(m, np.inf)
         for mesh, _, rows in self._groups(index, m):
-            met[rows], near[rows] = may_meet(mesh, columns(w, rows), camera)
+            met[rows], near[rows] = (
+                may_meet(mesh, columns(w, rows), camera)
+                if isinstance(mesh, MeshFaces)
+                else mesh.may_meet(columns(w, rows), camera)
+            )
         return PixelCoverage(met, np.zeros(m, dtype=np.bool_), near, np.full(m, np.inf))
 
     def outline_crossings(
         self, index: int, point: Array, lines: LightLines
     ) -> LineCrossings | None:
         """See `ShapeSet.outline_crossings`."""
-        if self.displacement is not None and self.displacement[:, index].any():
-            return None
-        return self.meshes[index].outlines.crossings(point, lines)
+        return None if self.moves[index] else self.meshes[index].outline_crossings(point, lines)
 
     def figures(self) -> dict[str, float]:
         """Number of faces, seconds that embree's trees took, and bytes of the arrays of faces."""
         if not self.meshes:
             return {}
-        return {
-            "mesh_faces": sum(each.faces.shape[1] for each in self.meshes),
+        found = {
+            "mesh_faces": sum(each.face_count for each in self.meshes),
             "mesh_build_seconds": round(sum(each.build_seconds for each in self.meshes), 6),
             "mesh_bytes": sum(each.bytes for each in self.meshes),
         }
+        counts = [each.placements.count for each in self.meshes if isinstance(each, InstancedFaces)]
+        return {**found, "mesh_instances": sum(counts)} if counts else found
 
     def edges_on_lines(
         self, index: int, camera: PinholeCamera, x: Ints, y: Ints, count: int
-    ) -> tuple[Ints, Array] | None:
+    ) -> tuple[Ints, Array, Mask] | None:
         """See `ShapeSet.edges_on_lines`."""
-        if self.displacement is not None and self.displacement[:, index].any():
-            return None
         mesh = self.meshes[index]
-        return edges_on_lines(mesh, camera, x, y, count) if mesh.faces.size else None
+        if self.moves[index] or mesh.is_empty:
+            return None
+        if isinstance(mesh, InstancedFaces):
+            return mesh.edges_on_lines(camera, x, y, count)
+        return *edges_on_lines(mesh, camera, x, y, count), np.ones(x.size, dtype=np.bool_)
 
     def line_forms(self, index: Ints, rows: Ints, rays: BoxRays) -> LineForms:
         """Meshes have none: pixels that may show one are sampled."""
         raise NotImplementedError("pixels that show meshes are sampled")
 
-    def _groups(self, index: Ints, count: int) -> Iterator[tuple[MeshFaces, int, Ints]]:
+    def _groups(self, index: Ints, count: int) -> Iterator[tuple[Faces, int, Ints]]:
         """Split rows by mesh: the mesh, its index and the rows (r,) that ask for it."""
         each = np.broadcast_to(index.ravel(), (count,))
         for item in np.unique(each).tolist():
             yield self.meshes[item], item, (each == item).nonzero()[0]
 
     def _starts(self, item: int, count: int, time: Array | float) -> Array:
-        """The camera's positions (3, count) relative to a mesh at rest, metres."""
-        if self.displacement is None:
+        """The camera's positions (3, count) relative to a mesh at rest, metres.
+
+        Instances tell themselves where they are.
+        """
+        if self.displacement is None or isinstance(self.meshes[item], InstancedFaces):
             return np.zeros((3, count))
         way = -np.asarray(time) * self.displacement[:, item, None]
         return np.broadcast_to(way, (3, count))
@@ -185,3 +229,21 @@ def _times(time: Array | float, rows: Ints, shape: tuple[int, ...]) -> Array | f
     every = np.broadcast_to(time, shape)
     chosen: Array = every[rows].reshape(-1)
     return chosen
+
+
+def _faces_of(record: TriangleMesh, slot: int, origin: Array) -> MeshFaces:
+    """The faces of one material of a mesh, relative to a point `origin` (3, 1)."""
+    own = (record.face_slot == slot).nonzero()[0]
+    normals = None if record.normals is None else columns(record.normals, own, -1)
+    return MeshFaces.make(record.vertices - origin, columns(record.faces, own), normals)
+
+
+def _with_own_motion(meshes: Sequence[Faces], displacement: Array | None) -> Array | None:
+    """Displacements (3, n), or None if no mesh moves, with those that instances have themselves."""
+    if not any(isinstance(each, InstancedFaces) and each.moves for each in meshes):
+        return displacement
+    found = np.zeros((3, len(meshes))) if displacement is None else displacement.copy()
+    for number, mesh in enumerate(meshes):
+        if isinstance(mesh, InstancedFaces):
+            found[:, number] = mesh.displacement
+    return found

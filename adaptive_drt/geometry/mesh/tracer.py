@@ -20,7 +20,7 @@ from ..embree import has_embree, make_embree_scene
 from ..ray_counts import count_rays
 from .bvh import FaceTree
 
-__all__ = ["START_OFFSET", "FaceTracer"]
+__all__ = ["FLOAT32_ROUNDOFF", "START_OFFSET", "FaceTracer", "entering_rays"]
 
 
 FLOAT32_ROUNDOFF = 2.0**-24
@@ -113,18 +113,7 @@ class FaceTracer:
         Returns their indices (k,), origins and unit directions (3, k), and the lengths (k,) before
         the origins; lengths are in sizes of the mesh.
         """
-        far = np.sqrt(dot(way, way))
-        unit = way / np.where(far > 0.0, far, 1.0)
-        origin = (start - self._middle) / self.size
-        along = -dot(unit, origin)
-        aside = origin + along * unit
-        room = self._radius**2 - dot(aside, aside)
-        half = np.sqrt(np.maximum(room, 0.0))
-        meets = (room > 0.0) & (along + half > 0.0) & (along - half < length) & (far > 0.0)
-        rows = meets.nonzero()[0]
-        gone = np.maximum(along[rows] - half[rows], 0.0)
-        unit = unit[:, rows]
-        return rows, origin[:, rows] + gone * unit, unit, gone
+        return entering_rays((start - self._middle) / self.size, way, length, self._radius)
 
     def _traced(self) -> Any:
         """Embree's scene, or the tree that stands for it, built once."""
@@ -143,3 +132,31 @@ class FaceTracer:
         ray = np.zeros((1, 3), dtype=np.float32)
         scene.run(ray, ray + np.float32(1.0), query="OCCLUDED")
         return scene
+
+
+def entering_rays(
+    origin: Array, way: Array, length: Array | float, radius: float
+) -> tuple[Ints, Array, Array, Array]:
+    """The rays that meet a sphere about 0, from where they enter it.
+
+    Parameters
+    ----------
+    origin : (3, n) starts of rays along `way` (3, n), which may have any length but 0.
+    length : (n,) or one, the distance at which rays end.
+
+    Returns
+    -------
+    Indices (k,) of the rays, their new origins and unit directions (3, k), and the lengths (k,)
+    before the origins.
+    """
+    far = np.sqrt(dot(way, way))
+    unit = way / np.where(far > 0.0, far, 1.0)
+    along = -dot(unit, origin)
+    aside = origin + along * unit
+    room = radius**2 - dot(aside, aside)
+    half = np.sqrt(np.maximum(room, 0.0))
+    meets = (room > 0.0) & (along + half > 0.0) & (along - half < length) & (far > 0.0)
+    rows = meets.nonzero()[0]
+    gone = np.maximum(along[rows] - half[rows], 0.0)
+    unit = unit[:, rows]
+    return rows, origin[:, rows] + gone * unit, unit, gone
