@@ -19,6 +19,7 @@ from .values import (
     Motion,
     Vector,
     area_defect,
+    convexity_defect,
     is_finite,
     motion_defect,
     radius_defect,
@@ -33,6 +34,7 @@ __all__ = [
     "EnvironmentLight",
     "Light",
     "PointLight",
+    "PolygonLight",
     "QuadLight",
     "SkyLight",
     "SphereLight",
@@ -173,6 +175,33 @@ class EllipseLight(_AreaLight):
 
     It emits `radiance` (W / m^2 / sr, RGB) on the side of cross(half_u, half_v) only.
     """
+
+
+@dataclass(frozen=True)
+class PolygonLight(_ColoredLight):
+    """A convex planar polygon of light.
+
+    It emits `radiance` (W / m^2 / sr, RGB) on the side from which its `vertices`, metres, are seen
+    anticlockwise.
+    """
+
+    vertices: tuple[Vector, ...]
+    radiance: Vector
+    motion: Motion | None = None
+    casts_shadow: bool = True
+    name: str = "Polygon"
+
+    def defect(self) -> str | None:
+        """Return the reason why it cannot be rendered, or None."""
+        if len(self.vertices) < 3:
+            return "it has fewer than three vertices"
+        if not all(map(is_finite, self.vertices)):
+            return "its vertices are not finite"
+        return (
+            vector_defect(self, "radiance")
+            or motion_defect(self.motion)
+            or convexity_defect(np.array(self.vertices))
+        )
 
 
 @dataclass(frozen=True)
