@@ -22,7 +22,7 @@ from ...adaptive_drt.scene.description import (
     Vector,
     validate,
 )
-from ...adaptive_drt.scene.primitive_recognition import UNUSABLE, MeshSphere
+from ...adaptive_drt.scene.primitive_recognition import UNUSABLE, Facets, MeshSphere
 from .animated import Animated, Key
 from .camera import camera_of
 from .checklist import ObjectIssues, instancer_of, scene_issues
@@ -45,7 +45,7 @@ from .mesh import (
     wears_several,
 )
 from .shading import CUSTOM_BALL, FLAT_FACETS, shading_left_out
-from .shining import shines, shining_lights
+from .shining import MAX_SHINING_TRIANGLES, shines, shining_lights
 from .shutter import Matrix, Shutter, Track, blurs, matrix_of, shutter_of
 from .triangle_mesh import MeshForm, placed_mesh, triangle_form
 from .visibility import LightLinks, linked, links_of, names_of, visibility_of
@@ -69,12 +69,14 @@ class _Known:
     """A mesh that has been read: what it stands for, and what of it that lacks.
 
     sphere : what it stands for where it shines, if that is another form: meshes light nothing.
+    smooth : whether its faces are shaded as if they were bent.
     """
 
     form: Form | MeshForm
     left_out: tuple[str, ...] = ()
     layout: Layout | None = None
     sphere: MeshSphere | None = None
+    smooth: bool = False
 
 
 @dataclass(frozen=True)
@@ -188,6 +190,19 @@ class _Export:
         if key not in self.materials:
             self.materials[key] = material_of(worn, self.issues)
         return self.materials[key]
+
+    def shining_form(
+        self, mesh: Any, known: _Known, form: MeshForm, worn: dict[int, Material]
+    ) -> Facets | MeshForm:
+        """Return the flat faces of a mesh that shines, which are lights, or its own form.
+
+        known : what the mesh stands for, as `_read` returns it, with all its faces as `form`.
+        worn : materials by their slots; what is black as well looks alike however it is shaded.
+        """
+        if known.sphere is not None or (known.smooth and any(any(m.color) for m in worn.values())):
+            return form
+        found = mesh_form(mesh, layout_of(mesh), self.known, MAX_SHINING_TRIANGLES)
+        return found if isinstance(found, Facets) else form
 
     def lamp(self, light: Any) -> Lamp:
         """Return what the datablock of a light object says."""
@@ -378,11 +393,13 @@ def _gather_faces(instance: Any, name: str, gathered: _Export) -> None:
         if isinstance(form, str):
             gathered.tell(name, form, missing=True)
             return
+        slots = np.unique(form.slot).tolist()
+        worn = {slot: gathered.material(slot_material(thing, slot)) for slot in slots}
+        if isinstance(form, MeshForm) and any(any(each.emission) for each in worn.values()):
+            form = gathered.shining_form(mesh, known, form, worn)
         gathered.tell(name, *known.left_out)
         if gathered.deforming is not None and known.layout is not None:
             gathered.tell(name, *gathered.deforming.reasons(instance, mesh, known.layout))
-    slots = np.unique(form.slot).tolist()
-    worn = {slot: gathered.material(slot_material(thing, slot)) for slot in slots}
     shining = any(any(each.emission) for each in worn.values())
     if shining and known.sphere is not None and not is_stretched(matrix_of(instance)):
         form = replace(known.sphere, slot=slots[0])
@@ -411,7 +428,10 @@ def _read(mesh: Any, gathered: _Export) -> _Known:
     form = mesh_form(mesh, layout, gathered.known)
     kept = layout if gathered.deforming is not None else None
     if isinstance(form, str):
-        return _Known(form if form in UNUSABLE else triangle_form(mesh), (), kept)
+        if form in UNUSABLE:
+            return _Known(form, (), kept)
+        triangles = triangle_form(mesh)
+        return _Known(triangles, (), kept, smooth=triangles.normals is not None)
     reason = shading_left_out(mesh, form)
     if isinstance(form, MeshSphere):
         several = gathered.override is None and wears_several(mesh)
@@ -421,7 +441,8 @@ def _read(mesh: Any, gathered: _Export) -> _Known:
         left_out = (SEVERAL if several else "", reason)
         return _Known(form, tuple(reason for reason in left_out if reason), kept)
     crowded = gathered.lit_around and form.slot.size > SKY_FACES
-    return _Known(triangle_form(mesh) if reason or crowded else form, (), kept)
+    found = triangle_form(mesh) if reason or crowded else form
+    return _Known(found, (), kept, smooth=bool(reason))
 
 
 def _shows_faces(spheres: str, reason: str, several: bool, faces: int) -> bool:

@@ -59,6 +59,38 @@ def test_a_box_is_six_lights_of_two_sides(export):
     assert len(scene.shapes) == 6 and scene.issues == ()
 
 
+def _face(*corners):
+    points = [(*corner, 0.0) for corner in corners]
+    face = things.mesh_object("Face", points, [tuple(range(len(points)))])
+    face.data.materials.append(_emission())
+    return face
+
+
+def test_a_triangle_shines(export, core):
+    _face((0.0, 0.0), (2.0, 0.0), (0.0, 1.0))
+    scene = export()
+    front, back = scene.lights
+    assert isinstance(front, core.PolygonLight) and scene.issues == ()
+    assert front.vertices == back.vertices[::-1] and front.radiance == GLOW
+    assert scene.shapes[0].visibility.passed_by == {front.name} == {back.name}
+
+
+def test_a_filled_circle_is_one_light_of_two_sides(export):
+    bpy.ops.mesh.primitive_circle_add(vertices=32, fill_type="NGON")
+    bpy.context.object.data.materials.append(_emission())
+    scene = export()
+    assert [len(light.vertices) for light in scene.lights] == [32, 32] and scene.issues == ()
+    assert {name for shape in scene.shapes for name in shape.visibility.unlit_by} == {"Circle"}
+
+
+def test_an_arrow_is_several_lights(export):
+    _face((-1, 0), (0, 0.3), (1, 0), (0.3, 0.4), (0, 1), (-0.3, 0.4))
+    scene = export()
+    assert 4 <= len(scene.lights) <= 8 and len({light.name for light in scene.lights}) > 1
+    for shape in scene.shapes:
+        assert len(shape.visibility.unlit_by) == 1
+
+
 def test_other_shapes_that_shine_light_nothing(export):
     bpy.ops.mesh.primitive_torus_add(major_segments=10, minor_segments=5)
     bpy.context.object.name = "Torus"
