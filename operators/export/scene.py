@@ -27,6 +27,7 @@ from .animated import Animated, Key
 from .camera import camera_of
 from .checklist import ObjectIssues, instancer_of, scene_issues
 from .clipping import clipped
+from .closed_solids import ClosedSolid, closed_solid, is_closed, unseen_lights
 from .components import Components, holds_smoke
 from .deforming import Deforming, mesh_of, snapshot
 from .exposure import brightened, exposed, exposure_of
@@ -114,6 +115,7 @@ class _Export:
     owners : the objects to select, by the names of their instances.
     lit_around : whether the world lights everything from all sides.
     spheres : which meshes in the form of a sphere are rendered as spheres: see `export_scene`.
+    solids : closed meshes that shine, with the indices of their shapes.
     """
 
     opens: dict[Hashable, Matrix] | None = None
@@ -133,6 +135,7 @@ class _Export:
     owners: dict[str, str] = field(default_factory=dict)
     lit_around: bool = False
     spheres: str = "AUTO"
+    solids: list[tuple[ClosedSolid, range]] = field(default_factory=list)
 
     def called(self, instance: Any) -> str:
         """Return an instance's name, and keep whose it is."""
@@ -169,14 +172,23 @@ class _Export:
             return issue
         return replace(issue, target=owner)
 
-    def add_shapes(self, shapes: Sequence[ShapeRecord], instance: Any, name: str) -> None:
-        """Take in the shapes of an instance, and the lights that they are."""
+    def add_shapes(
+        self, shapes: Sequence[ShapeRecord], instance: Any, name: str, closed: bool
+    ) -> None:
+        """Take in the shapes of an instance, and the lights that they are.
+
+        closed : whether they are all faces of a mesh without gaps.
+        """
         thing, instancer = instance.object, instancer_of(instance)
         seen, names = visibility_of(thing, instancer), names_of(thing, instancer)
         if seen is not EVERYWHERE:
             shapes = [replace(shape, visibility=seen) for shape in shapes]
         if any(map(shines, shapes)) and gives_light(thing, instancer):
             shapes, lights, reason = shining_lights(shapes, name)
+            solid = closed_solid(shapes, lights) if closed and seen.shadow else None
+            if solid is not None and links_of(thing) == LightLinks():
+                first = len(self.shapes)
+                self.solids.append((solid, range(first, first + len(shapes))))
             self.lights += lights
             self.links.update((light.name, links_of(thing)) for light in lights)
             self.tell(name, *((reason,) if reason else ()))
@@ -266,6 +278,8 @@ def export_scene(
     gathered.issues.extend(clipped(lens, camera, gathered.shapes, animated.clip(lens)))
     gathered.issues.extend(animated.changes(depsgraph, _used(gathered, lens, world)))
     exposure = exposure_of(depsgraph.scene_eval)
+    unseen = unseen_lights(gathered.solids, gathered.shapes, camera)
+    gathered.lights = [light for light in gathered.lights if id(light) not in unseen]
     behind = around.world.background, around.world.backdrop
     shining = exposed(gathered.lights, *behind, exposure)
     gathered.shapes = brightened(gathered.shapes, exposure)
@@ -395,12 +409,13 @@ def _gather_faces(instance: Any, name: str, gathered: _Export) -> None:
             return
         slots = np.unique(form.slot).tolist()
         worn = {slot: gathered.material(slot_material(thing, slot)) for slot in slots}
-        if isinstance(form, MeshForm) and any(any(each.emission) for each in worn.values()):
+        shining = any(any(each.emission) for each in worn.values())
+        if shining and isinstance(form, MeshForm):
             form = gathered.shining_form(mesh, known, form, worn)
+        closed = shining and is_closed(mesh)
         gathered.tell(name, *known.left_out)
         if gathered.deforming is not None and known.layout is not None:
             gathered.tell(name, *gathered.deforming.reasons(instance, mesh, known.layout))
-    shining = any(any(each.emission) for each in worn.values())
     if shining and known.sphere is not None and not is_stretched(matrix_of(instance)):
         form = replace(known.sphere, slot=slots[0])
         gathered.tell(name, FLAT_FACETS)
@@ -415,7 +430,7 @@ def _gather_faces(instance: Any, name: str, gathered: _Export) -> None:
         if isinstance(form, MeshForm)
         else shapes_of(form, track, worn, name, gathered.issues)
     )
-    gathered.add_shapes(found, instance, name)
+    gathered.add_shapes(found, instance, name, closed)
 
 
 def _read(mesh: Any, gathered: _Export) -> _Known:
