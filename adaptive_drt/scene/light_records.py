@@ -28,6 +28,7 @@ from .values import (
 )
 
 __all__ = [
+    "LARGEST_SQUEEZE",
     "LEAST_SPREAD",
     "DiskLight",
     "EllipseLight",
@@ -55,6 +56,9 @@ LEAST_SPREAD = 1e-3
 """Least spread of a flat light, in radians. Narrower ones are nearly parallel beams. Where the beam
 ends, over a thousandth of the way to the light, quadrature is off by up to 0.15 of the light, and
 by 0.01 at three times the spread; the mean over that width is right."""
+
+LARGEST_SQUEEZE = 1e3
+"""Largest ratio of the scales of a spot light along its axes."""
 
 
 class Light(Protocol):
@@ -244,6 +248,9 @@ class SpotLight(_ColoredLight):
     not attenuated.
 
     intensity : W / sr, RGB.  angle : radians, of the whole cone.  blend : 0 to 1.
+    frame : of a light that is scaled unevenly, rows of the matrix that maps directions, which are
+        vectors of the scene, to its own frame, in which it shines along -Z. The cosine is then that
+        of the mapped direction. None: the cone is circular.
     """
 
     COLOR_FIELD: ClassVar[str] = "intensity"
@@ -258,6 +265,7 @@ class SpotLight(_ColoredLight):
     motion: Motion | None = None
     casts_shadow: bool = True
     name: str = "Spot"
+    frame: tuple[Vector, Vector, Vector] | None = field(default=None, kw_only=True)
 
     def defect(self) -> str | None:
         """Return the reason why it cannot be rendered, or None."""
@@ -267,11 +275,21 @@ class SpotLight(_ColoredLight):
             return f"its blend is {self.blend:g}; it must be within 0 to 1"
         if is_finite(self.direction) and math.hypot(*self.direction) < SMALLEST_SIZE:
             return "its direction has no length"
+        if self.frame is not None and not _is_frame(np.array(self.frame)):
+            return f"its scales are not finite, or their ratio is beyond {LARGEST_SQUEEZE:g}"
         return (
             vector_defect(self, "center", "direction", "intensity")
             or motion_defect(self.motion)
             or (radius_defect(self.radius) if self.radius else None)
         )
+
+
+def _is_frame(rows: NDArray[np.float64]) -> bool:
+    """Whether a matrix (3, 3) maps directions to a frame that is not squeezed too much."""
+    if rows.shape != (3, 3) or not np.isfinite(rows).all():
+        return False
+    size = np.linalg.svd(rows, compute_uv=False)
+    return bool(size[0] <= LARGEST_SQUEEZE * size[-1])
 
 
 @dataclass(frozen=True)

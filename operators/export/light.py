@@ -23,7 +23,7 @@ from ...adaptive_drt.scene.description import (
     Vector,
     vector_of,
 )
-from ...adaptive_drt.scene.light_records import LEAST_SPREAD
+from ...adaptive_drt.scene.light_records import LARGEST_SQUEEZE, LEAST_SPREAD
 from ...adaptive_drt.scene.units import (
     area_radiance,
     light_power,
@@ -198,14 +198,13 @@ def _point(
 def _spot(light: Any, power: Vector, track: Track, tell: _Teller) -> SpotLight | None:
     linear = track.middle[:3, :3]
     size = np.linalg.norm(linear, axis=0)
-    if not size.all():
+    if not size.all() or not abs(np.linalg.det(linear / size)) > 1.0 / LARGEST_SQUEEZE:
         tell("its scale is zero along an axis; such spot lights are left out", missing=True)
         return None
+    frame = None
     if float(size.max() - size.min()) > UNEVEN * float(size.max()) or _sheared(linear):
-        tell(
-            "it is scaled unevenly; spot lights whose cone that squeezes are left out", missing=True
-        )
-        return None
+        x, y, z = (vector_of(row) for row in np.linalg.inv(linear))
+        frame = (x, y, z)
     path = path_of(track, shape=np.array([[0.0, 0.0, -1.0]]).T)
     tell(path.reason)
     normalize, radius = getattr(light, "normalize", True), float(light.shadow_soft_size)
@@ -225,6 +224,7 @@ def _spot(light: Any, power: Vector, track: Track, tell: _Teller) -> SpotLight |
         path.motion,
         bool(light.use_shadow),
         tell.name,
+        frame=frame,
     )
 
 

@@ -164,9 +164,20 @@ def test_a_spot_with_a_radius(export, soft):
     assert light.radius == 0.5 and light.faces is soft and scene.issues == ()
 
 
-@pytest.mark.parametrize("scale", [(1.0, 1.0, 2.0), (1.0, 3.0, 1.0), (1.0, 0.0, 1.0)])
-def test_a_spot_of_an_uneven_cone_is_left_out(export, scale):
-    things.light("SPOT", "Odd", **SPOT).scale = scale
+@pytest.mark.parametrize("scale", [(1.0, 1.0, 2.0), (1.0, 3.0, 1.0), (-1.0, 2.0, 1.0)])
+def test_a_spot_that_is_scaled_unevenly_has_a_frame(export, scale):
+    lamp = things.light("SPOT", "Odd", **SPOT)
+    lamp.scale, lamp.rotation_euler = scale, (0.4, 0.2, 0.1)
+    scene = export()
+    (light,) = scene.lights
+    assert scene.issues == ()
+    linear = np.array(lamp.matrix_world)[:3, :3]
+    assert np.array(light.frame) @ linear == pytest.approx(np.eye(3), abs=1e-6)
+    assert light.direction == pytest.approx(tuple(-linear[:, 2]), abs=1e-6)
+
+
+def test_a_spot_without_a_depth_is_left_out(export):
+    things.light("SPOT", "Odd", **SPOT).scale = (1.0, 0.0, 1.0)
     scene = export()
     (issue,) = scene.issues
     assert scene.lights == () and issue.missing and "left out" in issue.reason

@@ -42,6 +42,8 @@ def in_cone(light, p, t, point):
     """How much (n,) of a spot's light goes from its points (n, 3) towards p (n, 3)."""
     way = p - point
     axis = np.array(light.direction) / np.linalg.norm(light.direction)
+    if light.frame is not None:
+        way, axis = way @ np.array(light.frame).T, np.array([0.0, 0.0, -1.0])
     cosine = way @ axis / np.maximum(norm(way), TINY)
     edge = np.cos(light.angle / 2.0)
     width = np.maximum((1.0 - edge) * light.blend, 1e-9)
