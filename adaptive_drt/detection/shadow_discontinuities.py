@@ -180,8 +180,8 @@ class _Suspects:
         """
         light, point = self.light, self.receivers.point
         to = light.to_center(point)
-        if light.span is not None:
-            sides = (light.span.half_u, light.span.half_v)
+        sides = light.probe_sides
+        if sides is not None:
             odd = np.zeros(self.index.size, dtype=np.bool_)
         else:
             sides, odd = self._facing_half_extents(to), self._probes_unreliable(to)

@@ -60,6 +60,16 @@ class AxialProfile:
     inner: float
     peaked: ClassVar[bool] = False
 
+    @property
+    def stretch(self) -> float:
+        """By how much the angles that the profile depends on may exceed those of directions."""
+        return 1.0
+
+    def cosine_along(self, vector: Array) -> Array:
+        """Length of vectors (3, ...) times the cosine that the profile depends on: (...)."""
+        cosine: Array = dot(self.axis.reshape((3,) + (1,) * (vector.ndim - 1)), vector)
+        return cosine
+
     def value(self, cosine: Array) -> Array:
         """Relative radiance (...), from 0 to 1, at cosines (...) of the angle from the axis."""
         x = np.clip((cosine - self.outer) / (self.inner - self.outer), 0.0, 1.0)
@@ -92,8 +102,8 @@ class AxialProfile:
 
         axis : (3, n) unit vectors to their middles.  half : (n,) radians, their half angles.
         """
-        cosine = dot(self.axis, axis)
-        low, high = self.range(cosine, half)
+        cosine = self.cosine_along(axis)
+        low, high = self.range(cosine, self.stretch * half)
         return self.value(cosine), high - low > UNIFORM_TOLERANCE
 
 

@@ -25,18 +25,18 @@ __all__ = ["DiskEmitter", "make_disk_emitter"]
 class DiskEmitter(RoundEmitter):
     """A disk of uniform radiance that always faces the shaded point."""
 
-    def visible_shape(self, reach: float) -> Shape | None:
+    def visible_shapes(self, reach: float) -> tuple[Shape, ...]:
         """Return the disk that faces the camera at the middle of the shutter."""
         del reach
         distance = float(np.sqrt(dot(self.center, self.center))[0])
         if not distance:
-            return None
+            return ()
         axis = self.center / distance
         least = (np.abs(axis) == np.abs(axis).min()).astype(np.float64)
         u = cross(axis, least)
         u *= self.radius / np.sqrt(dot(u, u))
         center, a, b = (vector_of(each[:, 0]) for each in (self.center, u, cross(axis, u)))
-        return Ellipse(center, a, b, motion=self.relative_motion, name=self.name)
+        return (Ellipse(center, a, b, motion=self.relative_motion, name=self.name),)
 
     def bounds_from_anywhere(self) -> LightBounds:
         """Return the ball that the disk turns in."""

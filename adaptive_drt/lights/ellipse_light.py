@@ -76,14 +76,14 @@ class EllipseEmitter(FlatEmitter):
         error: Array = OUTLINE_ERROR * fraction * solid * np.minimum(risen / np.sqrt(square), 1.0)
         return error
 
-    def visible_shape(self, reach: float) -> Shape | None:
+    def visible_shapes(self, reach: float) -> tuple[Shape, ...]:
         """Return the ellipse, if the camera is before it."""
         del reach
         if not self.faces_camera():
-            return None
+            return ()
         u, v = self.span.half_u, self.span.half_v
         center, a, b = (vector_of(p[:, 0]) for p in (self.center, u, v))
-        return Ellipse(center, a, b, motion=self.relative_motion, name=self.name)
+        return (Ellipse(center, a, b, motion=self.relative_motion, name=self.name),)
 
     def extent(self, vector: Array) -> Array:
         """Root of the sum of (half axis . vector)^2 over both, for vectors (3, n): (n,)."""

@@ -113,16 +113,17 @@ class Emitter(LightBounds, ABC):
         """
         return self.swept_radius
 
-    def visible_shape(self, reach: float) -> Shape | None:
-        """Return the shape that the camera sees of the light, relative to the tracer's origin.
+    def visible_shapes(self, reach: float) -> tuple[Shape, ...]:
+        """Return what the camera sees of the light: shapes of one kind, relative to the origin.
 
-        It is that of the middle of the shutter, with the light's motion. None where the light has
-        no size, or only its dark side is seen. The radiance is `power`, times the `profile`.
+        They are those of the middle of the shutter, with the light's motion. There are none where
+        the light has no size, or only its dark side is seen. The radiance is `power`, times the
+        `profile`.
 
         reach : metres, beyond which there are no objects.
         """
         del reach
-        return None
+        return ()
 
     @property
     def relative_motion(self) -> Motion | None:
@@ -295,6 +296,14 @@ class Emitter(LightBounds, ABC):
         radius = np.where(np.asarray(bend) > 0.0, 1.0 / safe, 0.0)
         tilt: Array = turn * (np.sqrt(dot(to, to)) + self.radius + radius)
         return tilt
+
+    @property
+    def probe_sides(self) -> tuple[Array, Array] | None:
+        """Two vectors (3, 1) metres: the centre plus or less half of one of them is on the light.
+
+        None where points of the light depend on the place that sees it, as on round lights.
+        """
+        return None
 
     @property
     def filled_span(self) -> LinearSpan | None:

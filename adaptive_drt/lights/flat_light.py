@@ -25,10 +25,15 @@ __all__ = ["FlatEmitter"]
 class FlatEmitter(Emitter):
     """A light of uniform radiance within a parallelogram.
 
-    span : the parallelogram, which holds the light and touches it on all four sides.
+    span : the parallelogram, which holds the light, and whose centre is the light's.
     """
 
     span: LinearSpan
+
+    @property
+    def probe_sides(self) -> tuple[Array, Array]:
+        """Vectors (3, 1) metres: the centre plus or less half of one of them is on the light."""
+        return self.span.half_u, self.span.half_v
 
     @abstractmethod
     def _from_nearest(self, to: Array) -> Array:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Parallelogram lights, which emit to one side."""
+"""Parallelogram lights: polygons whose formulas are shorter, and that lines can run across."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from ..numerics.floats import TINY
 from ..numerics.vector import cross, dot
 from ..scene.description import Quad, QuadLight, Shape, vector_of
 from .emitter import LightMotion, column
-from .flat_light import FlatEmitter
 from .form_factor import QUAD_CORNERS, parallelogram_factor
+from .polygon_light import PolygonEmitter
 
 __all__ = ["QuadEmitter", "make_quad_emitter"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class QuadEmitter(FlatEmitter):
+class QuadEmitter(PolygonEmitter):
     """A parallelogram of uniform radiance."""
 
     def extent(self, vector: Array) -> Array:
@@ -31,14 +31,14 @@ class QuadEmitter(FlatEmitter):
         )
         return extent
 
-    def visible_shape(self, reach: float) -> Shape | None:
+    def visible_shapes(self, reach: float) -> tuple[Shape, ...]:
         """Return the parallelogram, if the camera is before it."""
         del reach
         if not self.faces_camera():
-            return None
+            return ()
         u, v = self.span.half_u, self.span.half_v
         corner, a, b = (vector_of(p[:, 0]) for p in (self.center - u - v, 2.0 * u, 2.0 * v))
-        return Quad(corner, a, b, motion=self.relative_motion, name=self.name)
+        return (Quad(corner, a, b, motion=self.relative_motion, name=self.name),)
 
     def corners(self, to: Array) -> list[Array]:
         """Corners (3, n) metres from the points, in the order of `QUAD_CORNERS`."""
@@ -70,11 +70,6 @@ class QuadEmitter(FlatEmitter):
             part = np.clip(dot(away, half) / dot(half, half), -1.0, 1.0)
             away = away - part * half
         return away
-
-    def height_range(self, to: Array, normal: Array) -> tuple[Array, Array]:
-        """See `FlatEmitter.height_range`."""
-        heights = [dot(normal, corner) for corner in self.corners(to)]
-        return np.minimum.reduce(heights), np.maximum.reduce(heights)
 
     def is_above_horizon(
         self, to: Array, point: Array, normal: Array, reach: Array, bend: Array
@@ -112,13 +107,14 @@ class QuadEmitter(FlatEmitter):
         return to, self._sample_weights(to, point, normal, 4.0 * np.sqrt(dot(edge, edge)))
 
     @property
+    def probe_sides(self) -> tuple[Array, Array]:
+        """Its half edges: see `FlatEmitter.probe_sides`."""
+        return self.span.half_u, self.span.half_v
+
+    @property
     def filled_span(self) -> LinearSpan:
         """The light's own parallelogram."""
         return self.span
-
-    def silhouette(self, to: Array, normal: Array) -> Array:
-        """Return the light's corners: (4, 3, n) metres from the points."""
-        return np.array(self.corners(to))
 
 
 def make_quad_emitter(light: QuadLight, motion: LightMotion) -> QuadEmitter:
@@ -132,4 +128,5 @@ def make_quad_emitter(light: QuadLight, motion: LightMotion) -> QuadEmitter:
         **motion.placed(light, light.center, light.radiance),
         radius=radius,
         span=LinearSpan(half_u, half_v, normal),
+        offsets=np.hstack([su * half_u + sv * half_v for su, sv in QUAD_CORNERS]),
     )

@@ -12,6 +12,7 @@ from ..scene.description import (
     EnvironmentLight,
     Light,
     PointLight,
+    PolygonLight,
     QuadLight,
     SkyLight,
     SphereLight,
@@ -23,6 +24,7 @@ from .disk_light import make_disk_emitter
 from .emitter import Emitter, LightMotion
 from .environment_light import make_environment_emitter
 from .point_light import make_point_emitter
+from .polygon_light import make_polygon_emitter
 from .sky_light import make_sky_emitter
 from .sphere_light import make_sphere_emitter
 from .spot_light import make_spot_emitter
@@ -36,6 +38,7 @@ _Maker: TypeAlias = Callable[[Any, LightMotion], Emitter]
 LIGHTS: tuple[tuple[type[Light], _Maker], ...] = (
     (QuadLight, make_spread_quad_emitter),
     (EllipseLight, make_spread_ellipse_emitter),
+    (PolygonLight, make_polygon_emitter),
     (SphereLight, make_sphere_emitter),
     (DiskLight, make_disk_emitter),
     (PointLight, make_point_emitter),

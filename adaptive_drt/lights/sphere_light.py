@@ -30,11 +30,11 @@ class SphereEmitter(RoundEmitter):
         """Whether points and occluders may lie within the light: they may."""
         return True
 
-    def visible_shape(self, reach: float) -> Shape:
+    def visible_shapes(self, reach: float) -> tuple[Shape, ...]:
         """Return the ball."""
         del reach
         center = vector_of(self.center[:, 0])
-        return Sphere(center, self.radius, motion=self.relative_motion, name=self.name)
+        return (Sphere(center, self.radius, motion=self.relative_motion, name=self.name),)
 
     def bounds_from_anywhere(self) -> LightBounds:
         """Return the ball, whose far side counts: what is visible of it depends on the point."""

@@ -14,8 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..geometry.axial_profile import AxialProfile
+from ..geometry.light_protocol import ViewCone
 from ..geometry.silhouettes import CircularSilhouette
-from ..numerics.arrays import Array, Mask
+from ..geometry.uneven_profile import UnevenProfile
+from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.floats import TINY
 from ..numerics.gather import columns
 from ..numerics.vector import dot
@@ -30,6 +32,10 @@ __all__ = ["SpotDiskEmitter", "SpotEmitter", "SpotPointEmitter", "SpotSphereEmit
 __all__ += ["make_spot_emitter"]
 
 
+NODES = np.polynomial.legendre.leggauss(16)  # type: ignore[no-untyped-call]
+"""Rule from the middle of a light to its outline, for uneven cones."""
+TURNS = 32
+"""Number of its nodes around the middle."""
 MIN_BLEND = 2.0**-12
 """Least blend of a spot's cone. Below it the edge of a cone of 45 degrees is narrower than 2 mm at
 a distance of 10 m, and would be a step, which estimates of smooth light do not see."""
@@ -51,15 +57,19 @@ class SpotEmitter(Emitter):
         distance = np.sqrt(dot(to, to))
         half = self.half_angle(np.maximum(distance, TINY))
         outer, inner = math.acos(self.beam.outer), math.acos(self.beam.inner)
-        angle = self._angle(to, distance)
+        angle, stretch = self._angle(to, distance), self.beam.stretch
+        half = stretch * half
         gap = np.maximum(angle - half - outer, inner - half - angle)
         bound = np.minimum(np.abs(angle - outer), np.abs(angle - inner)) - half
         width = np.maximum(outer - inner, 2.0 * half)
-        return ProfileEdge(gap, np.maximum(bound, 0.0), width)
+        return ProfileEdge(gap / stretch, np.maximum(bound, 0.0) / stretch, width / stretch)
 
     def _angle(self, to: Array, distance: Array) -> Array:
-        """Angles (n,) between the axis of the cone and points, seen from the light's centre."""
-        cosine = dot(self.beam.axis, to) / np.maximum(distance, TINY)
+        """Angles (n,) between the axis of the cone and points, seen from the light's centre.
+
+        Those of an uneven cone are the angles of the profile: see `AxialProfile.stretch`.
+        """
+        cosine = self.beam.cosine_along(to) / np.maximum(distance, TINY)
         angle: Array = np.arccos(np.clip(cosine, -1.0, 1.0))
         return angle
 
@@ -72,7 +82,8 @@ class SpotEmitter(Emitter):
         beyond = near > self.radius
         near = np.where(beyond, near, 1.0)
         turn = np.where(beyond, (reach + path) / near, np.inf)
-        half = self.half_angle(np.maximum(near, self.radius + TINY))
+        half = self.beam.stretch * self.half_angle(np.maximum(near, self.radius + TINY))
+        turn = self.beam.stretch * turn
         outside: Mask = self._angle(to, distance) - half - turn > math.acos(self.beam.outer)
         return outside & beyond
 
@@ -92,8 +103,7 @@ class SpotEmitter(Emitter):
 
     def _relative(self, direction: Array) -> Array:
         """Relative radiance (...) in unit directions (3, ...) from points."""
-        axis = self.beam.axis.reshape((3,) + (1,) * (direction.ndim - 1))
-        return self.beam.value(dot(axis, direction))
+        return self.beam.value(self.beam.cosine_along(direction))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -123,11 +133,20 @@ class _RoundSpotEmitter(SpotEmitter):
         factor = np.where(outside, level * plain, plain)
         rows = (varies & outside & (plain > 0.0)).nonzero()[0]
         if rows.size:
-            light = CircularSilhouette(columns(cone.axis, rows), cone.cosine[rows], cone.sine[rows])
-            none = np.zeros((0, 3, rows.size)), np.zeros((0, rows.size))
-            flat = np.zeros((0, 4, 3, rows.size))
-            factor[rows] = visible_factor(light, columns(normal, rows), none, flat, self.beam)
+            some = (columns(each, rows) for each in (to, point, normal))
+            factor[rows] = self._varied_factor(cone, rows, *some)
         return factor
+
+    def _varied_factor(
+        self, cone: ViewCone, rows: Ints, to: Array, point: Array, normal: Array
+    ) -> Array:
+        """Factors (n,) of the light where its profile varies over it, by quadrature.
+
+        cone : of all points, of which these are those of index `rows` (n,).
+        """
+        light = CircularSilhouette(columns(cone.axis, rows), cone.cosine[rows], cone.sine[rows])
+        none = np.zeros((0, 3, rows.size)), np.zeros((0, rows.size))
+        return visible_factor(light, normal, none, np.zeros((0, 4, 3, rows.size)), self.beam)
 
     def sample(
         self, to: Array, point: Array, normal: Array, a: Array, b: Array
@@ -150,6 +169,43 @@ class SpotSphereEmitter(_RoundSpotEmitter, SphereEmitter):
     """A ball that shines in a cone; points within it get all of its light."""
 
 
+@dataclass(frozen=True, kw_only=True)
+class _UnevenSpotEmitter(_RoundSpotEmitter):
+    """A light of a size that shines in a cone that is not circular.
+
+    Where its profile varies over it, the whole of it is integrated by `NODES` by `TURNS` nodes, and
+    what occluders leave of it by rays. Measured, the nodes are off by up to 1e-4 sr for a cone of
+    a blend of 0.4 whose light is as near as three of its radii.
+    """
+
+    def _varied_factor(
+        self, cone: ViewCone, rows: Ints, to: Array, point: Array, normal: Array
+    ) -> Array:
+        """Factors (n,) of the light where its profile varies over it, by quadrature."""
+        a = np.repeat(0.5 + 0.5 * NODES[0], TURNS)
+        b = np.tile((np.arange(TURNS) + 0.5) / TURNS, NODES[0].size)
+        share = np.repeat(0.5 * NODES[1], TURNS) / TURNS
+        spots = (np.broadcast_to(each, (rows.size, each.size)) for each in (a, b))
+        _, weight = self.sample(to[:, :, None], point[:, :, None], normal[:, :, None], *spots)
+        factor: Array = (weight * share).sum(axis=1)
+        return factor
+
+    def has_silhouette(self, to: Array) -> Mask:
+        """Where the light's outline has one radiance: (n,)."""
+        cone = self.view_cone(to)
+        return ~self.beam.at(cone.axis, np.arctan2(cone.sine, cone.cosine))[1]
+
+
+@dataclass(frozen=True, kw_only=True)
+class UnevenSpotDiskEmitter(_UnevenSpotEmitter, DiskEmitter):
+    """A disk that faces each point that it lights, and shines in an uneven cone."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class UnevenSpotSphereEmitter(_UnevenSpotEmitter, SphereEmitter):
+    """A ball that shines in an uneven cone; points within it get all of its light."""
+
+
 def make_spot_emitter(light: SpotLight, motion: LightMotion) -> SpotEmitter:
     """Return a spot's emitter."""
     way = -column(light.direction)
@@ -158,11 +214,16 @@ def make_spot_emitter(light: SpotLight, motion: LightMotion) -> SpotEmitter:
     outer = math.cos(0.5 * light.angle)
     inner = outer + (1.0 - outer) * max(light.blend, MIN_BLEND)
     beam = AxialProfile(way, outer, inner)
+    if light.frame is not None:
+        rows = np.array(light.frame)
+        beam = UnevenProfile(way, outer, inner, rows / np.abs(rows).max())
     if not light.radius:
         fields = motion.placed(light, light.center, light.intensity)
         return SpotPointEmitter(**fields, radius=0.0, beam=beam)
     area = math.pi * light.radius * light.radius
     r, g, b = light.intensity
     fields = motion.placed(light, light.center, (r / area, g / area, b / area))
-    kind = SpotDiskEmitter if light.faces else SpotSphereEmitter
+    kind: type[_RoundSpotEmitter] = SpotDiskEmitter if light.faces else SpotSphereEmitter
+    if light.frame is not None:
+        kind = UnevenSpotDiskEmitter if light.faces else UnevenSpotSphereEmitter
     return kind(**fields, radius=light.radius, beam=beam)

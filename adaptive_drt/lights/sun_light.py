@@ -65,12 +65,12 @@ class SunEmitter(DistantEmitter, SphereEmitter):
         """Return inf: the farther an occluder is, the farther it may be beside the line."""
         return math.inf
 
-    def visible_shape(self, reach: float) -> Shape:
+    def visible_shapes(self, reach: float) -> tuple[Shape, ...]:
         """Return a ball that is seen as the sun, beyond all objects."""
         sine = self.radius / DISTANCE
         distance = SAFE_DISTANCE * max(reach, LEAST_REACH) / (1.0 - sine)
         way = self.center[:, 0] / DISTANCE
-        return Sphere(vector_of(distance * way), distance * sine, name=self.name)
+        return (Sphere(vector_of(distance * way), distance * sine, name=self.name),)
 
     def as_point(self) -> Emitter:
         """Return the light reduced to its centre."""

@@ -15,6 +15,7 @@ import numpy as np
 from ..numerics.arrays import Array, Ints, Mask
 
 __all__ = [
+    "MAX_TRIANGLES",
     "NO_AREA",
     "Facets",
     "Mesh",
@@ -134,7 +135,9 @@ class Mesh:
         )
 
 
-def planar_facets(mesh: Mesh, triangles: Ints, owner: Ints) -> Facets | str:
+def planar_facets(
+    mesh: Mesh, triangles: Ints, owner: Ints, most_triangles: int = MAX_TRIANGLES
+) -> Facets | str:
     """Return the facets that a mesh consists of, or the reason, for the user, why there are none.
 
     Parallelograms are in the order of the groups' first faces, and within a group in the order of
@@ -144,18 +147,19 @@ def planar_facets(mesh: Mesh, triangles: Ints, owner: Ints) -> Facets | str:
     ----------
     triangles : (3, t) points of triangles that all faces together are cut into.
     owner : (t,) the face of each.
+    most_triangles : number of triangles above which there are no facets.
     """
     area = _area_vectors(mesh)
     size = np.linalg.norm(area, axis=0)
     shown = (size > 0.0).nonzero()[0]
-    found = _parallelograms(mesh.take(shown), area[:, shown] / size[shown])
+    found = _parallelograms(mesh.take(shown), area[:, shown] / size[shown], most_triangles)
     if isinstance(found, str):
         return found
     flat, used = found
     rest = np.ones(mesh.sizes.size, dtype=np.bool_)
     rest[shown[used]] = False
     corners, slot = _with_area(mesh, triangles[:, rest[owner]], owner[rest[owner]])
-    if slot.size > MAX_TRIANGLES:
+    if slot.size > most_triangles:
         return TOO_MANY
     if not flat.slot.size and not slot.size:
         return NO_AREA
@@ -171,7 +175,9 @@ def _with_area(mesh: Mesh, corners: Ints, owner: Ints) -> tuple[Ints, Ints]:
     return corners[:, wide], mesh.material_slots[owner[wide]]
 
 
-def _parallelograms(mesh: Mesh, normal: Array) -> tuple[Parallelograms, Ints] | str:
+def _parallelograms(
+    mesh: Mesh, normal: Array, most_triangles: int
+) -> tuple[Parallelograms, Ints] | str:
     """The parallelograms among the facets of a mesh, and the faces (k,) that they consist of.
 
     Returns the reason, for the user, where there are too many facets.
@@ -188,7 +194,7 @@ def _parallelograms(mesh: Mesh, normal: Array) -> tuple[Parallelograms, Ints] | 
     triangles = int((mesh.sizes[order[starts[alone & ~plain]]] - 2).sum())
     before, others = np.cumsum([0, *plain]), 0
     for group in (~alone).nonzero()[0].tolist():
-        if before[group] + others > MAX_PARALLELOGRAMS or triangles > MAX_TRIANGLES:
+        if before[group] + others > MAX_PARALLELOGRAMS or triangles > most_triangles:
             break
         first = int(starts[group])
         faces = order[first : first + sizes[group]]
@@ -197,7 +203,7 @@ def _parallelograms(mesh: Mesh, normal: Array) -> tuple[Parallelograms, Ints] | 
         used.append(faces[kept])
         others += made.place.size
         triangles += int((mesh.sizes[faces[~kept]] - 2).sum())
-    if triangles > MAX_TRIANGLES or before[-1] + others > MAX_PARALLELOGRAMS:
+    if triangles > most_triangles or before[-1] + others > MAX_PARALLELOGRAMS:
         return TOO_MANY
     return _in_order(found), np.concatenate(used)
 

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from .description import Vector, vector_of
 from .planar_facets import (
+    MAX_TRIANGLES,
     NO_AREA,
     Facets,
     Mesh,
@@ -114,6 +115,7 @@ def recognise_primitive(
     starts: IntArray,
     slots: IntArray,
     triangles: tuple[IntArray, IntArray] | None = None,
+    most_triangles: int = MAX_TRIANGLES,
 ) -> MeshSphere | Facets | str:
     """Return the sphere or the facets that a mesh represents, or why it is not rendered.
 
@@ -125,6 +127,7 @@ def recognise_primitive(
     slots : (f,) int64, material slot of each face.
     triangles : vertices (3, t) of triangles into which faces are cut that are no parallelograms,
         and the face (t,) of each. None: all triangles from the first corner of a face.
+    most_triangles : number of triangles above which a mesh has no facets.
 
     Returns
     -------
@@ -146,7 +149,7 @@ def recognise_primitive(
     ball = _as_uv_sphere(mesh) or _as_icosphere(mesh) or _as_covered_sphere(mesh, cut)
     if ball:
         return replace(ball, slot=int(np.bincount(slots).argmax()))
-    return planar_facets(mesh, cut, owner)
+    return planar_facets(mesh, cut, owner, most_triangles)
 
 
 def _fans(corners: IntArray, starts: IntArray, sizes: IntArray) -> tuple[IntArray, IntArray]:

@@ -8,6 +8,9 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TypeAlias
 
+import numpy as np
+from numpy.typing import NDArray
+
 __all__ = [
     "LARGEST_COORDINATE",
     "MIN_EDGE_SINE",
@@ -16,6 +19,7 @@ __all__ = [
     "Motion",
     "Vector",
     "area_defect",
+    "convexity_defect",
     "is_finite",
     "motion_defect",
     "radius_defect",
@@ -36,6 +40,11 @@ underflow."""
 MIN_EDGE_SINE = 2.0**-50
 """Smallest sine of the angle between two edges. Below it their cross product is mostly rounding
 error."""
+
+PLANE_TOLERANCE = 1e-4
+"""Largest distance of a planar polygon's vertices from its plane, as a fraction of its size, and
+largest sine by which its outline may turn back: vertices come from float32, and from meshes whose
+faces count as planar up to that angle."""
 
 
 def vector_of(values: Iterable[float]) -> Vector:
@@ -78,6 +87,30 @@ def radius_defect(radius: float) -> str | None:
 def area_defect(u: Vector, v: Vector) -> str | None:
     """Return what is wrong with the edges that span an area, or None."""
     return None if _has_area(u, v) else "it has no area"
+
+
+def convexity_defect(vertices: NDArray[np.float64]) -> str | None:
+    """Return why vertices (k, 3), in order, are not those of a planar convex polygon, or None."""
+    sides = np.roll(vertices, -1, axis=0) - vertices
+    length = np.linalg.norm(sides, axis=1)
+    if length.min() < SMALLEST_SIZE:
+        return "two of its vertices are the same"
+    # in units of its size: squares of coordinates may be out of range
+    size = float(length.max())
+    local = (vertices - vertices.mean(axis=0)) / size
+    normal = np.cross(local, np.roll(local, -1, axis=0)).sum(axis=0)
+    area = float(np.linalg.norm(normal))
+    if not area > MIN_EDGE_SINE:
+        return "it has no area"
+    normal = normal / area
+    if float(np.abs(local @ normal).max()) > PLANE_TOLERANCE:
+        return "it is not planar"
+    ways = sides / length[:, None]
+    after = np.roll(ways, -1, axis=0)
+    sine, cosine = np.cross(ways, after) @ normal, (ways * after).sum(axis=1)
+    turns = float(np.arctan2(sine, cosine).sum()) / (2.0 * math.pi)
+    convex = float(sine.min()) >= -PLANE_TOLERANCE and abs(turns - 1.0) < 0.5
+    return None if convex else "it is not convex"
 
 
 def scaled_color(color: Vector, factor: float) -> Vector:

@@ -239,7 +239,9 @@ def emission(plan: Plan, surface: Surface) -> Array | None:
     if plan.emission_profile is None:
         return glow
     point = surface.point
-    cosine = dot(plan.emission_profile.axis, point) / np.maximum(np.sqrt(dot(point, point)), TINY)
+    cosine = plan.emission_profile.cosine_along(point) / np.maximum(
+        np.sqrt(dot(point, point)), TINY
+    )
     return glow * plan.emission_profile.value(cosine)
 
 

@@ -69,35 +69,37 @@ def _layer(plan: Plan, light: Emitter, reach: float) -> LightLayer | None:
 
     reach : metres, beyond which there are no objects.
     """
-    shape = light.visible_shape(reach)
-    if shape is None:
+    shapes = light.visible_shapes(reach)
+    if not shapes:
         return None
-    move = np.zeros((3, 1))
-    if shape.motion is not None and plan.settings.use_motion:
-        move[:, 0] = shape.motion.displacement
-    kind = dict(SHAPES)[kind_of(shape)]
-    own = kind.from_records([shape], np.zeros((3, 1)), move if move.any() else None)
+    parts, motion = len(shapes), shapes[0].motion
+    move = np.zeros((3, parts))
+    if motion is not None and plan.settings.use_motion:
+        move += np.array(motion.displacement)[:, None]
+    kind = dict(SHAPES)[kind_of(shapes[0])]
+    own = kind.from_records(list(shapes), np.zeros((3, 1)), move if move.any() else None)
     table = ShapeTable((*plan.shapes.sets, own))
     seen = np.ones(plan.object_count, dtype=np.bool_) if plan.seen is None else plan.seen
-    is_moving = np.append(plan.is_moving, move.any())
+    is_moving = np.append(plan.is_moving, np.full(parts, move.any()))
     emission = np.zeros((3, table.count))
-    emission[:, -1] = light.power
+    emission[:, -parts:] = light.power[:, None]
     layer = replace(
         plan, shapes=table, albedo=np.zeros((3, table.count)), is_moving=is_moving,
         lights=(), background=np.zeros(3), transparent=False, penumbra=False,
         motion=plan.settings.use_motion and bool(is_moving.any()),
         edges=plan.settings.use_edges, may_use_embree=False, emission=emission,
-        emission_profile=light.profile, seen=np.append(seen, True), holdout=None, backdrop=None,
-        skipped=(),
+        emission_profile=light.profile, seen=np.append(seen, np.ones(parts, dtype=np.bool_)),
+        holdout=None, backdrop=None, skipped=(),
     )  # fmt: skip
-    return _within_window(layer)
+    return _within_window(layer, parts)
 
 
-def _within_window(layer: Plan) -> LightLayer | None:
-    """The picture of the last object's part of the screen; None if it is not in the region."""
+def _within_window(layer: Plan, parts: int) -> LightLayer | None:
+    """The picture of the last objects' part of the screen; None if that is not in the region."""
     width, height = layer.resolution
     whole = replace(layer, region=(0, 0, width, height))
-    x0, y0, x1, y1 = (int(each) for each in screen_bounds(whole)[:, -1])
+    bounds = screen_bounds(whole)[:, -parts:]
+    (x0, y0), (x1, y1) = bounds[:2].min(axis=1).tolist(), bounds[2:].max(axis=1).tolist()
     left, bottom, right, top = layer.region
     region = max(left, x0), max(bottom, y0), min(right, x1), min(top, y1)
     if region[0] >= region[2] or region[1] >= region[3]:

@@ -23,6 +23,7 @@ from ...adaptive_drt.scene.description import (
     Vector,
     vector_of,
 )
+from ...adaptive_drt.scene.light_records import LARGEST_SQUEEZE, LEAST_SPREAD
 from ...adaptive_drt.scene.units import (
     area_radiance,
     light_power,
@@ -38,6 +39,11 @@ from .shutter import TURNED, Matrix, Track, path_of
 
 SQUARE = 1e-5
 """Cosine between an area light's axes: less is float32's rounding."""
+
+SHEARED = (
+    "its parents shear it; it shines evenly with all of its power, while Cycles' picture of such "
+    "lights depends on how they are sampled"
+)
 
 UNEVEN = 1e-5
 """Relative difference of the scales along a spot's axes: less is float32's rounding."""
@@ -192,14 +198,13 @@ def _point(
 def _spot(light: Any, power: Vector, track: Track, tell: _Teller) -> SpotLight | None:
     linear = track.middle[:3, :3]
     size = np.linalg.norm(linear, axis=0)
-    if not size.all():
+    if not size.all() or not abs(np.linalg.det(linear / size)) > 1.0 / LARGEST_SQUEEZE:
         tell("its scale is zero along an axis; such spot lights are left out", missing=True)
         return None
+    frame = None
     if float(size.max() - size.min()) > UNEVEN * float(size.max()) or _sheared(linear):
-        tell(
-            "it is scaled unevenly; spot lights whose cone that squeezes are left out", missing=True
-        )
-        return None
+        x, y, z = (vector_of(row) for row in np.linalg.inv(linear))
+        frame = (x, y, z)
     path = path_of(track, shape=np.array([[0.0, 0.0, -1.0]]).T)
     tell(path.reason)
     normalize, radius = getattr(light, "normalize", True), float(light.shadow_soft_size)
@@ -219,6 +224,7 @@ def _spot(light: Any, power: Vector, track: Track, tell: _Teller) -> SpotLight |
         path.motion,
         bool(light.use_shadow),
         tell.name,
+        frame=frame,
     )
 
 
@@ -237,15 +243,18 @@ def _area(
         what = "scale along its Z axis" if flat else "size"
         tell(f"its {what} is zero, so it gives no light, nor does it in Cycles")
         return None
-    if _sheared(track.middle[:3, :3]):
-        tell("its parents shear it; sheared area lights are left out", missing=True)
-        return None
+    if _is_uneven(track.middle[:3, :3], kind is EllipseLight or light.spread < math.pi):
+        tell(SHEARED)
     forward = -track.middle[:3, 2]
     if float(np.cross(half_u, half_v) @ forward) < 0.0:  # a mirrored object
         half_u, half_v = half_v, half_u
     path = path_of(track, shape=half)
     tell(path.reason)
     radiance = area_radiance(power, area, getattr(light, "normalize", True))
+    spread = min(float(light.spread), math.pi)  # pi as a float32 is more
+    if spread < LEAST_SPREAD:
+        least = math.degrees(LEAST_SPREAD)
+        tell(f"its spread is {math.degrees(spread):.2g}°; it is rendered as one of {least:.2g}°")
     return kind(
         path.position,
         vector_of(half_u),
@@ -254,7 +263,7 @@ def _area(
         path.motion,
         bool(light.use_shadow),
         tell.name,
-        spread=min(float(light.spread), math.pi),  # pi as a float32 is more
+        spread=max(spread, LEAST_SPREAD),
     )
 
 
@@ -285,6 +294,21 @@ def _sun_direction(matrix: Matrix) -> Matrix | None:
 
 
 def _sheared(linear: Matrix) -> bool:
-    length = np.linalg.norm(linear, axis=0)
-    cosines = (linear / length).T @ (linear / length) - np.eye(3)
-    return float(np.abs(cosines).max()) > SQUARE
+    return float(np.abs(_cosines(linear)).max()) > SQUARE
+
+
+def _cosines(linear: Matrix) -> Matrix:
+    """Cosines (3, 3) between the axes, and 0 between each and itself."""
+    unit = linear / np.linalg.norm(linear, axis=0)
+    cosines: Matrix = unit.T @ unit - np.eye(3)
+    return cosines
+
+
+def _is_uneven(linear: Matrix, directed: bool) -> bool:
+    """Whether Cycles samples a sheared area light unevenly.
+
+    It takes the sides for orthogonal. It takes Z for the normal only where that matters: in disks,
+    and where the spread is limited, which `directed` tells.
+    """
+    cosines = np.abs(_cosines(linear))
+    return float(cosines.max() if directed else cosines[0, 1]) > SQUARE

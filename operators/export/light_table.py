@@ -3,13 +3,8 @@
 
 from __future__ import annotations
 
-import math
-
-from .coverage import Listed, Table, Use
+from .coverage import Table, Use
 from .datablock_table import GROUP, ID
-
-LEAST_SPREAD = math.radians(1.0)
-"""Spread of an area light, in radians, below which its light is nearly a parallel beam."""
 
 LIGHT: Table = {
     **ID,
@@ -50,13 +45,7 @@ POINT: Table = {
 AREA: Table = {
     **LIGHT,
     **SHADOWS,
-    **dict.fromkeys(("energy", "shape", "size", "size_y"), Use.RENDERED),
-    "spread": Listed(
-        (),
-        "its spread is {degrees}: area lights of a spread below 1° are left out",
-        missing=True,
-        when=lambda light: light.spread < LEAST_SPREAD,
-    ),
+    **dict.fromkeys(("energy", "shape", "size", "size_y", "spread"), Use.RENDERED),
     # area lights have no radius
     "shadow_soft_size": Use.NO_EFFECT,
 }

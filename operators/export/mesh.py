@@ -20,6 +20,7 @@ from ...adaptive_drt.scene.description import (
     Triangles,
     vector_of,
 )
+from ...adaptive_drt.scene.planar_facets import MAX_TRIANGLES
 from ...adaptive_drt.scene.primitive_recognition import (
     Facets,
     MeshSphere,
@@ -88,7 +89,9 @@ def faces_of(mesh: Any) -> tuple[Indices, Indices]:
     return corners, starts
 
 
-def mesh_form(mesh: Any, layout: Layout, known: dict[bytes, Form]) -> Form:
+def mesh_form(
+    mesh: Any, layout: Layout, known: dict[bytes, Form], most_triangles: int = MAX_TRIANGLES
+) -> Form:
     """Return what a Blender mesh stands for.
 
     Parameters
@@ -96,9 +99,10 @@ def mesh_form(mesh: Any, layout: Layout, known: dict[bytes, Form]) -> Form:
     layout : the mesh's own.
     known : forms by the mesh's content; a copy is looked up here, which is faster than to tell
         its form anew.
+    most_triangles : number of triangles above which a mesh has no facets.
     """
     slots = material_indices(mesh)
-    key = digest_of(layout.points, slots) + layout.faces
+    key = digest_of(layout.points, slots) + layout.faces + b"%d" % most_triangles
     if key not in known:
         corners, starts = faces_of(mesh)
         known[key] = recognise_primitive(
@@ -107,6 +111,7 @@ def mesh_form(mesh: Any, layout: Layout, known: dict[bytes, Form]) -> Form:
             starts.astype(np.int64),
             slots.astype(np.int64),
             triangles_of(mesh),
+            most_triangles,
         )
     return known[key]
 

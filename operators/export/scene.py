@@ -22,12 +22,13 @@ from ...adaptive_drt.scene.description import (
     Vector,
     validate,
 )
-from ...adaptive_drt.scene.primitive_recognition import UNUSABLE, MeshSphere
+from ...adaptive_drt.scene.primitive_recognition import UNUSABLE, Facets, MeshSphere
 from .animated import Animated, Key
 from .ball_instances import BallInstances, Motions
 from .camera import camera_of
 from .checklist import ObjectIssues, instancer_of, scene_issues
 from .clipping import clipped
+from .closed_solids import ClosedSolid, closed_solid, is_closed, unseen_lights
 from .components import Components, holds_smoke
 from .copies import Copies, placed_shapes
 from .deforming import Deforming, mesh_of, snapshot
@@ -50,7 +51,7 @@ from .mesh import (
 )
 from .point_cloud import Cloud, cloud_of, colors_of, placed_points
 from .shading import CUSTOM_BALL, FLAT_FACETS, shading_left_out
-from .shining import LIGHTS_NOTHING, shines, shining_lights
+from .shining import LIGHTS_NOTHING, MAX_SHINING_TRIANGLES, shines, shining_lights
 from .shutter import (
     Matrix,
     Shutter,
@@ -82,12 +83,14 @@ class _Known:
     """A mesh that has been read: what it stands for, and what of it that lacks.
 
     sphere : what it stands for where it shines, if that is another form: meshes light nothing.
+    smooth : whether its faces are shaded as if they were bent.
     """
 
     form: Form | MeshForm
     left_out: tuple[str, ...] = ()
     layout: Layout | None = None
     sphere: MeshSphere | None = None
+    smooth: bool = False
 
 
 @dataclass(frozen=True)
@@ -130,6 +133,7 @@ class _Export:
     owners : the objects to select, by the names of their instances.
     lit_around : whether the world lights everything from all sides.
     spheres : which meshes in the form of a sphere are rendered as spheres: see `export_scene`.
+    solids : closed meshes that shine, with their own shapes.
     """
 
     opens: dict[Hashable, Matrix] | None = None
@@ -153,6 +157,7 @@ class _Export:
     owners: dict[str, str] = field(default_factory=dict)
     lit_around: bool = False
     spheres: str = "AUTO"
+    solids: list[tuple[ClosedSolid, Sequence[ShapeRecord]]] = field(default_factory=list)
 
     def called(self, instance: Any) -> str:
         """Return an instance's name, and keep whose it is."""
@@ -189,14 +194,22 @@ class _Export:
             return issue
         return replace(issue, target=owner)
 
-    def add_shapes(self, shapes: Sequence[ShapeRecord], instance: Any, name: str) -> None:
-        """Take in the shapes of an instance, and the lights that they are."""
+    def add_shapes(
+        self, shapes: Sequence[ShapeRecord], instance: Any, name: str, closed: bool = False
+    ) -> None:
+        """Take in the shapes of an instance, and the lights that they are.
+
+        closed : whether they are all faces of a mesh without gaps.
+        """
         thing, instancer = instance.object, instancer_of(instance)
         seen, names = visibility_of(thing, instancer), names_of(thing, instancer)
         if seen is not EVERYWHERE:
             shapes = [replace(shape, visibility=seen) for shape in shapes]
         if any(map(shines, shapes)) and gives_light(thing, instancer):
             shapes, lights, reason = shining_lights(shapes, name)
+            solid = closed_solid(shapes, lights) if closed and seen.shadow else None
+            if solid is not None and links_of(thing) == LightLinks():
+                self.solids.append((solid, shapes))
             self.lights += lights
             self.links.update((light.name, links_of(thing)) for light in lights)
             self.tell(name, *((reason,) if reason else ()))
@@ -267,6 +280,19 @@ class _Export:
             self.colored[worn.name_full] = material_of(worn, self.issues, True)
         return self.colored[worn.name_full]
 
+    def shining_form(
+        self, mesh: Any, known: _Known, form: MeshForm, worn: dict[int, Material]
+    ) -> Facets | MeshForm:
+        """Return the flat faces of a mesh that shines, which are lights, or its own form.
+
+        known : what the mesh stands for, as `_read` returns it, with all its faces as `form`.
+        worn : materials by their slots; what is black as well looks alike however it is shaded.
+        """
+        if known.sphere is not None or (known.smooth and any(any(m.color) for m in worn.values())):
+            return form
+        found = mesh_form(mesh, layout_of(mesh), self.known, MAX_SHINING_TRIANGLES)
+        return found if isinstance(found, Facets) else form
+
     def lamp(self, light: Any) -> Lamp:
         """Return what the datablock of a light object says."""
         if light.name_full not in self.lamps:
@@ -329,6 +355,8 @@ def export_scene(
     gathered.issues.extend(clipped(lens, camera, gathered.shapes, animated.clip(lens)))
     gathered.issues.extend(animated.changes(depsgraph, _used(gathered, lens, world)))
     exposure = exposure_of(depsgraph.scene_eval)
+    unseen = unseen_lights(gathered.solids, gathered.shapes, camera)
+    gathered.lights = [light for light in gathered.lights if id(light) not in unseen]
     behind = around.world.background, around.world.backdrop
     shining = exposed(gathered.lights, *behind, exposure)
     gathered.shapes = brightened(gathered.shapes, exposure)
@@ -494,12 +522,15 @@ def _gather_faces(instance: Any, name: str, gathered: _Export) -> None:
         if isinstance(form, str):
             gathered.tell(name, form, missing=True)
             return
+        slots = np.unique(form.slot).tolist()
+        worn = {slot: gathered.material(slot_material(thing, slot)) for slot in slots}
+        shining = any(any(each.emission) for each in worn.values())
+        if shining and isinstance(form, MeshForm):
+            form = gathered.shining_form(mesh, known, form, worn)
+        closed = shining and is_closed(mesh)
         gathered.tell(name, *known.left_out)
         if gathered.deforming is not None and known.layout is not None:
             gathered.tell(name, *gathered.deforming.reasons(instance, mesh, known.layout))
-    slots = np.unique(form.slot).tolist()
-    worn = {slot: gathered.material(slot_material(thing, slot)) for slot in slots}
-    shining = any(any(each.emission) for each in worn.values())
     if shining and known.sphere is not None and not is_stretched(matrix_of(instance)):
         form = replace(known.sphere, slot=slots[0])
         gathered.tell(name, FLAT_FACETS)
@@ -520,7 +551,7 @@ def _gather_faces(instance: Any, name: str, gathered: _Export) -> None:
             gathered.add_copy(form, worn, track, instance, name)
         return
     found = shapes_of(form, track, worn, name, gathered.issues)
-    gathered.add_shapes(found, instance, name)
+    gathered.add_shapes(found, instance, name, closed)
 
 
 def _repetition_of(instance: Any) -> Hashable | None:
@@ -545,7 +576,10 @@ def _read(mesh: Any, gathered: _Export) -> _Known:
     form = mesh_form(mesh, layout, gathered.known)
     kept = layout if gathered.deforming is not None else None
     if isinstance(form, str):
-        return _Known(form if form in UNUSABLE else triangle_form(mesh), (), kept)
+        if form in UNUSABLE:
+            return _Known(form, (), kept)
+        triangles = triangle_form(mesh)
+        return _Known(triangles, (), kept, smooth=triangles.normals is not None)
     reason = shading_left_out(mesh, form)
     if isinstance(form, MeshSphere):
         several = gathered.override is None and wears_several(mesh)
@@ -555,7 +589,8 @@ def _read(mesh: Any, gathered: _Export) -> _Known:
         left_out = (SEVERAL if several else "", reason)
         return _Known(form, tuple(reason for reason in left_out if reason), kept)
     crowded = gathered.lit_around and form.slot.size > SKY_FACES
-    return _Known(triangle_form(mesh) if reason or crowded else form, (), kept)
+    found = triangle_form(mesh) if reason or crowded else form
+    return _Known(found, (), kept, smooth=bool(reason))
 
 
 def _shows_faces(spheres: str, reason: str, several: bool, faces: int) -> bool:

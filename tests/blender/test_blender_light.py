@@ -164,9 +164,20 @@ def test_a_spot_with_a_radius(export, soft):
     assert light.radius == 0.5 and light.faces is soft and scene.issues == ()
 
 
-@pytest.mark.parametrize("scale", [(1.0, 1.0, 2.0), (1.0, 3.0, 1.0), (1.0, 0.0, 1.0)])
-def test_a_spot_of_an_uneven_cone_is_left_out(export, scale):
-    things.light("SPOT", "Odd", **SPOT).scale = scale
+@pytest.mark.parametrize("scale", [(1.0, 1.0, 2.0), (1.0, 3.0, 1.0), (-1.0, 2.0, 1.0)])
+def test_a_spot_that_is_scaled_unevenly_has_a_frame(export, scale):
+    lamp = things.light("SPOT", "Odd", **SPOT)
+    lamp.scale, lamp.rotation_euler = scale, (0.4, 0.2, 0.1)
+    scene = export()
+    (light,) = scene.lights
+    assert scene.issues == ()
+    linear = np.array(lamp.matrix_world)[:3, :3]
+    assert np.array(light.frame) @ linear == pytest.approx(np.eye(3), abs=1e-6)
+    assert light.direction == pytest.approx(tuple(-linear[:, 2]), abs=1e-6)
+
+
+def test_a_spot_without_a_depth_is_left_out(export):
+    things.light("SPOT", "Odd", **SPOT).scale = (1.0, 0.0, 1.0)
     scene = export()
     (issue,) = scene.issues
     assert scene.lights == () and issue.missing and "left out" in issue.reason
@@ -200,7 +211,6 @@ def test_emission_nodes_multiply(export):
 @pytest.mark.parametrize(
     "kind, settings, said",
     [
-        ("AREA", {"spread": 0.01}, "spread"),
         ("AREA", {"size": 0.0}, "size is zero"),
     ],
 )
@@ -227,21 +237,41 @@ def test_a_depth_of_zero_gives_no_light(export):
     assert "scale along its Z axis is zero" in issue.reason and "shear" not in issue.reason
 
 
-def test_a_light_that_is_left_out_is_missing(export):
-    lamp = things.light("AREA", "Lamp", spread=0.0)
-    parent = things.link(bpy.data.objects.new("Parent", None))
-    lamp.parent = parent
-    (issue,) = export().issues
-    assert issue.missing and (issue.name, issue.kind, issue.target) == ("Lamp", "OBJECT", "Lamp")
+@pytest.mark.parametrize("degrees", [0.0, 0.03, 0.5])
+def test_a_narrow_spread_is_a_beam(export, degrees):
+    things.light("AREA", "Lamp", spread=math.radians(degrees))
+    scene = export()
+    (light,) = scene.lights
+    assert light.spread == pytest.approx(max(math.radians(degrees), 1e-3), rel=1e-5)
+    told = things.reasons(scene).get("Lamp", [])
+    assert (degrees >= 0.1) == (told == []) and all("0.057°" in reason for reason in told)
+    assert not any(issue.missing for issue in scene.issues)
 
 
-def test_a_shear_is_told(export):
+@pytest.mark.parametrize("shape", ["RECTANGLE", "ELLIPSE"])
+def test_a_sheared_light_is_a_parallelogram_of_its_power(export, shape):
     parent = things.link(bpy.data.objects.new("Parent", None))
     parent.scale = (1.0, 3.0, 1.0)
-    lamp = things.light("AREA", "Lamp")
+    lamp = things.light("AREA", "Lamp", energy=100.0, shape=shape, size=1.0, size_y=2.0)
     lamp.parent, lamp.rotation_euler = parent, (0.0, 0.0, 0.5)
-    (issue,) = export().issues
-    assert issue.missing and "shear" in issue.reason
+    scene = export()
+    (light,), (issue,) = scene.lights, scene.issues
+    assert not issue.missing and "shear" in issue.reason
+    assert abs(np.dot(light.half_u, light.half_v)) > 0.1
+    area = np.linalg.norm(np.cross(light.half_u, light.half_v)) * (4 if shape[0] == "R" else PI)
+    assert light.radiance[0] * PI * area == pytest.approx(100.0, rel=1e-5)
+    assert np.cross(light.half_u, light.half_v)[2] < 0.0
+
+
+def test_a_shear_along_its_normal_is_not_told(export):
+    """Cycles takes the rectangle alone from the matrix; of a disk, the normal as well."""
+    parent = things.link(bpy.data.objects.new("Parent", None))
+    parent.scale = (1.0, 1.0, 2.0)
+    lamp = things.light("AREA", "Lamp", shape="SQUARE")
+    lamp.parent, lamp.rotation_euler = parent, (0.5, 0.0, 0.0)
+    assert export().issues == ()
+    lamp.data.shape = "DISK"
+    assert "shear" in export().issues[0].reason
 
 
 def test_a_portal_gives_no_light_and_no_line(export):

@@ -6,6 +6,7 @@ from __future__ import annotations
 import importlib
 import math
 
+import bmesh
 import bpy
 import numpy as np
 import pytest
@@ -159,6 +160,31 @@ def _shining_plane():
     return plane
 
 
+def _shining_face(*corners):
+    """One face of corners (x, y), tilted, over the balls."""
+    face = things.mesh_object("Face", [(*c, 0.0) for c in corners], [tuple(range(len(corners)))])
+    face.location, face.rotation_euler = (0.3, -0.4, 2.6), (0.5, 0.3, 0.2)
+    face.data.materials.append(_glow("Face"))
+    return face
+
+
+def _shining_disk(sides=32):
+    turns = 2.0 * math.pi * np.arange(sides) / sides
+    return _shining_face(*zip(0.7 * np.cos(turns), 0.7 * np.sin(turns), strict=True))
+
+
+def _shining_solid(segments=5):
+    solid = things.made(
+        "Solid",
+        lambda work: bmesh.ops.create_cone(
+            work, cap_ends=True, segments=segments, radius1=0.6, radius2=0.3, depth=0.8
+        ),
+    )
+    solid.location, solid.rotation_euler = (0.3, -0.4, 2.4), (0.5, 0.3, 0.2)
+    solid.data.materials.append(_glow("Solid"))
+    return solid
+
+
 def _shining_principled():
     ball = _shining_ball()
     ball.data.materials[0] = things.material(
@@ -217,6 +243,14 @@ SHINING = {
     "seen of a spread of 70 degrees": lambda: _spread(70.0, seen=True),
     "ball that shines": _shining_ball,
     "plane that shines": _shining_plane,
+    "triangle that shines": lambda: _shining_face((-0.8, -0.5), (0.9, -0.6), (0.0, 0.8)),
+    "arrow that shines": lambda: _shining_face(
+        (-0.8, -0.4), (0.0, -0.1), (0.8, -0.4), (0.3, 0.1), (0.0, 0.8), (-0.3, 0.1)
+    ),
+    "disk that shines": _shining_disk,
+    "disk that shines and moves": lambda: _blurred(_shining_disk()),
+    "solid that shines": _shining_solid,
+    "solid of many faces that shines": lambda: _shining_solid(11),
     "Principled that shines, and a lamp": _shining_principled,
     "ball that shines and moves": lambda: _blurred(_shining_ball()),
     "plane that shines and moves": lambda: _blurred(_shining_plane()),

@@ -7,6 +7,7 @@ import math
 
 import bmesh
 import bpy
+import numpy as np
 import pytest
 import things
 
@@ -51,12 +52,73 @@ def test_a_flat_face_shines_on_both_sides(export, core):
     assert scene.shapes[0].visibility.unlit_by == {front.name} == {back.name}
 
 
-def test_a_box_is_six_lights_of_two_sides(export):
+def _outward(light):
+    front = np.cross(light.half_u, light.half_v)
+    return float(front @ np.array(light.center)) > 0.0
+
+
+@pytest.mark.parametrize("inside", [None, "ball", "camera"])
+def test_a_box_is_six_lights(export, inside):
+    """Their inner sides count where something is inside."""
     box = things.made("Box", lambda work: bmesh.ops.create_cube(work, size=1.0))
     box.data.materials.append(_emission())
+    box.rotation_euler = (0.3, 0.4, 0.5)
+    things.plane("Floor", 9.0).location.z = -0.9
+    if inside == "ball":
+        things.uv_sphere("Ball", 0.2)
+    if inside == "camera":
+        bpy.context.scene.camera.location = (0.1, 0.0, 0.0)
     scene = export()
-    assert len(scene.lights) == 12 and len({light.name for light in scene.lights}) == 6
-    assert len(scene.shapes) == 6 and scene.issues == ()
+    outward = [_outward(light) for light in scene.lights]
+    assert sum(outward) == 6 and len({light.name for light in scene.lights}) == 6
+    assert len(outward) == (12 if inside else 6)
+
+
+def test_inner_sides_of_what_casts_no_shadow_or_is_open_count(export):
+    box = things.made("Box", lambda work: bmesh.ops.create_cube(work, size=1.0))
+    box.data.materials.append(_emission())
+    box.visible_shadow = False
+    assert len(export().lights) == 12
+    box.visible_shadow = True
+    tube = things.made(
+        "Tube",
+        lambda work: bmesh.ops.create_cone(work, segments=4, radius1=1.0, radius2=1.0, depth=1.0),
+    )
+    tube.data.materials.append(box.data.materials[0])
+    tube.location.x = 5.0
+    assert len(export().lights) == 6 + 2 * 4
+
+
+def _face(*corners):
+    points = [(*corner, 0.0) for corner in corners]
+    face = things.mesh_object("Face", points, [tuple(range(len(points)))])
+    face.data.materials.append(_emission())
+    return face
+
+
+def test_a_triangle_shines(export, core):
+    _face((0.0, 0.0), (2.0, 0.0), (0.0, 1.0))
+    scene = export()
+    front, back = scene.lights
+    assert isinstance(front, core.PolygonLight) and scene.issues == ()
+    assert front.vertices == back.vertices[::-1] and front.radiance == GLOW
+    assert scene.shapes[0].visibility.passed_by == {front.name} == {back.name}
+
+
+def test_a_filled_circle_is_one_light_of_two_sides(export):
+    bpy.ops.mesh.primitive_circle_add(vertices=32, fill_type="NGON")
+    bpy.context.object.data.materials.append(_emission())
+    scene = export()
+    assert [len(light.vertices) for light in scene.lights] == [32, 32] and scene.issues == ()
+    assert {name for shape in scene.shapes for name in shape.visibility.unlit_by} == {"Circle"}
+
+
+def test_an_arrow_is_several_lights(export):
+    _face((-1, 0), (0, 0.3), (1, 0), (0.3, 0.4), (0, 1), (-0.3, 0.4))
+    scene = export()
+    assert 4 <= len(scene.lights) <= 8 and len({light.name for light in scene.lights}) > 1
+    for shape in scene.shapes:
+        assert len(shape.visibility.unlit_by) == 1
 
 
 def test_other_shapes_that_shine_light_nothing(export):

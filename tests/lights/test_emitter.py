@@ -18,6 +18,7 @@ from adaptive_drt.scene.description import (
     EnvironmentLight,
     Motion,
     PointLight,
+    PolygonLight,
     QuadLight,
     SkyLight,
     SphereLight,
@@ -29,11 +30,12 @@ CENTER, POWER = (0.4, -0.3, 2.5), (1.0, 2.0, 3.0)
 RECORDS = {
     QuadLight: QuadLight(CENTER, (0.5, 0.1, 0.2), (0.0, -0.7, 0.3), POWER),
     EllipseLight: EllipseLight(CENTER, (0.5, 0.1, 0.2), (0.0, -0.7, 0.3), POWER),
+    PolygonLight: PolygonLight(((0.9, -0.2, 2.7), (0.4, -1.0, 2.8), (-0.1, 0.3, 2.0)), POWER),
     SphereLight: SphereLight(CENTER, 0.6, POWER),
     DiskLight: DiskLight(CENTER, 0.6, POWER),
     PointLight: PointLight(CENTER, POWER),
 }
-FLAT = (QuadLight, EllipseLight)
+FLAT = (QuadLight, EllipseLight, PolygonLight)
 EXTENDED = [kind for kind in RECORDS if kind is not PointLight]
 AT_REST = LightMotion(np.zeros(3), np.zeros(3))
 COUNT = 400
@@ -49,7 +51,7 @@ def emitter_of(kind, **changes):
 def places(record, rng, point):
     """Points of a light as points (3, n) see them: (3, n, COUNT), from its description alone."""
     n = point.shape[1]
-    center = np.array(record.center)[:, None, None]
+    center = np.array(getattr(record, "center", CENTER))[:, None, None]
     if isinstance(record, PointLight):
         return np.broadcast_to(center, (3, n, COUNT))
     if isinstance(record, QuadLight):
@@ -57,6 +59,10 @@ def places(record, rng, point):
         a[:, :4], b[:, :4] = [1.0, 1.0, -1.0, -1.0], [1.0, -1.0, 1.0, -1.0]
         u, v = (np.array(half)[:, None, None] for half in (record.half_u, record.half_v))
         return center + a * u + b * v
+    if isinstance(record, PolygonLight):
+        share = rng.dirichlet(np.full(3, 0.5), (n, COUNT))
+        share[:, :3] = np.eye(3)
+        return np.einsum("nkc,cx->xnk", share, np.array(record.vertices))
     if isinstance(record, EllipseLight):
         turn, size = rng.uniform(0.0, 2.0 * np.pi, (n, COUNT)), np.sqrt(rng.random((n, COUNT)))
         size[:, : COUNT // 2] = 1.0
@@ -69,6 +75,13 @@ def places(record, rng, point):
         offset -= axis * (axis * offset).sum(axis=0)
     offset /= np.sqrt((offset * offset).sum(axis=0))
     return center + record.radius * offset
+
+
+def placed_at(record, center):
+    if isinstance(record, PolygonLight):
+        move = center - np.array(CENTER)
+        return replace(record, vertices=tuple(tuple(v + move) for v in record.vertices))
+    return replace(record, center=tuple(center))
 
 
 def seen(seed):
@@ -88,7 +101,9 @@ def test_extent_is_the_largest_product(kind):
     most = np.abs(products).max(axis=1)
     assert np.all(most <= extent + 1e-12)
     # points on spheres are drawn at random; a disk's extent holds for all points that it faces
-    share = {QuadLight: 1.0 - 1e-12, EllipseLight: 0.99, SphereLight: 0.95}.get(kind, 0.0)
+    shares = {EllipseLight: 0.99, SphereLight: 0.95}
+    shares |= dict.fromkeys((QuadLight, PolygonLight), 1.0 - 1e-12)
+    share = shares.get(kind, 0.0)
     assert np.all(most >= share * extent)
 
 
@@ -209,10 +224,10 @@ def test_bounds_enclose_the_light_and_its_path(kind):
     cone = swept.view_cone(swept.to_center(point))
     assert swept.displacement is None
     for time in (-0.5, 0.1, 0.5):
-        moved = replace(RECORDS[kind], center=tuple(np.array(CENTER) + time * shift))
+        moved = placed_at(RECORDS[kind], np.array(CENTER) + time * shift)
         to = places(moved, rng, point) - point[:, :, None]
         assert emitter.to_center(point, time) == pytest.approx(
-            np.array(moved.center)[:, None] - point
+            (np.array(CENTER) + time * shift)[:, None] - point
         )
         length = np.sqrt((to * to).sum(axis=0))
         cosine = (cone.axis[:, :, None] * to).sum(axis=0) / length

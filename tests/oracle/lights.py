@@ -7,6 +7,7 @@ from adaptive_drt.scene.description import (
     DiskLight,
     EllipseLight,
     PointLight,
+    PolygonLight,
     QuadLight,
     SkyLight,
     SphereLight,
@@ -41,6 +42,8 @@ def in_cone(light, p, t, point):
     """How much (n,) of a spot's light goes from its points (n, 3) towards p (n, 3)."""
     way = p - point
     axis = np.array(light.direction) / np.linalg.norm(light.direction)
+    if light.frame is not None:
+        way, axis = way @ np.array(light.frame).T, np.array([0.0, 0.0, -1.0])
     cosine = way @ axis / np.maximum(norm(way), TINY)
     edge = np.cos(light.angle / 2.0)
     width = np.maximum((1.0 - edge) * light.blend, 1e-9)
@@ -70,7 +73,39 @@ def source(light, q):
         return np.asarray(q) - FAR * np.array(light.direction) / np.linalg.norm(light.direction)
     if isinstance(light, SkyLight):
         return np.asarray(q) + FAR * np.array([0.0, 0.0, 1.0])
+    return _center(light)
+
+
+def _center(light):
+    if isinstance(light, PolygonLight):
+        return np.mean(light.vertices, axis=0)
     return np.array(light.center, dtype=float)
+
+
+def _corners(light):
+    """Offsets (k, 3) of a polygon's corners from `_center`."""
+    return np.array(light.vertices) - _center(light)
+
+
+def _around(light, b):
+    """Offsets (n, 3) along a polygon's outline: b (n,) from 0 to 1 in proportion to the area that
+    is passed as seen from `_center`, as uv is of a point that far out."""
+    corners = _corners(light)
+    following = np.roll(corners, -1, axis=0)
+    area = np.linalg.norm(np.cross(corners, following), axis=1)
+    passed = np.cumsum(area) / area.sum()
+    at = np.minimum((b[:, None] >= passed).sum(axis=1), len(area) - 1)
+    before = np.append(0.0, passed)[at]
+    part = ((b - before) / (passed[at] - before))[:, None]
+    return (1.0 - part) * corners[at] + part * following[at]
+
+
+def _flat_normal(light):
+    """Area vector (3,) of a flat light: of a polygon, or of the parallelogram of its half axes."""
+    if isinstance(light, PolygonLight):
+        corners = _corners(light)
+        return np.cross(corners, np.roll(corners, -1, axis=0)).sum(axis=0) / 2.0
+    return np.cross(light.half_u, light.half_v)
 
 
 def is_dark(light):
@@ -102,18 +137,19 @@ def _axis(light, p, t):
 
 def facing(light, p, t):
     """Height in metres of p over the front of a flat light; infinite for all others."""
-    if not isinstance(light, QuadLight | EllipseLight):
+    if not isinstance(light, QuadLight | EllipseLight | PolygonLight):
         return np.full(len(p), np.inf)
-    normal = np.cross(light.half_u, light.half_v)
+    normal = _flat_normal(light)
     normal = normal / np.linalg.norm(normal)
-    return (p - moved(light, light.center, t)) @ normal
+    return (p - moved(light, _center(light), t)) @ normal
 
 
 def place(light, p, t, uv):
     """Points (n, 3) of a light at time t: uv (n, 2) in the square -1..1, or in the unit disk.
 
     For a disk and a sphere the points are those that face p; a sphere's uv is the sine of the
-    angle from the axis to its centre, as a share of its outline's. A sky's is the whole sphere of
+    angle from the axis to its centre, as a share of its outline's. A polygon's is in the unit disk,
+    by the area that is passed around its centre. A sky's is the whole sphere of
     directions, by Lambert's projection, below the horizon, too.
     """
     light = without_cone(light)
@@ -121,6 +157,9 @@ def place(light, p, t, uv):
         square = np.minimum((uv**2).sum(axis=1, keepdims=True), 1.0)
         side = 2.0 * np.sqrt(1.0 - square) * uv
         return p + FAR * np.concatenate([side, 1.0 - 2.0 * square], axis=1)
+    if isinstance(light, PolygonLight):
+        turn = np.arctan2(uv[:, 1], uv[:, 0]) / (2.0 * np.pi) % 1.0
+        return moved(light, _center(light), t) + norm(uv)[:, None] * _around(light, turn)
     if isinstance(light, QuadLight | EllipseLight):
         return moved(light, light.center, t) + uv @ np.array([light.half_u, light.half_v])
     if isinstance(light, PointLight):
@@ -151,6 +190,8 @@ def aim(light, p, t, q):
         rho = np.sqrt(np.maximum(1.0 - way[:, 2], 0.0) / 2.0)
         side = np.hypot(way[:, 0], way[:, 1])
         return way[:, :2] * (rho / np.maximum(side, TINY))[:, None]
+    if isinstance(light, PolygonLight):
+        return _aim_polygon(light, p, t, toward)
     if isinstance(light, QuadLight | EllipseLight):
         u, v = np.array(light.half_u), np.array(light.half_v)
         columns = np.stack([np.broadcast_to(u, p.shape), np.broadcast_to(v, p.shape), -toward], 2)
@@ -174,6 +215,29 @@ def aim(light, p, t, q):
     rho = norm(uv)
     outside = (rho > 1.0) | (ahead <= 0.0)
     return np.where(outside[:, None], uv / np.maximum(rho, TINY)[:, None], uv)
+
+
+def _aim_polygon(light, p, t, toward):
+    """`aim` of a polygon, for vectors toward (n, 3): those that miss it, at its outline."""
+    corners, normal = _corners(light), _flat_normal(light)
+    start = p - moved(light, _center(light), t)
+    drop = toward @ normal
+    flat = np.abs(drop) < np.finfo(float).tiny
+    s = -(start @ normal) / np.where(flat, 1.0, drop)
+    place = start + s[:, None] * toward
+    place[flat | (s < 0.0)] = 0.0
+    following = np.roll(corners, -1, axis=0)
+    # the place is a share of each pair of corners; both shares are positive of the one around it
+    area = np.cross(corners, following) @ normal
+    one = np.stack([np.cross(place, b) @ normal for b in following], axis=1) / area
+    other = np.stack([np.cross(a, place) @ normal for a in corners], axis=1) / area
+    at = np.minimum(one, other).argmax(axis=1)
+    rows = np.arange(len(p))
+    one, other = (np.maximum(x[rows, at], 0.0) for x in (one, other))
+    out = one + other
+    passed = np.append(0.0, np.cumsum(area) / area.sum())
+    turn = 2.0 * np.pi * (passed[at] + np.diff(passed)[at] * other / np.maximum(out, TINY))
+    return np.minimum(out, 1.0)[:, None] * np.stack([np.cos(turn), np.sin(turn)], axis=1)
 
 
 def emitted(light, p, normals, t, square):
@@ -204,6 +268,8 @@ def emitted(light, p, normals, t, square):
         area = np.pi * getattr(light, "radius", 0.0) ** 2
         if isinstance(light, EllipseLight):
             area = np.pi * np.linalg.norm(np.cross(light.half_u, light.half_v))
+        if isinstance(light, PolygonLight):
+            area = np.linalg.norm(_flat_normal(light))
     point = place(light, p, t, uv)
     toward = point - p
     distance2 = dot(toward, toward)
@@ -211,7 +277,7 @@ def emitted(light, p, normals, t, square):
     cosine = np.maximum(dot(toward, normals) / distance, 0.0)
     if isinstance(light, PointLight):
         return point, cosine / distance2
-    if isinstance(light, QuadLight | EllipseLight):
+    if isinstance(light, QuadLight | EllipseLight | PolygonLight):
         height = facing(light, p, t)
     else:
         height = norm(moved(light, light.center, t) - p)
