@@ -133,8 +133,11 @@ class BallInstances:
             key = key_of(instance)
             if group.deforms and not self._motions.deforming.knows(instance, key):
                 return False
-            group.opens.append(self._motions.opens.get(key))
-            group.closes.append(self._motions.closes.get(key))
+            opens, closes = self._motions.opens.get(key), self._motions.closes.get(key)
+            if opens is not None and closes is not None and _grows(opens, closes):
+                return False
+            group.opens.append(opens)
+            group.closes.append(closes)
         group.numbers.append(number)
         return True
 
@@ -197,6 +200,14 @@ def _uniform_scales(matrices: Matrix) -> Matrix:
     return found
 
 
+def _grows(opens: Matrix, closes: Matrix) -> bool:
+    """Whether the size of a ball changes during the shutter: it is then rendered as a mesh."""
+    if np.array_equal(opens[:3, :3], closes[:3, :3]):
+        return False
+    sizes = [np.linalg.norm(each[:3, :3], axis=0) for each in (opens, closes)]
+    return float(np.abs(sizes[1] - sizes[0]).max()) > TURNED * float(sizes[0].max())
+
+
 def _joined(matrices: list[Matrix | None]) -> Matrix:
     """Return matrices as one array (n, 4, 4); those that are not there are not finite."""
     absent = np.full((4, 4), np.nan)
@@ -231,8 +242,5 @@ def _worth_telling(middle: Matrix, opens: Matrix, closes: Matrix, center: Matrix
         bend = np.linalg.norm(at - (start + end) / 2.0, axis=1)
         bent = ~still & (bend > CURVED * np.linalg.norm(end - start, axis=1))
         back = still & (start != at).any(axis=1)
-        sizes = [np.linalg.norm(each[:, :3, :3], axis=1) for each in (middle, opens, closes)]
-        change = np.max([np.abs(each - sizes[0]).max(axis=1) for each in sizes[1:]], axis=0)
-        sized = change > TURNED * sizes[0].max(axis=1)
-    found: list[NDArray[np.int64]] = [np.flatnonzero(m & there)[:1] for m in (sized, bent, back)]
+    found: list[NDArray[np.int64]] = [np.flatnonzero(m & there)[:1] for m in (bent, back)]
     return np.unique(np.concatenate(found)).tolist()

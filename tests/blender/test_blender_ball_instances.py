@@ -138,14 +138,16 @@ def test_motion_is_that_of_each_instance(both, way, frames):
     assert len(ways) > 5 and len(set(ways)) > 1
 
 
-def test_what_changes_its_size_or_form_is_told(both):
-    ball = _ball()
-    _by_nodes(ball)
-    things.keyed(ball, "scale", (1.0, 1.0, 1.0), (2.0, 2.0, 2.0))
+def test_what_grows_is_rendered_with_its_faces(export):
+    field = _by_nodes(_ball())
+    things.keyed(field, "scale", (1.0, 1.0, 1.0), (2.0, 2.0, 2.0))
     scene = bpy.context.scene
     scene.render.use_motion_blur, scene.render.motion_blur_shutter = True, 1.0
     scene.frame_set(6)
-    assert_same(*both())
+    made = export()
+    (copies,) = (shape for shape in made.shapes if shape.name.startswith("Field/Ball"))
+    assert copies.matrices.shape == (3, 3, 4, 16)
+    assert not [issue for issue in made.issues if issue.name.startswith("Field/Ball")]
 
 
 def test_instances_that_appear_are_told(both):
