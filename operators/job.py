@@ -62,7 +62,7 @@ class Job:
         self._scene, self._watched = scene, watched
         self._settings = replace(settings, batch=WINDOW_BATCH) if watched else settings
         self._cancel = threading.Event()
-        self._thread = threading.Thread(target=self.run, name="Adaptive Render", daemon=True)
+        self._thread: threading.Thread | None = None
         self._over, self._left = threading.Event(), False
         self._telling = threading.Lock()
         self._began = 0.0
@@ -82,6 +82,12 @@ class Job:
         return self._scene.camera.region
 
     def start(self) -> None:
+        """Render in a thread of its own.
+
+        The thread is made here. One that never starts keeps its target: it and the job would hold
+        each other, and with them the film, until Python looks for such cycles.
+        """
+        self._thread = threading.Thread(target=self.run, name="Adaptive Render", daemon=True)
         self._thread.start()
 
     def _give_way(self) -> None:
@@ -180,7 +186,7 @@ class Job:
 
     def wait(self, seconds: float | None = None) -> None:
         """Wait until it tells nothing new any more, at most so many seconds."""
-        if self._thread.is_alive():
+        if self.alive:
             self._over.wait(seconds)
 
     def leave(self) -> None:
@@ -191,7 +197,7 @@ class Job:
 
     def join(self) -> None:
         """Wait until its threads have ended."""
-        if self._thread.is_alive():
+        if self._thread is not None:
             self._thread.join()
 
     @property
@@ -207,12 +213,12 @@ class Job:
     @property
     def running(self) -> bool:
         """Whether there may be news."""
-        return self._thread.is_alive() and not (self._left or self._over.is_set())
+        return self.alive and not (self._left or self._over.is_set())
 
     @property
     def alive(self) -> bool:
         """Whether it still has a thread."""
-        return self._thread.is_alive()
+        return self._thread is not None and self._thread.is_alive()
 
     @property
     def seconds(self) -> float:

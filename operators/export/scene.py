@@ -132,6 +132,7 @@ class _Export:
     links : what each light is linked to, by its name.
     owners : the objects to select, by the names of their instances.
     lit_around : whether the world lights everything from all sides.
+    layer : the view layer, by whose collections shapes are holdouts.
     spheres : which meshes in the form of a sphere are rendered as spheres: see `export_scene`.
     solids : closed meshes that shine, with their own shapes.
     """
@@ -156,6 +157,7 @@ class _Export:
     lamps: dict[str, Lamp] = field(default_factory=dict)
     owners: dict[str, str] = field(default_factory=dict)
     lit_around: bool = False
+    layer: Any | None = None
     spheres: str = "AUTO"
     solids: list[tuple[ClosedSolid, Sequence[ShapeRecord]]] = field(default_factory=list)
 
@@ -202,7 +204,7 @@ class _Export:
         closed : whether they are all faces of a mesh without gaps.
         """
         thing, instancer = instance.object, instancer_of(instance)
-        seen, names = visibility_of(thing, instancer), names_of(thing, instancer)
+        seen, names = visibility_of(thing, instancer, self.layer), names_of(thing, instancer)
         if seen is not EVERYWHERE:
             shapes = [replace(shape, visibility=seen) for shape in shapes]
         if any(map(shines, shapes)) and gives_light(thing, instancer):
@@ -342,7 +344,7 @@ def export_scene(
         raise SceneError("The scene has no camera: add one, or make one active")
     # at each frame the evaluated layer is another one
     moves = use_motion and move is not None and depsgraph.view_layer_eval.use_motion_blur
-    gathered, animated = _Export(spheres=spheres), Animated()
+    gathered, animated = _Export(spheres=spheres, layer=depsgraph.view_layer), Animated()
     if moves and move is not None and (shutter := shutter_of(scene)) is not None:
         _sample_ends(depsgraph, camera_object, move, shutter, gathered, animated)
     gathered.override = depsgraph.view_layer_eval.material_override

@@ -71,18 +71,21 @@ def names_of(thing: Any, instancer: Any | None) -> frozenset[str]:
     return frozenset(each.original.name_full for each in things)
 
 
-def visibility_of(thing: Any, instancer: Any | None) -> Visibility:
+def visibility_of(thing: Any, instancer: Any | None, layer: Any) -> Visibility:
     """Return the Ray Visibility of a shape, and whether it is a holdout.
 
     Its instancer's visibility takes away from its own, and its instancer's Holdout is in force in
-    place of its own.
+    place of its own. The same holds for those of the collections in a view layer; what is Indirect
+    Only there is seen by no camera, unless it is a holdout.
     """
 
     def met(rays: str) -> bool:
         return bool(getattr(thing, rays) and (instancer is None or getattr(instancer, rays)))
 
-    camera, shadow = met("visible_camera"), met("visible_shadow")
-    holdout = bool((thing if instancer is None else instancer).is_holdout)
+    owner = thing if instancer is None else instancer
+    holdout = bool(owner.is_holdout or owner.original.holdout_get(view_layer=layer))
+    hidden = not holdout and bool(owner.original.indirect_only_get(view_layer=layer))
+    camera, shadow = met("visible_camera") and not hidden, met("visible_shadow")
     if camera and shadow and not holdout:
         return EVERYWHERE
     return Visibility(camera, shadow, holdout=holdout)

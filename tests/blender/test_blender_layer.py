@@ -43,21 +43,47 @@ def test_world_override(export):
     assert export().background == pytest.approx(BLUE[:3])
 
 
-@pytest.mark.parametrize("switch, said", [("holdout", "Holdout"), ("indirect_only", "Indirect")])
-def test_switches_of_collections_are_told(export, switch, said):
+def _inside():
+    """A collection in the scene, and its entry in the view layer."""
     collection = bpy.data.collections.new("Things")
     bpy.context.scene.collection.children.link(collection)
-    layer = bpy.context.view_layer.layer_collection.children["Things"]
+    return collection, bpy.context.view_layer.layer_collection.children["Things"]
+
+
+@pytest.mark.parametrize("switch", ["holdout", "indirect_only"])
+def test_switches_of_collections_are_those_of_their_shapes(export, rendered, switch):
+    collection, layer = _inside()
     setattr(layer, switch, True)
-    bpy.context.view_layer.update()
-    assert export().issues == ()  # there is nothing in it
     things.uv_sphere("Ball", collection=collection)
-    scene = export()
-    (reason,) = things.reasons(scene)['Collection "Things"']
-    assert said in reason and "exclude it" in reason and len(scene.shapes) == 1
-    layer.exclude = True
+    things.uv_sphere("Other")
     bpy.context.view_layer.update()
-    assert export().issues == ()
+    for scene in (export(), *rendered()):
+        found = {shape.name: shape.visibility for shape in scene.shapes}
+        assert scene.issues == () and found["Ball"].shadow
+        assert found["Ball"].holdout is (switch == "holdout")
+        assert found["Ball"].camera is (switch == "holdout")
+        assert found["Other"].camera and not found["Other"].holdout
+
+
+@pytest.mark.parametrize("switch", ["holdout", "indirect_only"])
+def test_cycles_switches_of_collections_alike(export, tmp_path, switch):
+    """The picture's mean, with a ball that is not seen but whose shadow is."""
+    from peer import render_cycles
+
+    collection, layer = _inside()
+    setattr(layer, switch, True)
+    ball = things.uv_sphere("Ball", collection=collection)
+    ball.location = (0.5, 0.0, 1.0)
+    things.plane("Floor", size=40.0)
+    lamp = things.light("AREA", energy=3000.0, size=4.0)
+    lamp.location = (3.0, 0.0, 8.0)
+    bpy.context.view_layer.update()
+    bpy.context.scene.adaptive_drt.tolerance = 0.01
+    bpy.ops.adaptive_drt.render()
+    image = bpy.data.images["Adaptive Render"]
+    ours = np.array(image.pixels[:]).reshape(image.size[1], image.size[0], 4)[..., :3]
+    theirs = render_cycles(tmp_path, samples=256)
+    assert np.abs(ours - theirs).max() < 0.03 * theirs.max()
 
 
 def test_cycles_overrides_alike(export, tmp_path):

@@ -256,5 +256,6 @@ def test_there_is_one_switch_of_motion_blur(addon, file):
 def test_one_name(addon, file):
     assert bpy.types.ADRT_PT_render.bl_label == bpy.types.ADRT_PT_sidebar.bl_category
     engines = bpy.types.RenderEngine.__subclasses__()
+    engines = (e for e in engines if e.__module__.startswith(f"{addon.__name__}."))
     (engine,) = (e for e in engines if getattr(e, "bl_idname", "") == "ADAPTIVE_DRT")
     assert engine.bl_label == bpy.ops.adaptive_drt.render.get_rna_type().name == "Adaptive Render"

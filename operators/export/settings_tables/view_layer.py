@@ -9,19 +9,10 @@ from ..coverage import Listed, Table, Use
 from ..datablock_table import GROUP, ID
 from .passes import goes_to_layers, passes
 
-NOT_SHAPES = frozenset(("LIGHT", "CAMERA", "LIGHT_PROBE", "SPEAKER", "ARMATURE", "LATTICE"))
-"""Types of objects that a collection's Holdout and Indirect Only do nothing to."""
-
-
-def _has_shapes(layer: Any) -> bool:
-    return any(thing.type not in NOT_SHAPES for thing in layer.collection.all_objects)
-
 
 def _writes_some(collection: str) -> Any:
     return lambda layer: len(getattr(layer, collection)) > 0 and goes_to_layers(layer)
 
-
-REMEDY = "exclude it from the view layer, or switch that off"
 
 VIEW_LAYER: Table = {
     **GROUP,
@@ -114,16 +105,8 @@ VIEW_LAYER: Table = {
 
 LAYER_COLLECTION: Table = {
     **GROUP,
-    **dict.fromkeys(("collection", "children", "exclude"), Use.RENDERED),
-    "holdout": Listed(
-        neutral=(False,),
-        when=_has_shapes,
-        reason=f"its Holdout is left out, so its objects are seen: {REMEDY}",
-    ),
-    "indirect_only": Listed(
-        neutral=(False,),
-        when=_has_shapes,
-        reason=f"its Indirect Only is left out, so the camera sees it: {REMEDY}",
+    **dict.fromkeys(
+        ("collection", "children", "exclude", "holdout", "indirect_only"), Use.RENDERED
     ),
     # the viewport
     **dict.fromkeys(("hide_viewport", "is_visible"), Use.NO_EFFECT),
