@@ -122,7 +122,7 @@ def _shadow_edges_around(
     for start, edge in zip(view.starts, view.edges, strict=True):
         end = start + edge
         rise = [dot(normal, each) / np.maximum(norm(each), TINY) for each in (start, end)]
-        risen |= rise[0] > 0.0
+        risen |= np.maximum(*rise) > 0.0
         lever = np.sqrt(np.clip(np.maximum(*rise), 0.0, 1.0))
         near = np.minimum(near, distance_to_edge(start, edge) / np.maximum(lever, TINY))
     near = np.maximum(near, away * MIN_RELATIVE_DISTANCE)
