@@ -28,7 +28,9 @@ class Family:
     (..., n)), `bound(**inputs)` the greatest error that is promised, inf where none is.
     Decisions: `core` gives bool and `true` the margin by which the answer is yes; an error is the
     margin of a wrong answer. Where many answers are right, `residual(m, got, **inputs)` says by how
-    much one is not.
+    much one is not. `digits` tells whether `true` is as good as the numbers m: else it is brute
+    force in float64, and bounds are those that are asked for. `share` is the part of a long run's
+    cases that the family gets, where brute force takes milliseconds for each.
     """
 
     name: str
@@ -38,6 +40,8 @@ class Family:
     true: Callable | None
     bound: Callable
     residual: Callable | None = None
+    digits: bool = True
+    share: float = 1.0
 
     def error(self, m, inputs, got):
         """Errors (..., n) of the core's answers, as float64."""

@@ -14,6 +14,7 @@ from adaptive_drt.lights.environment_map import make_environment_map
 from adaptive_drt.render import render_image
 from adaptive_drt.scene.description import EnvironmentLight, Scene, SkyLight
 from light_checks import BALL, CAMERA, EXACT, FLOOR, rms
+from random_scenes import look_at
 from sphere_images import glow, noise, radiance_of
 
 LENS = make_pinhole_camera(CAMERA)
@@ -76,3 +77,20 @@ def test_a_constant_one_is_a_background():
     assert rms(got.color - want.color) < 1e-3 * want.color.mean()
     clear = render_image(Scene(CAMERA, (BALL,), sky, transparent=True, backdrop=FINE), EXACT)
     assert not clear.color[:, clear.alpha == 0.0].any()
+
+
+def test_lattices_do_not_agree_by_chance_along_a_horizon():
+    """A whole row of pixels, in which two lattices agreed, was off by 0.3 % of the mean."""
+    pixels = np.ones((24, 48, 3))
+    pixels[12:] = 0.1
+    level = make_pinhole_camera(look_at((0.0, 0.0, 0.0), (0.0, 9.0, 0.0), resolution=(12, 10)))
+    light = EnvironmentLight(pixels)
+    y = np.linspace(3.0, 7.0, 161)
+    x = np.full(y.size, 5.5)
+    line = (np.arange(64) + 0.5) / 64 - 0.5
+    a, b = np.meshgrid(line, line)
+    way = level.directions(x[:, None] + a.ravel(), y[:, None] + b.ravel())
+    want = radiance_of(light, way / np.sqrt((way * way).sum(axis=0))).mean(axis=-1)
+    for share in (1e-3, 1e-4):
+        value, _ = mean_over_boxes(make_environment_map(light), level, x, y, 0.5, share)
+        assert np.abs(value - want).max() <= share

@@ -4,6 +4,8 @@
 `benchmarks/kept_tolerance.py --scenes lights` measures more of them.
 """
 
+from dataclasses import replace
+
 import pytest
 
 pytest.importorskip("numba")
@@ -39,6 +41,16 @@ def ratio(seed, tolerance):
 def test_the_tolerance_is_kept(seed):
     error, spread = ratio(seed, 1e-2)
     assert error <= 1.0 + SURE * spread, f"seed {seed}: {error} +- {spread}"
+
+
+def test_light_that_comes_after_a_moving_sphere_has_left_is_foreseen():
+    """The middle of the times at which a pixel shows a sphere lay within another one, which moves
+    through both: nothing was foreseen, and the pixel was black, 5.9 tolerances for the picture."""
+    scene = light_scene(85, 12)
+    scene = replace(scene, camera=replace(scene.camera, border=(10, 7, 11, 8)))
+    film = render_image(scene, Settings(tolerance=1e-3, threads=1))
+    truth = sampled_every_light(scene, 1e-2, 85)
+    assert film.color.mean() == pytest.approx(truth.color.mean(), rel=0.04)
 
 
 @pytest.mark.slow

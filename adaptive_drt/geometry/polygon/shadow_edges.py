@@ -107,20 +107,27 @@ def _shadow_edges_around(
     """`polygon_shadow_edges` under a light that surrounds the points: all edges lie on it.
 
     An edge's term of the irradiance varies over lengths of its distance, the less the nearer the
-    edge is to the horizon, whose light is weighted with a cosine of 0.
+    edge is to the horizon, whose light is weighted with a cosine of 0. How much a polygon hides is
+    told by the direction to its middle, or, where it is as wide as far away, by that to its plane:
+    of what is above the horizon the half-space behind a plane hides (1 + cos) / 2.
     """
     normal = columns(receivers.normal, receivers.row)
     center, wide = bounding_ball(view.corner, view.edge_u, view.edge_v)
     away = np.maximum(norm(center), TINY)
     sine = np.minimum(wide / away, 1.0)
-    depth = sine * sine * np.clip(dot(normal, center) / away + 0.5 * sine, 0.0, 1.0)
+    towards = dot(normal, view.normal) / np.maximum(norm(view.normal), TINY)
+    behind = sine * sine * 0.5 * (1.0 + towards)
+    risen = np.zeros(away.size, dtype=np.bool_)
     near = np.full(away.size, np.inf)
     for start, edge in zip(view.starts, view.edges, strict=True):
         end = start + edge
         rise = [dot(normal, each) / np.maximum(norm(each), TINY) for each in (start, end)]
+        risen |= np.maximum(*rise) > 0.0
         lever = np.sqrt(np.clip(np.maximum(*rise), 0.0, 1.0))
         near = np.minimum(near, distance_to_edge(start, edge) / np.maximum(lever, TINY))
     near = np.maximum(near, away * MIN_RELATIVE_DISTANCE)
+    share = np.clip(dot(normal, center) / away + 0.5 * sine, 0.0, 1.0)
+    depth = sine * sine * np.maximum(share, np.where(risen, behind, 0.0))
     depth[receivers.own | ~(view.height > 0.0)] = 0.0
     nowhere = np.zeros(away.size, dtype=np.bool_)
     shadows = shadow_edges_around(depth, shifts_around(receivers, light, motion, near), nowhere)

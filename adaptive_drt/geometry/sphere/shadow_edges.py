@@ -163,11 +163,12 @@ def _add_enclosed_edges(
     light: AreaLight,
     displacement: Array | None,
 ) -> None:
-    """Set, in place, the edges of spheres `some` that enclose the point and that the light passes.
+    """Set, in place, the edges of spheres `some` that enclose the point.
 
-    Their outline is that of the part of the light which lies within the sphere. If the patch leaves
-    the sphere, what that hides is a step, and the shifts are those of the points through its
-    surface, in metres. The other parameters are those of these spheres: see `_encloses_patch`.
+    Where the light passes the sphere, their outline is that of the part of the light which lies
+    within it. If the patch leaves the sphere, what that hides is a step, and the shifts are those
+    of the points through its surface, in metres. The other parameters are those of these spheres:
+    see `_encloses_patch`.
 
     half : (m,) radians, half angles of the light.
     """
@@ -185,7 +186,9 @@ def _add_enclosed_edges(
             step = step - moved
         through[axis] = np.abs(dot(step, out))
     left = (r - size <= through.sum(axis=0)) & ~receivers.own
-    shifts = np.where(reached, np.where(left, through, over), 0.0)
+    # what moves may have the middle of a patch within the sphere at a time when it is not seen
+    shifts = np.where(left & (reached | (receivers.half_time > 0.0)), through, 0.0)
+    shifts = np.where(reached & ~left, over, shifts)
     met = shifts.any(axis=0).nonzero()[0]
     rows = some[met]
     edges.depth[rows], edges.shifts[:, rows] = 1.0, columns(shifts, met)
