@@ -46,7 +46,7 @@ from .mesh import (
     wears_several,
 )
 from .shading import CUSTOM_BALL, FLAT_FACETS, shading_left_out
-from .shining import MAX_SHINING_TRIANGLES, shines, shining_lights
+from .shining import MAX_SHINING_TRIANGLES, are_lights, shines, shining_lights
 from .shutter import Matrix, Shutter, Track, blurs, matrix_of, shutter_of
 from .triangle_mesh import MeshForm, placed_mesh, triangle_form
 from .visibility import LightLinks, linked, links_of, names_of, visibility_of
@@ -216,7 +216,8 @@ class _Export:
         if known.sphere is not None or (known.smooth and any(any(m.color) for m in worn.values())):
             return form
         found = mesh_form(mesh, layout_of(mesh), self.known, MAX_SHINING_TRIANGLES)
-        return found if isinstance(found, Facets) else form
+        shining = {slot for slot, each in worn.items() if any(each.emission)}
+        return found if isinstance(found, Facets) and are_lights(found, shining) else form
 
     def lamp(self, light: Any) -> Lamp:
         """Return what the datablock of a light object says."""
