@@ -43,6 +43,13 @@ class LineCrossings:
     change: Array
     unknown: Ints
 
+    def within(self, low: Array, high: Array) -> LineCrossings:
+        """Return the crossings of parts of all lines, whose ends (lines,) are places along them."""
+        length = (high - low)[self.line]
+        place = (self.place - low[self.line]) / np.where(length > 0.0, length, 1.0)
+        kept = ((place > 0.0) & (place < 1.0) & (length > 0.0)).nonzero()[0]
+        return LineCrossings(self.line[kept], place[kept], self.change[kept], self.unknown)
+
 
 @dataclass(frozen=True)
 class LightLines:

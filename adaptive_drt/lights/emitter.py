@@ -306,11 +306,22 @@ class Emitter(LightBounds, ABC):
         return None
 
     @property
-    def filled_span(self) -> LinearSpan | None:
-        """The parallelogram that the light fills, if `sample` maps the unit square to it linearly:
-        a along `half_u`, b along `half_v`.
-        """
+    def line_span(self) -> LinearSpan | None:
+        """The parallelogram along whose `half_u` lines run across the light, if they may."""
         return None
+
+    def chords(self, b: Array) -> tuple[Array, Array]:
+        """Ends (n,) each of lines on the light, from 0 to 1 along `line_span`; equal where none is.
+
+        b : (n,) places of the lines across it, from 0 to 1.
+        """
+        raise NotImplementedError
+
+    def line_sample(
+        self, to: Array, point: Array, normal: Array, a: Array, b: Array
+    ) -> tuple[Array, Array]:
+        """`sample` at places a, b (n, k) of `line_span`, as if the light filled it."""
+        raise NotImplementedError
 
     def contact(self, to: Array, normal: Array) -> LightContact | None:
         """Return where points are relative to the light's surface; None if it has no fixed one.

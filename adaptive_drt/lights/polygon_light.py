@@ -22,6 +22,10 @@ from .form_factor import polygon_factor
 __all__ = ["PolygonEmitter", "make_polygon_emitter"]
 
 
+PARALLEL = 2.0**-40
+"""Sine of the angle between a side and lines across a light up to which they do not meet."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class PolygonEmitter(FlatEmitter):
     """A convex polygon of uniform radiance.
@@ -146,6 +150,35 @@ class PolygonEmitter(FlatEmitter):
         part = (b - passed[side]) / np.diff(passed)[side]
         to = to + np.sqrt(a) * (self.offsets[:, side] + part * along[:, side])
         return to, self._sample_weights(to, point, normal, np.array(self._area))
+
+    @property
+    def line_span(self) -> LinearSpan:
+        """The rectangle or parallelogram around the light."""
+        return self.span
+
+    def chords(self, b: Array) -> tuple[Array, Array]:
+        """See `Emitter.chords`: lines end where they leave the first side on their way."""
+        u, v = self.span.half_u, self.span.half_v
+        inward = cross(self.span.normal, _sides(self.offsets))
+        slope, across = 2.0 * dot(inward, u), 2.0 * dot(inward, v)
+        # inward . (point - corner) = slope a + level, of points at (a, b)
+        level = dot(inward, -u - v - self.offsets)[:, None] + across[:, None] * b
+        steep = np.abs(slope) > PARALLEL * np.sqrt(dot(inward, inward) * dot(u, u))
+        place = -level / np.where(steep, slope, 1.0)[:, None]
+        low = np.where((steep & (slope > 0.0))[:, None], place, 0.0).max(axis=0)
+        high = np.where((steep & (slope < 0.0))[:, None], place, 1.0).min(axis=0)
+        outside = (~steep[:, None] & (level < 0.0)).any(axis=0)
+        low = np.clip(low, 0.0, 1.0)
+        return low, np.where(outside, low, np.clip(high, low, 1.0))
+
+    def line_sample(
+        self, to: Array, point: Array, normal: Array, a: Array, b: Array
+    ) -> tuple[Array, Array]:
+        """See `Emitter.line_sample`."""
+        half_u, half_v = self.span.half_u[:, :, None], self.span.half_v[:, :, None]
+        to = to + ((2.0 * a - 1.0) * half_u + (2.0 * b - 1.0) * half_v)
+        edge = cross(half_u, half_v)
+        return to, self._sample_weights(to, point, normal, 4.0 * np.sqrt(dot(edge, edge)))
 
     def silhouette(self, to: Array, normal: Array) -> Array:
         """Return the light's corners: (k, 3, n) metres from the points."""

@@ -111,10 +111,15 @@ class QuadEmitter(PolygonEmitter):
         """Its half edges: see `FlatEmitter.probe_sides`."""
         return self.span.half_u, self.span.half_v
 
-    @property
-    def filled_span(self) -> LinearSpan:
-        """The light's own parallelogram."""
-        return self.span
+    def chords(self, b: Array) -> tuple[Array, Array]:
+        """Lines run from one side to the other: see `Emitter.chords`."""
+        return np.zeros_like(b), np.ones_like(b)
+
+    def line_sample(
+        self, to: Array, point: Array, normal: Array, a: Array, b: Array
+    ) -> tuple[Array, Array]:
+        """Sample the light, which fills the parallelogram."""
+        return self.sample(to, point, normal, a, b)
 
 
 def make_quad_emitter(light: QuadLight, motion: LightMotion) -> QuadEmitter:

@@ -11,6 +11,7 @@ than that of rays (Billen and Dutre 2016, "Line sampling for direct illumination
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -58,7 +59,7 @@ def points_for_lines(plan: Plan, light: Emitter, hits: Surface, pairs: Pairs) ->
 
     All of the light must be above the horizon, and all occluders must have known outlines.
     """
-    span = light.filled_span
+    span = light.line_span
     count = hits.item.size
     if span is None or light.displacement is not None or not light.extended:
         return np.zeros(count, dtype=np.bool_)
@@ -67,8 +68,9 @@ def points_for_lines(plan: Plan, light: Emitter, hits: Surface, pairs: Pairs) ->
     to = light.to_center(hits.point)
     fit &= -dot(span.normal, to) > MIN_CLEARANCE * light.radius
     smooth = hits.smooth
-    for one, other in ((1, 1), (1, -1), (-1, 1), (-1, -1)):
-        corner = to + one * span.half_u + other * span.half_v
+    outline = light.silhouette(to, hits.normal)
+    assert isinstance(outline, np.ndarray)
+    for corner in outline:
         far = np.sqrt(dot(corner, corner))
         fit &= dot(hits.normal, corner) > 0.0
         if smooth is not None:
@@ -90,7 +92,7 @@ def line_fractions(
     ----------
     hits : points as `points_for_lines` finds them.  pairs : their occluders, sorted by point.
     """
-    span = light.filled_span
+    span = light.line_span
     assert span is not None
     count = hits.item.size
     share, error = np.zeros(count), np.full(count, np.inf)
@@ -126,7 +128,8 @@ class _Block:
         found = self._crossings()
         if found is None:
             return np.zeros(count), np.full(count, np.inf)
-        pieces = _Pieces.make(count * lines, found)
+        low, high = (np.tile(end, count) for end in self._chords)
+        pieces = _Pieces.make(count * lines, found.within(low, high))
         seen = pieces.lowest & ~self._blocked(pieces)[pieces.line]
         primitive = self._primitives()
         total = np.zeros(pieces.line.size)
@@ -143,6 +146,11 @@ class _Block:
         error = LINE_ERROR * np.abs(rough - share)
         error[found.unknown] = np.inf
         return np.clip(share, 0.0, 1.0), error
+
+    @cached_property
+    def _chords(self) -> tuple[Array, Array]:
+        """Both ends (lines,) of the lines on the light, as places along them."""
+        return self.light.chords((np.arange(self.lines) + 0.5) / self.lines)
 
     def _crossings(self) -> LineCrossings | None:
         """Crossings of the lines by the outlines of all occluders of the block's points."""
@@ -165,6 +173,8 @@ class _Block:
         """Whether a ray to the longest lowest piece of each line is blocked: (n * lines,)."""
         count = self.hits.item.size
         u = pieces.longest_middles(count * self.lines).reshape(count, self.lines)
+        low, high = self._chords
+        u = low + u * (high - low)
         v = (np.arange(self.lines) + 0.5) / self.lines
         a, b = (x[None] for x in (2.0 * u - 1.0, np.broadcast_to(2.0 * v - 1.0, u.shape)))
         half_u, half_v = self.span.half_u[:, :, None], self.span.half_v[:, :, None]
@@ -175,13 +185,15 @@ class _Block:
     def _primitives(self) -> Array:
         """Coefficients (4, n * lines) of the integrals of irradiance along the lines."""
         count, lines = self.hits.item.size, self.lines
-        a = np.tile(NODES, lines)
+        low, high = self._chords
+        a = (low[:, None] + NODES * (high - low)[:, None]).ravel()
         b = np.repeat((np.arange(lines) + 0.5) / lines, NODES.size)
         shape = (count, a.size)
         spots = (np.broadcast_to(x, shape) for x in (a, b))
         point, normal = self.hits.point[:, :, None], self.hits.normal[:, :, None]
         to = self.light.to_center(point)
-        _, weight = self.light.sample(to, point, normal, *spots)
+        _, weight = self.light.line_sample(to, point, normal, *spots)
+        weight = weight * np.repeat(high - low, NODES.size)
         values = weight.reshape(count * lines, NODES.size)
         found: Array = np.ascontiguousarray((values @ PRIMITIVE).T)
         return found

@@ -51,7 +51,7 @@ from .mesh import (
 )
 from .point_cloud import Cloud, cloud_of, colors_of, placed_points
 from .shading import CUSTOM_BALL, FLAT_FACETS, shading_left_out
-from .shining import LIGHTS_NOTHING, MAX_SHINING_TRIANGLES, shines, shining_lights
+from .shining import LIGHTS_NOTHING, MAX_SHINING_TRIANGLES, are_lights, shines, shining_lights
 from .shutter import (
     Matrix,
     Shutter,
@@ -293,7 +293,8 @@ class _Export:
         if known.sphere is not None or (known.smooth and any(any(m.color) for m in worn.values())):
             return form
         found = mesh_form(mesh, layout_of(mesh), self.known, MAX_SHINING_TRIANGLES)
-        return found if isinstance(found, Facets) else form
+        shining = {slot for slot, each in worn.items() if any(each.emission)}
+        return found if isinstance(found, Facets) and are_lights(found, shining) else form
 
     def lamp(self, light: Any) -> Lamp:
         """Return what the datablock of a light object says."""

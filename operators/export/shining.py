@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Sequence, Set
 from dataclasses import replace
 from typing import TypeVar
 
@@ -24,6 +24,7 @@ from ...adaptive_drt.scene.description import (
     Visibility,
     vector_of,
 )
+from ...adaptive_drt.scene.primitive_recognition import Facets
 from ...adaptive_drt.scene.sphere_batch import Spheres
 
 MAX_FACES = 24
@@ -55,6 +56,19 @@ def shines(shape: ShapeRecord) -> bool:
     if not any(any(worn.emission) for worn in shape.materials):
         return False
     return any(any(shape.materials[slot].emission) for slot in np.unique(shape.slot).tolist())
+
+
+def are_lights(facets: Facets, shining: Set[int]) -> bool:
+    """Whether the faces of a mesh that shine are few enough to be lights.
+
+    shining : slots of the materials that shine.
+    """
+    flat, cut = (
+        np.isin(each.slot, list(shining)) for each in (facets.parallelograms, facets.triangles)
+    )
+    vertices = facets.triangles.points[:, facets.triangles.corners[:, cut]].transpose(1, 0, 2)
+    parts = convex_parts(vertices, facets.triangles.slot[cut]) if cut.any() else []
+    return int(flat.sum()) + len(parts) <= MAX_FACES
 
 
 def shining_lights(

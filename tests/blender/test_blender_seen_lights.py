@@ -271,3 +271,20 @@ def test_what_shines_agrees_with_cycles(stage, tmp_path, kind):
     bpy.ops.adaptive_drt.render()
     ours = picture()[..., :3]
     assert_agrees(ours, [render_cycles(tmp_path, 512, seed) for seed in (0, 1)])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(30))
+def test_random_lights_agree_with_cycles(stage, tmp_path, seed):
+    from peer import render_cycles
+    from random_lights import add_random_lights
+
+    add_random_lights(np.random.default_rng(seed))
+    stage.adaptive_drt.tolerance = 0.003
+    bpy.ops.adaptive_drt.render()
+    ours = picture()[..., :3]
+    theirs = [render_cycles(tmp_path, 1024, each) for each in (0, 1)]
+    if theirs[0].any():
+        assert_agrees(ours, theirs)
+    else:
+        assert not ours.any()

@@ -131,6 +131,14 @@ def test_other_shapes_that_shine_light_nothing(export):
     assert "lights nothing" in reason
 
 
+def test_too_many_faces_stay_a_mesh(export, core):
+    """Triangles in closed form would take time for nothing."""
+    bpy.ops.mesh.primitive_torus_add(major_segments=8, minor_segments=4)
+    bpy.context.object.data.materials.append(_emission())
+    scene = export()
+    assert scene.lights == () and not any(type(each) is core.Triangle for each in scene.shapes)
+
+
 def test_without_diffuse_rays_it_lights_nothing(export):
     ball = things.uv_sphere("Ball")
     ball.data.materials.append(_emission())

@@ -8,7 +8,7 @@ import pytest
 from numba import njit
 
 from adaptive_drt.render import render_image
-from adaptive_drt.scene.description import Material, Quad, QuadLight, Scene
+from adaptive_drt.scene.description import Material, PolygonLight, Quad, QuadLight, Scene
 from adaptive_drt.scene.settings import Settings
 from adaptive_drt.shading.line_light import line_fractions, points_for_lines
 from adaptive_drt.tracing.compile import make_plan
@@ -67,12 +67,11 @@ def shares(plain, light, points, side):
     return found
 
 
-def compared(mesh, lines, count=60):
-    """Shares by lines, their errors, and the shares by brute force."""
+def by_lines(mesh, lines, count=60, lamp=LAMP):
+    """Points, the share that is visible by lines, its errors, and what is visible in all (sr)."""
     rng = np.random.default_rng(0)
     points = np.array([*rng.uniform(-1.6, 1.6, (2, count)), np.zeros(count)])
-    scene = Scene(CAMERA, (FLOOR, mesh), (LAMP,))
-    plan = make_plan(scene, Settings())
+    plan = make_plan(Scene(CAMERA, (FLOOR, mesh), (lamp,)), Settings())
     hits = Surface(
         points - plan.lens.origin[:, None],
         np.tile(np.array([[0.0], [0.0], [1.0]]), count),
@@ -82,7 +81,15 @@ def compared(mesh, lines, count=60):
     pairs = Pairs(np.arange(count), np.ones(count, dtype=np.int64))
     assert points_for_lines(plan, plan.lights[0], hits, pairs).all()
     share, error = line_fractions(plan, plan.lights[0], hits, pairs, lines)
-    corners, _, _, moves = triangles_of(replace(scene, shapes=(mesh,)))
+    to = plan.lights[0].to_center(hits.point)
+    whole = plan.lights[0].irradiance_factor(to, hits.point, hits.normal)
+    return points, share, error, share * whole
+
+
+def compared(mesh, lines, count=60):
+    """Shares by lines, their errors, and the shares by brute force."""
+    points, share, error, _ = by_lines(mesh, lines, count)
+    corners, _, _, moves = triangles_of(Scene(CAMERA, (mesh,), (LAMP,)))
     edges = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     plain = np.concatenate([corners[:, 0], *edges, moves], axis=1)
     light = np.array([0.0, *LAMP.center, *LAMP.half_u, *LAMP.half_v, *LAMP.radiance])
@@ -100,6 +107,23 @@ def test_fractions_are_those_of_rays(name):
     # where nothing is hidden, or everything, there is no error at all
     assert (share[truth == 1.0] > 1.0 - 1e-4).all()
     assert (error[(share == 1.0) | (share == 0.0)] == 0.0).all()
+
+
+def corners_of(lamp):
+    center, u, v = (np.array(each) for each in (lamp.center, lamp.half_u, lamp.half_v))
+    return [tuple(center + a * u + b * v) for a, b in ((1, 1), (-1, 1), (-1, -1), (1, -1))]
+
+
+@pytest.mark.parametrize("name", ["plate", "ball"])
+def test_parts_of_a_light_add_up(name):
+    """A parallelogram is as bright as the triangles that it is cut into."""
+    a, b, c, d = corners_of(LAMP)
+    parts = (PolygonLight((a, b, c), LAMP.radiance), PolygonLight((a, c, d), LAMP.radiance))
+    whole = by_lines(MESHES[name], 243)[3]
+    found = [by_lines(MESHES[name], 243, lamp=part)[3] for part in parts]
+    assert np.abs(sum(found) - whole).max() < 1e-3 * whole.max()
+    same = by_lines(MESHES[name], 243, lamp=PolygonLight((a, b, c, d), LAMP.radiance))[3]
+    assert np.abs(same - whole).max() < 1e-3 * whole.max()
 
 
 def test_stated_errors_are_right_on_average():
