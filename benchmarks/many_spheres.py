@@ -27,7 +27,15 @@ import numpy as np
 import peer_mitsuba
 
 from adaptive_drt.render import render_image
-from adaptive_drt.scene.description import Camera, Material, Quad, Scene, SkyLight, Sphere
+from adaptive_drt.scene.description import (
+    Camera,
+    Material,
+    Quad,
+    QuadLight,
+    Scene,
+    SkyLight,
+    Sphere,
+)
 from adaptive_drt.scene.settings import Settings
 
 RADIUS, GAP = 0.5, 0.62
@@ -78,8 +86,22 @@ def gas(count: int, rng: np.random.Generator) -> np.ndarray:
 KINDS = {"packed": packed, "gas": gas}
 
 
-def make_scene(kind: str, count: int, size: tuple[int, int]) -> Scene:
-    """The balls on a floor, and a camera that they fill."""
+def sky(_: float) -> SkyLight:
+    """A sky of uniform radiance."""
+    return SkyLight((1.0, 1.0, 1.0))
+
+
+def square(span: float) -> QuadLight:
+    """A square light above a cluster of some span, half as wide, that faces down."""
+    half = 0.25 * span
+    return QuadLight((0.0, 0.0, 2.0 * span), (0.0, half, 0.0), (half, 0.0, 0.0), (8.0, 8.0, 8.0))
+
+
+LIGHTS = {"sky": sky, "square": square}
+
+
+def make_scene(kind: str, count: int, size: tuple[int, int], light: str = "sky") -> Scene:
+    """The balls on a floor under a sky or a square light, and a camera that they fill."""
     rng = np.random.default_rng(count)
     center = KINDS[kind](count, rng)
     center[:, 2] += RADIUS - center[:, 2].min()
@@ -98,7 +120,7 @@ def make_scene(kind: str, count: int, size: tuple[int, int]) -> Scene:
     frame = np.stack([right, np.cross(back, right), back, eye], axis=1).tolist()
     matrix = (*map(tuple, frame), (0.0, 0.0, 0.0, 1.0))
     camera = Camera(matrix=matrix, focal_length=50.0, resolution=size)
-    return Scene(camera, (*balls, floor), (SkyLight((1.0, 1.0, 1.0)),))
+    return Scene(camera, (*balls, floor), (LIGHTS[light](span),))
 
 
 class Mitsuba:
