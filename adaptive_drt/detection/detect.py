@@ -374,7 +374,7 @@ def _find_occluders(
         return occluders.find_candidates(light, hits, reach)
     parts = []
     for rows, find in (
-        (by_rays.nonzero()[0], FewOccluders(occluders).find),
+        (by_rays.nonzero()[0], FewOccluders.of(occluders).find),
         ((~by_rays).nonzero()[0], occluders.find_candidates),
     ):
         found = find(light, hits.take(rows), reach[rows])
@@ -399,7 +399,7 @@ def _prefer_rays(
     if occluders.tracer is None or not skies:
         return by_rays
     # where the centre hits nothing, half of the spheres count
-    few = FewOccluders(occluders)
+    few = FewOccluders.of(occluders)
     number = np.full(silhouette.size, 0.5 * few.count)
     number[center.rows] = few.count_above_horizons(center.hits)
     seen = silhouette.copy()

@@ -8,6 +8,8 @@ may touch a pixel's patch of surface, for sharp shadow edges.
 
 from __future__ import annotations
 
+from weakref import WeakKeyDictionary, proxy
+
 import numpy as np
 
 from ..lights.emitter import Emitter
@@ -31,13 +33,18 @@ COUNTED_SPHERES = 512
 known to some 3 %."""
 
 
+_made: WeakKeyDictionary[Occluders, FewOccluders] = WeakKeyDictionary()
+
+
 class FewOccluders:
     """Finds few candidates of points among the spheres that are traced as one set."""
 
     def __init__(self, occluders: Occluders) -> None:
         """Take the occluders of a scene that has a tracer."""
         assert occluders.tracer is not None
-        self._occluders = occluders
+        self._plan = occluders.plan
+        # these are kept for as long as the occluders are
+        self._occluders: Occluders = proxy(occluders)
         self._item = occluders.tracer.items
         self._center = columns(occluders.center, self._item)
         self._radius = occluders.radius[self._item]
@@ -47,6 +54,14 @@ class FewOccluders:
         direction = np.array([aside * np.cos(turn), aside * np.sin(turn), z])
         best = [int((each @ self._center + self._radius).argmax()) for each in direction.T]
         self._witness = np.unique(best)
+
+    @classmethod
+    def of(cls, occluders: Occluders) -> FewOccluders:
+        """Those of a scene's occluders, made once."""
+        found = _made.get(occluders)
+        if found is None:
+            found = _made[occluders] = cls(occluders)
+        return found
 
     def find(self, light: Emitter, surface: Surface, reach: Array) -> Pairs:
         """Enough candidates, under a light that surrounds n points, to detect what they do there.
@@ -94,7 +109,7 @@ class FewOccluders:
         """Pairs of points and spheres that their patches may touch."""
 
         def near(middle: Array, span: Array, item: Ints) -> Mask:
-            self._occluders.plan.raise_if_cancelled()
+            self._plan.raise_if_cancelled()
             gap = columns(self._center, item) - middle
             wide = TOUCH_MARGIN * (self._radius[item] + span)
             close: Mask = dot(gap, gap) <= wide * wide
