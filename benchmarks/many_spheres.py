@@ -53,7 +53,7 @@ REFERENCE = 97 * 97
 REFERENCES = 2
 """Number of renders of the reference."""
 MOST_SAMPLES, MOST_REFERENCE = 1e8, 2.5e8
-"""Numbers of samples of a picture up to which Mitsuba is measured, and its reference is rendered."""
+"""Numbers of samples of a picture up to which Mitsuba and its reference are rendered."""
 LEAST_KNOWN = 0.5
 """Errors below this many times the reference's own noise are given as an upper bound."""
 

@@ -368,9 +368,10 @@ def _find_occluders(
     occluders: Occluders, light: Emitter, hits: Surface, reach: Array, by_rays: Mask
 ) -> Pairs:
     """Candidate occluders of n points; only enough of them to detect what they do where rays
-    follow, under lights that surround the points.
+    follow, under lights that surround the points of still scenes.
     """
-    if not light.surrounds or not light.casts_shadow or not by_rays.any():
+    moving = occluders.plan.motion
+    if moving or not light.surrounds or not light.casts_shadow or not by_rays.any():
         return occluders.find_candidates(light, hits, reach)
     parts = []
     for rows, find in (

@@ -3,11 +3,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from adaptive_drt.scene.description import (
     Light,
     Material,
+    Motion,
     Quad,
     QuadLight,
     Scene,
@@ -41,3 +44,15 @@ def sphere_heap(
     floor = Quad((-9.0, -9.0, -0.5), (18.0, 0.0, 0.0), (0.0, 18.0, 0.0))
     camera = look_at((0.0, -5.0 * half, 3.0 * half), (0.0, 0.0, half), resolution=size)
     return Scene(camera, (floor, *balls), (LIGHTS[light],))
+
+
+def moving_heap(scene: Scene, path: float = 0.5) -> Scene:
+    """The scene with every other ball moving, by up to a length in metres along each axis."""
+    rng = np.random.default_rng(5)
+    shapes = tuple(
+        replace(shape, motion=Motion(vector_of(rng.uniform(-path, path, 3))))
+        if isinstance(shape, Sphere) and k % 2
+        else shape
+        for k, shape in enumerate(scene.shapes)
+    )
+    return replace(scene, shapes=shapes)

@@ -9,7 +9,7 @@ import pytest
 from adaptive_drt.geometry.embree_spheres import native_library
 from adaptive_drt.render import render_image
 from adaptive_drt.scene.settings import Settings
-from sphere_heaps import sphere_heap
+from sphere_heaps import moving_heap, sphere_heap
 
 pytestmark = pytest.mark.skipif(native_library() is None, reason="embree's library is not found")
 
@@ -53,3 +53,15 @@ def test_the_tolerance_is_kept(seed, tolerance, light):
     error = relative_error(film.color, truth.color)
     assert error < tolerance
     assert 0.5 < film.stats["error_estimate"] / error < 3.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("light", ["sky", "square"])
+@pytest.mark.parametrize("seed", range(3))
+def test_the_tolerance_is_kept_under_motion(seed, light):
+    scene = moving_heap(sphere_heap(seed, 100, light, (16, 12)), 0.1)
+    truth = render_image(scene, Settings(tolerance=0.006, accelerator="ARRAYS"))
+    film = render_image(scene, Settings(tolerance=0.03))
+    assert film.stats["sampled_pixels"] > 50
+    assert relative_error(film.color, truth.color) < 0.03
+    np.testing.assert_array_equal(film.mask, truth.mask)

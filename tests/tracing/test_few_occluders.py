@@ -23,7 +23,7 @@ def hits(plan, occluders):
     """What pixels of the picture show, and reaches of their patches."""
     x, y = np.random.default_rng(1).uniform(0.0, (32.0, 24.0), (500, 2)).T
     w = plan.lens.directions(x, y)
-    t, item = occluders.tracer.nearest(w)
+    t, item = occluders.tracer.nearest(w, 0.0)
     rows = (item >= 0).nonzero()[0]
     shown = surface(plan, w[:, rows], t[rows], item[rows])
     floor = np.random.default_rng(2).uniform(-3.0, 3.0, (3, 100))
