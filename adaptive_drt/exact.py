@@ -281,7 +281,7 @@ class ExactRender:
 
     def _sample(self, frame: Frame, rows: Ints, goal: Goal | None) -> Steps:
         """Sample the pixels whose indices are `rows`; without a goal, by the first points only."""
-        tasks = frame.sampling_tasks(rows, goal, self.work.pixels_per_call(rows.size))
+        tasks = frame.sampling_tasks(rows, goal, self.work.sampled_pixels_per_call(rows.size))
         outcomes = self.work.run(sample_pixels, tasks, "sampled pixels")
         return self._enter_outcomes(outcomes, frame.enter_sampled, rows.size)
 

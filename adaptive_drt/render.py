@@ -192,7 +192,11 @@ def _method_statistics(method: ExactRender | DistributedRender) -> dict[str, Any
         return {"rays": method.rays}
     left, bottom, right, top = method.plan.region
     sampled, sampling_error = method.sampling_error
-    rays = {f"mesh {kind}": count for kind, count in method.work.rays.items() if count}
+    rays = {
+        kind if kind.startswith("sphere") else f"mesh {kind}": count
+        for kind, count in method.work.rays.items()
+        if count
+    }
     return {
         "rays": {"camera": (right - left) * (top - bottom), "shaded": method.work.shaded} | rays,
         "tolerance": method.plan.settings.tolerance,

@@ -1,14 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Many spheres on a floor under a uniform sky, ours beside Mitsuba: CPU time to an error.
+"""Many spheres on a floor under a sky or a square light, ours beside Mitsuba: CPU time to an error.
 
-    python benchmarks/many_spheres.py [--numbers 20 100 300 1000] [--size 80 60] [--page FILE]
+    python benchmarks/many_spheres.py [--kinds packed] [--numbers 20 1000] [--lights sky square]
+        [--sizes 80x60] [--tolerances 0.01] [--page FILE]
 
 A packed cluster (overlapping balls, as a molecule) and a sparse gas (5 % of its volume). Both
 renderers run on one thread, and CPU seconds count, so that other work on the machine matters
 little.
-Mitsuba samples the cosine, by its direct integrator; its time at an error is interpolated between
-sample counts, or extrapolated by a power law from the last two. Errors are root mean squares over
-the mean, against Mitsuba with many more samples, whose own noise is subtracted.
+Mitsuba samples the cosine under a sky, and else the light, by its direct integrator; its time at
+an error is interpolated between sample counts, or extrapolated by a power law from the last two.
+Errors are root mean squares over the mean, against Mitsuba with many more samples, whose own noise
+is subtracted.
 """
 
 from __future__ import annotations
@@ -18,6 +20,7 @@ import math
 import sys
 import time
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
@@ -27,7 +30,15 @@ import numpy as np
 import peer_mitsuba
 
 from adaptive_drt.render import render_image
-from adaptive_drt.scene.description import Camera, Material, Quad, Scene, SkyLight, Sphere
+from adaptive_drt.scene.description import (
+    Camera,
+    Material,
+    Quad,
+    QuadLight,
+    Scene,
+    SkyLight,
+    Sphere,
+)
 from adaptive_drt.scene.settings import Settings
 
 RADIUS, GAP = 0.5, 0.62
@@ -41,19 +52,22 @@ REFERENCE = 97 * 97
 """Samples per pixel of each of the renders of the reference."""
 REFERENCES = 2
 """Number of renders of the reference."""
+MOST_SAMPLES, MOST_REFERENCE = 1e8, 2.5e8
+"""Numbers of samples of a picture up to which Mitsuba and its reference are rendered."""
 LEAST_KNOWN = 0.5
 """Errors below this many times the reference's own noise are given as an upper bound."""
 
 HEAD = """\
 <!-- Written by benchmarks/many_spheres.py: `python benchmarks/many_spheres.py --page ...`. -->
-# Many spheres under a uniform sky
+# Many spheres
 
-Measured on: {machine}. {width} x {height} pixels; CPU seconds of one thread each; "error" is
-measured, root mean square over the mean. Mitsuba {version}: seconds that it takes to the tolerance
-(a * marks extrapolation beyond {most:,} samples a pixel). "faster" is Mitsuba's time over ours.
+Measured on: {machine}. CPU seconds of one thread each; "error" is measured, root mean square over
+the mean. Mitsuba {version}: seconds that it takes to the tolerance (a * marks extrapolation beyond
+{most:,} samples a pixel). "faster" is Mitsuba's time over ours; "sampled" the share of the pixels
+whose light rays find, because closed forms would cost more (`tracing/ray_costs`).
 
-| balls | tolerance | ours, s | error | points a pixel | Mitsuba, s | faster |
-|---|---|---|---|---|---|---|"""
+| balls | light | pixels | tolerance | ours, s | error | sampled | Mitsuba, s | faster |
+|---|---|---|---|---|---|---|---|---|"""
 
 
 def packed(count: int, rng: np.random.Generator) -> np.ndarray:
@@ -78,8 +92,22 @@ def gas(count: int, rng: np.random.Generator) -> np.ndarray:
 KINDS = {"packed": packed, "gas": gas}
 
 
-def make_scene(kind: str, count: int, size: tuple[int, int]) -> Scene:
-    """The balls on a floor, and a camera that they fill."""
+def sky(_: float) -> SkyLight:
+    """A sky of uniform radiance."""
+    return SkyLight((1.0, 1.0, 1.0))
+
+
+def square(span: float) -> QuadLight:
+    """A square light above a cluster of some span, half as wide, that faces down."""
+    half = 0.25 * span
+    return QuadLight((0.0, 0.0, 2.0 * span), (0.0, half, 0.0), (half, 0.0, 0.0), (8.0, 8.0, 8.0))
+
+
+LIGHTS = {"sky": sky, "square": square}
+
+
+def make_scene(kind: str, count: int, size: tuple[int, int], light: str = "sky") -> Scene:
+    """The balls on a floor under a sky or a square light, and a camera that they fill."""
     rng = np.random.default_rng(count)
     center = KINDS[kind](count, rng)
     center[:, 2] += RADIUS - center[:, 2].min()
@@ -98,7 +126,7 @@ def make_scene(kind: str, count: int, size: tuple[int, int]) -> Scene:
     frame = np.stack([right, np.cross(back, right), back, eye], axis=1).tolist()
     matrix = (*map(tuple, frame), (0.0, 0.0, 0.0, 1.0))
     camera = Camera(matrix=matrix, focal_length=50.0, resolution=size)
-    return Scene(camera, (*balls, floor), (SkyLight((1.0, 1.0, 1.0)),))
+    return Scene(camera, (*balls, floor), (LIGHTS[light](span),))
 
 
 class Mitsuba:
@@ -110,11 +138,13 @@ class Mitsuba:
 
         drjit.set_thread_count(1)
         self.version = f"{self.mi.__version__} {self.mi.variant()}"
-        world = peer_mitsuba.describe(self.mi, replace(scene, lights=()))
-        # sampling the cosine has less noise than sampling the sky uniformly
-        world["integrator"] |= {"emitter_samples": 0, "bsdf_samples": 1}
-        white = {"type": "rgb", "value": [1.0, 1.0, 1.0]}
-        world["sky"] = {"type": "constant", "radiance": white}
+        skies = isinstance(scene.lights[0], SkyLight)
+        world = peer_mitsuba.describe(self.mi, replace(scene, lights=()) if skies else scene)
+        if skies:
+            # sampling the cosine has less noise than sampling the sky uniformly
+            world["integrator"] |= {"emitter_samples": 0, "bsdf_samples": 1}
+            white = {"type": "rgb", "value": [1.0, 1.0, 1.0]}
+            world["sky"] = {"type": "constant", "radiance": white}
         self.world = self.mi.load_dict(world)
 
     def render(self, samples: int, seed: int) -> tuple[np.ndarray, float]:
@@ -135,11 +165,15 @@ def time_to(error: float, rungs: list[tuple[int, float, float]]) -> tuple[float,
     return t1 * (error / e1) ** slope, error < rungs[-1][2]
 
 
-def measure(kind: str, count: int, size: tuple[int, int]) -> tuple[list[str], str]:
+def measure(
+    kind: str, count: int, size: tuple[int, int], light: str, tolerances: list[float]
+) -> tuple[list[str], str]:
     """Rows of the table for one scene, and Mitsuba's version."""
-    scene = make_scene(kind, count, size)
+    scene = make_scene(kind, count, size, light)
     peer = Mitsuba(scene)
-    parts = [peer.render(REFERENCE, 100 + k)[0] for k in range(REFERENCES)]
+    pixels = size[0] * size[1]
+    best = max(each for each in (*LADDER, REFERENCE) if each * pixels <= MOST_REFERENCE)
+    parts = [peer.render(best, 100 + k)[0] for k in range(REFERENCES)]
     truth = np.mean(parts, axis=0)
     mean = truth.mean()
     spread = np.mean([((part - truth) ** 2).mean() for part in parts])
@@ -149,13 +183,13 @@ def measure(kind: str, count: int, size: tuple[int, int]) -> tuple[list[str], st
         return float(((picture - truth) ** 2).mean() / mean**2 - noise)
 
     rungs = []
-    for samples in LADDER:
+    for samples in (each for each in LADDER if each * pixels <= MOST_SAMPLES):
         peer.render(samples, 1)  # compiles
         picture, seconds = peer.render(samples, 2)
         rungs.append((samples, seconds, math.sqrt(max(error_of(picture), noise))))
     render_image(make_scene(kind, 8, (16, 12)), Settings(threads=1))
     rows = []
-    for tolerance in TOLERANCES:
+    for tolerance in tolerances:
         start = time.process_time()
         film = render_image(scene, Settings(tolerance=tolerance, threads=1))
         seconds = time.process_time() - start
@@ -163,9 +197,9 @@ def measure(kind: str, count: int, size: tuple[int, int]) -> tuple[list[str], st
         error = f"{math.sqrt(off):.1e}" if off > floor else f"< {math.sqrt(noise):.1e}"
         theirs, beyond = time_to(tolerance, rungs)
         rows.append(
-            f"| {count:,} {kind} | {tolerance:g} | {seconds:.1f} | {error} | "
-            f"{film.samples.mean():.1f} | {theirs:.2f}{'*' if beyond else ''} | "
-            f"{theirs / seconds:.2f} |"
+            f"| {count:,} {kind} | {light} | {size[0]} x {size[1]} | {tolerance:g} | "
+            f"{seconds:.1f} | {error} | {film.stats['sampled_pixels'] / (size[0] * size[1]):.2f} | "
+            f"{theirs:.2f}{'*' if beyond else ''} | {theirs / seconds:.2f} |"
         )
         print(rows[-1], flush=True)
     return rows, peer.version
@@ -176,20 +210,20 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--kinds", nargs="+", choices=KINDS, default=list(KINDS))
     parser.add_argument("--numbers", nargs="+", type=int, default=[20, 100, 300, 1000])
-    parser.add_argument("--size", nargs=2, type=int, default=(80, 60))
+    parser.add_argument("--lights", nargs="+", choices=LIGHTS, default=["sky"])
+    parser.add_argument("--sizes", nargs="+", default=["80x60"], help="as 80x60")
+    parser.add_argument("--tolerances", nargs="+", type=float, default=list(TOLERANCES))
     parser.add_argument("--page", type=Path, help="where to write as well")
     given = parser.parse_args()
     about, rows, version = machine.describe(), [], ""
-    width, height = given.size
-    for kind in given.kinds:
-        for count in given.numbers:
-            own, version = measure(kind, count, (width, height))
-            rows += own
-            text = HEAD.format(
-                machine=about, width=width, height=height, version=version, most=LADDER[-1]
-            )
-            if given.page:
-                given.page.write_text("\n".join([text, *rows]) + "\n", encoding="utf-8")
+    cases = product(given.lights, given.kinds, given.numbers, given.sizes)
+    for light, kind, count, size in cases:
+        width, height = (int(part) for part in size.split("x"))
+        own, version = measure(kind, count, (width, height), light, given.tolerances)
+        rows += own
+        text = HEAD.format(machine=about, version=version, most=LADDER[-1])
+        if given.page:
+            given.page.write_text("\n".join([text, *rows]) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -274,7 +274,7 @@ class _Points:
         """Nearest hits (n, k): ray parameters and objects, inf and -1 where nothing is hit."""
         depth, item = np.full(self.time.shape, np.inf), np.full(self.time.shape, -1)
         if occluders.tracer is not None and plan.seen is None:
-            depth, item = occluders.tracer.nearest(self.w)
+            depth, item = occluders.tracer.nearest(self.w, self.time)
             pairs = pairs.take(~occluders.tracer.traced[pairs.item])
         for rows, ids in batches_by_rank(self.index.size, pairs):
             t = intersect_pairs(plan, columns(self.w, rows), ids, self.time[rows])

@@ -7,7 +7,7 @@ domain a test bounds what may change within it; a pixel is flagged unless nothin
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -20,6 +20,7 @@ from ..numerics.gather import columns
 from ..numerics.vector import dot
 from ..parallel.call_progress import iterate_with_progress, progress_range
 from ..tracing.compile import Plan
+from ..tracing.few_occluders import FewOccluders
 from ..tracing.intersect import Pairs, Surface, curvature, intersect_pairs, nearest_hits, surface
 from ..tracing.occluder_culling import Occluders
 from ..tracing.ray_costs import rays_cost_less
@@ -155,6 +156,7 @@ def detect(
     mask[1], mask[2] = found.motion, found.edge
     by_rays = _prefer_rays(plan, occluders, center, outlines)
     shadows, candidates = _detect_light(plan, occluders, center, test, by_rays, mask, clock)
+    by_rays |= _crowded_penumbrae(plan, occluders, center, shadows, outlines)
     if test is not None and plan.motion:
         mask[1] |= _light_changes_at_silhouettes(plan, occluders, center, test, mask)
         clock("detect moving shadows")
@@ -262,9 +264,7 @@ def detect_smooth_blocks(
     """
     found = _find_silhouettes(plan, center, clock, blocks=True)
     assert found.test is not None
-    clear = ~found.silhouette & ~found.motion
-    # their pixels are sampled
-    clear &= ~_prefer_rays(plan, occluders, center, np.zeros_like(clear))
+    clear = ~(found.silhouette | found.motion | _prefer_rays(plan, occluders, center))
     rows = clear[center.rows].nonzero()[0]
     hits = center.hits.take(rows)
     reach = np.minimum(*_reach_bounds(plan, center, found.test))[rows]
@@ -368,13 +368,14 @@ def _find_occluders(
     occluders: Occluders, light: Emitter, hits: Surface, reach: Array, by_rays: Mask
 ) -> Pairs:
     """Candidate occluders of n points; only enough of them to detect what they do where rays
-    follow, under lights that surround the points.
+    follow, under lights that surround the points of still scenes.
     """
-    if not light.surrounds or not light.casts_shadow or not by_rays.any():
+    moving = occluders.plan.motion
+    if moving or not light.surrounds or not light.casts_shadow or not by_rays.any():
         return occluders.find_candidates(light, hits, reach)
     parts = []
     for rows, find in (
-        (by_rays.nonzero()[0], occluders.find_few_candidates),
+        (by_rays.nonzero()[0], FewOccluders.of(occluders).find),
         ((~by_rays).nonzero()[0], occluders.find_candidates),
     ):
         found = find(light, hits.take(rows), reach[rows])
@@ -386,21 +387,49 @@ def _find_occluders(
     return Pairs(pixel[order], item[order])
 
 
-def _prefer_rays(plan: Plan, occluders: Occluders, center: CenterRays, silhouette: Mask) -> Mask:
+def _prefer_rays(
+    plan: Plan, occluders: Occluders, center: CenterRays, silhouette: Mask | None = None
+) -> Mask:
     """Pixels (n,) in which sampling costs less than light in closed form under skies.
 
-    silhouette : (n,) whether silhouettes may pass through the pixel.
+    silhouette : (n,) whether silhouettes may pass through the pixel; None for nowhere.
     """
-    by_rays = np.zeros(silhouette.size, dtype=np.bool_)
+    by_rays = np.zeros(center.depth.size, dtype=np.bool_)
+    silhouette = by_rays if silhouette is None else silhouette
     skies = [light for light in plan.lights if light.surrounds and light.casts_shadow]
     if occluders.tracer is None or not skies:
         return by_rays
     # where the centre hits nothing, half of the spheres count
-    number = np.full(silhouette.size, 0.5 * occluders.tracer.items.size)
-    number[center.rows] = occluders.count_above_horizons(center.hits)
+    few = FewOccluders.of(occluders)
+    number = np.full(silhouette.size, 0.5 * few.count)
+    number[center.rows] = few.count_above_horizons(center.hits)
     seen = silhouette.copy()
     seen[center.rows] = True
     by_rays = seen & rays_cost_less(number, silhouette, plan.settings.tolerance)
+    return by_rays
+
+
+def _crowded_penumbrae(
+    plan: Plan,
+    occluders: Occluders,
+    center: CenterRays,
+    shadows: Sequence[LightVisibility],
+    silhouette: Mask,
+) -> Mask:
+    """Pixels (n,) in which sampling costs less than light that so many occluders hide in part.
+
+    Of lights that surround the points only few occluders may be known: see `_prefer_rays`.
+    """
+    by_rays = np.zeros(silhouette.size, dtype=np.bool_)
+    if occluders.tracer is None:
+        return by_rays
+    number = np.zeros(center.rows.size)
+    for light, shadow in zip(plan.lights, shadows, strict=True):
+        if not light.surrounds:
+            number += np.bincount(shadow.pairs.pixel, minlength=number.size)
+    cut = silhouette[center.rows]
+    less = (number > 0.0) & rays_cost_less(number, cut, plan.settings.tolerance)
+    by_rays[center.rows] = less
     return by_rays
 
 

@@ -118,6 +118,12 @@ def classify_occluders(
     """
     m = pairs.item.size
     none, full = np.zeros(m, dtype=np.bool_), np.zeros(m, dtype=np.bool_)
+    if unknown is not None:
+        known = (~unknown[pairs.item]).nonzero()[0]
+        when = time[known] if isinstance(time, np.ndarray) else time
+        part = pairs.take(known)
+        none[known], full[known] = classify_occluders(plan, surface, light, part, when)
+        return none, full
     done = 0
     for shapes, all_rows, all_index in plan.shapes.groups(pairs.item):
         chunks = zip(cache_sized_chunks(all_rows), cache_sized_chunks(all_index), strict=True)
@@ -130,7 +136,4 @@ def classify_occluders(
             none[rows], full[rows] = shapes.occlusion(
                 index, light, receivers, when, plan.settings.order
             )
-    if unknown is not None:
-        apart = unknown[pairs.item]
-        none[apart] = full[apart] = False
     return none, full

@@ -201,7 +201,8 @@ class SphereScene:
         rays[:, ITEM_WORD].view(np.int32)[:] = -1
         count_rays("sphere nearest", unit.shape[1])
         self._run("rtcIntersect16", rays, unit.shape[1])
-        item = rays[:, ITEM_WORD].view(np.int32).reshape(-1)[: unit.shape[1]].astype(np.int64)
+        found = rays[:, ITEM_WORD].view(np.int32).reshape(-1)[: unit.shape[1]]
+        item: Ints = found.astype(np.int64)
         item[away < 0.0] = -1
         return item
 
@@ -215,13 +216,13 @@ class SphereScene:
 
     def _packets(
         self, origin: Array, unit: Array, away: Array, words: int, time: Array | float
-    ) -> Array:
+    ) -> Any:
         """Rays in packets (p, words, `PACKET`) of float32; those at the end may be unused."""
         count = away.size
         packets = -(-count // PACKET)
         room = np.zeros(packets * words * PACKET + ALIGNMENT // 4, dtype=np.float32)
         skip = -room.ctypes.data % ALIGNMENT // 4
-        rays = room[skip : skip + packets * words * PACKET].reshape(packets, words, PACKET)
+        rays: Any = room[skip : skip + packets * words * PACKET].reshape(packets, words, PACKET)
         full, rest = divmod(count, PACKET)
         end = full * PACKET
         moment = (
@@ -238,7 +239,7 @@ class SphereScene:
         rays[:, MASK_WORD].view(np.uint32)[:] = 0xFFFFFFFF
         return rays
 
-    def _run(self, query: str, rays: Array, count: int) -> None:
+    def _run(self, query: str, rays: Any, count: int) -> None:
         """Trace packets of rays, in place."""
         if not count:
             return

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Numbers of rays that were traced against meshes, by kind, for the statistics.
+"""Numbers of rays that were traced against meshes and sets of spheres, by kind, for the statistics.
 
 Each thread counts its own, so that the rays of a call are the difference of the counts after and
 before it, whatever other threads do.
@@ -12,8 +12,9 @@ import threading
 __all__ = ["RAY_KINDS", "count_rays", "counted_rays", "rays_since"]
 
 
-RAY_KINDS = ("nearest", "shadow")
-"""Rays that look for the nearest face, and that ask whether there is any."""
+RAY_KINDS = ("nearest", "shadow", "sphere nearest", "sphere shadow")
+"""Rays that look for the nearest face, and that ask whether there is any; the same of spheres that
+are traced as one set."""
 
 _own = threading.local()
 

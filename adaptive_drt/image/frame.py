@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 from ..cubature.adaptive import InitialCells, RefinedPixels, RefinementTask
 from ..cubature.error_budget import (
     GOAL_GROWTH,
-    GOAL_POWER,
     MIN_GOAL,
     Goal,
     MotionErrors,
@@ -37,13 +36,6 @@ from ..cubature.sampled_pixels import (
 )
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.axes import TIME
-from ..numerics.error_coefficients import (
-    ACHIEVED_ERROR,
-    BUDGETED_SHARE,
-    MOTION_ERROR_SHARE,
-    STILL_ACHIEVED_ERROR,
-)
-from ..numerics.floats import TINY
 from ..numerics.gather import columns, place
 from ..numerics.vector import rms
 from ..scene.film import FILM_BORDER, Film
@@ -56,6 +48,7 @@ from .block_interpolation import SmoothBlocks
 from .center_values import CenterValues
 from .first_pass import CENTER_RAYS, FilledPixels, FirstPassPixels
 from .midpoint_correction import PixelCenters
+from .sampled_budget import raised_tolerance, sampled_limits
 from .schedule import CenterTasks, SamplingTasks, Tasks
 from .visibility_key import NO_KEY
 
@@ -64,7 +57,6 @@ __all__ = [
     "Frame",
     "agreeing_neighbours",
     "interleaved_parts",
-    "sampled_limits",
     "widened_plan",
 ]
 
@@ -95,27 +87,10 @@ pixel's light is interpolated between centres. Chosen for cost, not fitted."""
 FIRST_RAYS_RATIO = FIRST_POINTS * LIGHT_RAYS / CENTER_RAYS
 """Ratio of the numbers of first rays to a light of pixels that are sampled by several points, and
 at their centres only."""
-SAMPLED_BUDGET = 0.9
-"""Part of the tolerance that the errors of pixels may add up to where rays sample all of them."""
-SAMPLED_END = 0.75
-"""Error at which the sampling of a pixel ends on average, as a fraction of its limit: the number of
-points is doubled, and the error then falls to about half."""
 UNKNOWN = -2
 """What is seen of pixels that are not sampled, or not yet; it agrees with all others."""
 AGREEMENT_REACH = 2
 """Number of pixels to each side whose rays count for what a pixel's own rays have missed."""
-
-
-def sampled_limits(error: Array, goal: float, motion: bool) -> Array:
-    """Limits (n,) of the errors of pixels, from the errors (n,) by their first points.
-
-    They are such that the errors end where `make_goal` expects those of cells to end, which grow
-    with the number of cells.
-    """
-    share, end = (MOTION_ERROR_SHARE, ACHIEVED_ERROR) if motion else (1.0, STILL_ACHIEVED_ERROR)
-    grown = np.maximum(share * error / max(goal, TINY), 1.0) ** GOAL_POWER
-    limits: Array = end / SAMPLED_END * goal * grown
-    return limits
 
 
 def agreeing_neighbours(seen: Ints, width: int, rays: Array | None = None) -> Array:
@@ -396,7 +371,11 @@ class Frame:
             )
             motion = MotionErrors(crowded, self.mask[1, index], hard, left, steps)
         rest = float((done * done).sum()), done.size
-        tolerance = self.plan.settings.tolerance * self._budget_raise(rows)
+        tolerance = self.plan.settings.tolerance
+        if self.plan.traced is not None:
+            tolerance = raised_tolerance(
+                tolerance, float(self.sampled[self.region_pixels(rows)].mean())
+            )
         starred = self._multi_node_errors(index, MIN_GOAL * tolerance * float(np.abs(color).mean()))
         cut = (self._unknown & (self.visibility_key < 0))[index]
         goal = make_goal(tolerance, color, self.error[index], starred, cut, rest, motion)
@@ -405,17 +384,6 @@ class Frame:
         # outlines may show a bright background in a dark picture; the accuracy of regions follows
         # from the contrast
         return replace(goal, contrast=max(goal.contrast, float(rms(self.plan.background))))
-
-    def _budget_raise(self, rows: Mask) -> float:
-        """Factor on the tolerance where rays against a set of spheres sample most of the picture.
-
-        The errors of these pixels are measured by the spread of their rays, so that less has to be
-        held back for what estimates do not see. rows : (height,) mask of the rows used.
-        """
-        if self.plan.traced is None:
-            return 1.0
-        share = float(self.sampled[self.region_pixels(rows)].mean())
-        return 1.0 + share * (SAMPLED_BUDGET / BUDGETED_SHARE - 1.0)
 
     def _multi_node_errors(self, index: Ints, least: float) -> Array:
         """Predicted errors of some pixels under the multi-node rule, where the errors exceed

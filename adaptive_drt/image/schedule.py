@@ -37,6 +37,8 @@ MIN_THREAD_PIXELS = 16_384
 """Smallest number of pixels refined in one call by a thread, if there are as many: with fewer, two
 threads that wait for each other at every call of NumPy take longer than one (300 x 300, 1 %: 0.98
 to 1.32 s)."""
+MIN_TRACED_PIXELS = 512
+"""The same where rays against a set of spheres sample the pixels: each takes a millisecond."""
 MIN_WORKER_PIXELS = 1_024
 """Smallest number of pixels refined in one call by a worker process: each call costs 5 ms."""
 MAX_BACKGROUND_PIXELS = 8_192
@@ -105,6 +107,15 @@ class Scheduler:
     def pixels_per_call(self, count: int) -> int:
         """Number of pixels a call, when `count` are to be refined."""
         least = MIN_WORKER_PIXELS if worker_pool.ready_count else MIN_THREAD_PIXELS
+        return self._shared_evenly(count, least)
+
+    def sampled_pixels_per_call(self, count: int) -> int:
+        """Number of pixels a call, when `count` are to be sampled."""
+        if self._plan.traced is None:
+            return self.pixels_per_call(count)
+        return self._shared_evenly(count, MIN_TRACED_PIXELS)
+
+    def _shared_evenly(self, count: int, least: int) -> int:
         calls = worker_pool.concurrency(self._plan.threads)
         return self._within(-(-count // calls), least, MAX_PIXELS)
 

@@ -137,6 +137,14 @@ def gather_light(
         where = None if spots is None else (spots[0][rows], spots[1][rows])
         part = surface.take(np.arange(count)[rows])
         parts.append(_gather(plan, part, light, local, where, when, tracer))
+    sums = _concatenated(parts, samples)
+    if used is not None:
+        return LightSums(sums.closed * used, sums.total * used, sums.visible * used)
+    return sums
+
+
+def _concatenated(parts: list[tuple[Array, Array, Array]], samples: int) -> LightSums:
+    """Sums (n, k) of batches of points one after another; each array broadcasts to k samples."""
     if not parts:
         empty = np.zeros((0, samples))
         return LightSums(empty, empty, empty)
@@ -144,8 +152,6 @@ def gather_light(
         np.concatenate([np.broadcast_to(p, (p.shape[0], samples)) for p in column])
         for column in zip(*parts, strict=True)
     )
-    if used is not None:
-        closed, total, visible = closed * used, total * used, visible * used
     return LightSums(closed, total, visible)
 
 

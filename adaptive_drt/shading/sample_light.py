@@ -117,7 +117,11 @@ class LightSampler:
             pairs = self.occluders.find_ray_candidates(shape, hits)
         pairs = pairs.take(whole[pairs.pixel] > 0.0)
         moment = time[pairs.pixel] if isinstance(time, np.ndarray) else time
-        none, full = classify_occluders(self.plan, hits, shape, pairs, moment, self.plan.traced)
+        unknown = self.plan.traced
+        if unknown is not None and shape.surrounds:
+            # from most points a sky is hidden in part, and to prove more costs more than rays
+            unknown = np.ones_like(unknown)
+        none, full = classify_occluders(self.plan, hits, shape, pairs, moment, unknown)
         blocked = np.zeros(row.size, dtype=np.bool_)
         blocked[pairs.pixel[full]] = True
         some, pairs = pairs.take(~none & ~blocked[pairs.pixel]).numbered(row.size)

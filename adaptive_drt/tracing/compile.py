@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from ..geometry.axial_profile import AxialProfile
 from ..geometry.camera import PinholeCamera, make_pinhole_camera
+from ..geometry.embree_spheres import native_version
 from ..geometry.registry import SHAPES, kind_of
 from ..geometry.shape_table import ShapeTable
 from ..lights.emitter import Emitter, LightMotion
@@ -174,6 +175,7 @@ class Plan:
             "accelerator": sorted(
                 {"EMBREE" if self.uses_embree(light) else "ARRAYS" for light in self.lights}
             ),
+            "sphere_rays": native_version() if self.traced is not None else "none",
             "threads": self.threads,
         }
 
@@ -199,10 +201,7 @@ def make_plan(scene: Scene, settings: Settings) -> Plan:
     light_moves = any(light.displacement is not None for light in lights)
     motion = moving and bool(table.moves.any() or light_moves)
     skipped += _skipped_effects(settings, motion, sum(counts))
-    complete = tuple(
-        _with_touched_shapes(_with_coplanar_faces(light, table, origin), table)
-        for light in (_with_visibility(light, shapes) for light in lights)
-    )
+    complete = _with_shapes(lights, shapes, table, origin)
     return Plan(
         settings=_with_feasible_batches(settings, lights, sum(counts)),
         lens=lens,
@@ -226,6 +225,16 @@ def make_plan(scene: Scene, settings: Settings) -> Plan:
         seen=_mask(shapes, lambda shape: shape.visibility.camera, True),
         holdout=_mask(shapes, lambda shape: shape.visibility.holdout, False),
         traced=find_traced_spheres(table, complete, settings),
+    )
+
+
+def _with_shapes(
+    lights: Sequence[Emitter], shapes: Sequence[ShapeRecord], table: ShapeTable, origin: Array
+) -> tuple[Emitter, ...]:
+    """The lights, which then know which shapes they light, pass through, lie in and touch."""
+    return tuple(
+        _with_touched_shapes(_with_coplanar_faces(light, table, origin), table)
+        for light in (_with_visibility(light, shapes) for light in lights)
     )
 
 

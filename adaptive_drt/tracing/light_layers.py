@@ -89,7 +89,7 @@ def _layer(plan: Plan, light: Emitter, reach: float) -> LightLayer | None:
         motion=plan.settings.use_motion and bool(is_moving.any()),
         edges=plan.settings.use_edges, may_use_embree=False, emission=emission,
         emission_profile=light.profile, seen=np.append(seen, np.ones(parts, dtype=np.bool_)),
-        holdout=None, backdrop=None, skipped=(),
+        holdout=None, backdrop=None, skipped=(), traced=None,
     )  # fmt: skip
     return _within_window(layer, parts)
 

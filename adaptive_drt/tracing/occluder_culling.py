@@ -31,7 +31,10 @@ from .intersect import Pairs, Surface, cache_sized_chunks, curvature, receivers_
 from .shadowed_occluders import hidden_by_spheres
 from .sphere_rays import SphereTracer
 
-__all__ = ["Occluders", "all_pairs_unculled", "find_group_candidates", "may_shadow"]
+__all__ = [
+    "Occluders", "all_pairs_unculled", "find_group_candidates", "may_shadow", "merge_pairs",
+    "pairs_by_blocks",
+]  # fmt: skip
 
 BallTest: TypeAlias = Callable[[Array, Array, Ints], Mask]
 
@@ -69,17 +72,6 @@ FLAGS_PER_PAIR = 64
 all possible pairs, and not by comparisons."""
 
 
-WITNESS_DIRECTIONS = 256
-"""Number of directions of which the farthest spheres are witnesses that a point's sky is hidden."""
-GOLDEN_ANGLE = np.pi * (3.0 - np.sqrt(5.0))
-"""Angle in radians between consecutive directions of a spherical spiral."""
-TOUCH_MARGIN = 1.0 + 2.0**-40
-"""Factor on the distance at which a patch may touch a sphere: far above rounding."""
-COUNTED_SPHERES = 512
-"""Number of spheres in the sample by which those above a horizon are counted; their number is then
-known to some 3 %."""
-
-
 class Occluders:
     """Finds candidate occluders by the bounding spheres of all objects over the shutter."""
 
@@ -96,7 +88,6 @@ class Occluders:
         self._planes = _FacePlanes.make(plan.shapes)
         self._balls = _enclosing_balls(plan.shapes)
         self.tracer = None if plan.traced is None else SphereTracer(plan.shapes, plan.traced)
-        self._witnesses = self._make_witnesses()
         self._proxies: dict[float, ProxyScene] = {}  # by the inflation of the spheres
         proxied = plan.shapes.proxied
         for light in plan.lights:
@@ -135,105 +126,28 @@ class Occluders:
         return _without_coplanar_faces(light, self._by_enclosing_balls(sight, pairs))
 
     def find_ray_candidates(self, light: Emitter, surface: Surface) -> Pairs:
-        """Candidates of points whose light rays find: without a tracer, as `find_candidates`.
+        """Candidates of n points whose light rays find: without a tracer, as `find_candidates`.
 
         With one, a single sphere of each point stands for all that the tracer tests.
         """
         count = surface.item.size
         if self.tracer is None or not count or not light.casts_shadow:
             return self.find_candidates(light, surface)
-        sight = _LightView.make(light, surface, np.zeros(count), curvature(self.plan, surface))
-        others = self._untraced_candidates(light, sight)
+        others = self.find_untraced(light, surface, np.zeros(count))
         spheres = Pairs(np.arange(count), np.full(count, self.tracer.items[0]))
-        return _merge_pairs([spheres, others], count, self.radius.size)
+        return merge_pairs([spheres, others], count, self.radius.size)
 
-    def _untraced_candidates(self, light: Emitter, sight: _LightView) -> Pairs:
-        """Candidate pairs with objects that the tracer does not test."""
+    def find_untraced(self, light: Emitter, surface: Surface, reach: Array) -> Pairs:
+        """The candidates of `find_candidates` that the tracer does not test."""
         assert self.tracer is not None
         others = (~self.tracer.traced).nonzero()[0]
-        found = _all_pairs(sight.reach.size, others.size)
-        pairs = self._filter_by_point(sight, Pairs(found.pixel, others[found.item]))
-        return self._without_idle(light, sight, pairs)
+        found = _all_pairs(reach.size, others.size)
+        return self.select(light, surface, reach, Pairs(found.pixel, others[found.item]))
 
-    def find_few_candidates(self, light: Emitter, surface: Surface, reach: Array) -> Pairs:
-        """Enough candidates, under a light that surrounds n points, to detect what they do there.
-
-        They hold for all surface points within `reach` (n,) metres. Each point that has a
-        candidate among the traced spheres has at least one; and all of those that may touch its
-        patch, and of other objects, are among them.
-        """
-        count = surface.item.size
-        if not count:
-            return self.find_candidates(light, surface, reach)
+    def select(self, light: Emitter, surface: Surface, reach: Array, pairs: Pairs) -> Pairs:
+        """Those of some pairs, sorted by point, that `find_candidates` does not drop."""
         sight = _LightView.make(light, surface, reach, curvature(self.plan, surface))
-        parts = [self._untraced_candidates(light, sight), self._touching(sight)]
-        chosen, known = self._highest_witnesses(sight)
-        parts.append(Pairs(known, chosen))
-        unknown = np.ones(count, dtype=np.bool_)
-        unknown[known] = False
-        rows = unknown.nonzero()[0]
-        if rows.size:
-            rest = self.find_candidates(light, surface.take(rows), reach[rows])
-            parts.append(Pairs(rows[rest.pixel], rest.item))
-        return _merge_pairs(parts, count, self.radius.size)
-
-    def _make_witnesses(self) -> Ints:
-        """The traced spheres (w,) that reach farthest along some of many directions."""
-        if self.tracer is None:
-            return np.zeros(0, dtype=np.int64)
-        number = np.arange(WITNESS_DIRECTIONS) + 0.5
-        z, turn = 1.0 - 2.0 * number / WITNESS_DIRECTIONS, GOLDEN_ANGLE * number
-        aside = np.sqrt(1.0 - z * z)
-        direction = np.array([aside * np.cos(turn), aside * np.sin(turn), z])
-        item = self.tracer.items
-        center, radius = columns(self.center, item), self.radius[item]
-        best = [int((dot(each[:, None], center) + radius).argmax()) for each in direction.T]
-        chosen: Ints = item[np.unique(best)]
-        return chosen
-
-    def _highest_witnesses(self, sight: _LightView) -> tuple[Ints, Ints]:
-        """For points, the witness highest above the horizon, where it is a candidate.
-
-        Returns the objects (m,) and the points (m,), ascending.
-        """
-        chosen, surface = self._witnesses, sight.surface
-        center, radius = columns(self.center, chosen), self.radius[chosen]
-        height = surface.normal.T @ center + radius
-        height[chosen == surface.item[:, None]] = -np.inf
-        item = chosen[height.argmax(axis=1)]
-        found = self._passing(sight, np.arange(item.size), item)
-        return item[found], found
-
-    def _passing(self, sight: _LightView, at: Ints, item: Ints) -> Ints:
-        """Rows of pairs (m,) of points and objects that pass the test of single points."""
-        return _passing_pairs(partial(self._may_occlude, sight), at, item)
-
-    def _touching(self, sight: _LightView) -> Pairs:
-        """Pairs of points and traced spheres that their patches may touch."""
-        assert self.tracer is not None
-        traced = self.tracer.items
-        center, radius = columns(self.center, traced), self.radius[traced]
-
-        def near(middle: Array, span: Array, item: Ints) -> Mask:
-            self.plan.raise_if_cancelled()
-            gap = columns(center, item) - middle
-            wide = TOUCH_MARGIN * (radius[item] + span)
-            close: Mask = dot(gap, gap) <= wide * wide
-            return close
-
-        pairs = _pairs_by_blocks(sight, traced.size, near)
-        return self._filter_by_point(sight, Pairs(pairs.pixel, traced[pairs.item]))
-
-    def count_above_horizons(self, surface: Surface) -> Array:
-        """Number of traced spheres above the horizons of n points, by a sample of them: (n,)."""
-        assert self.tracer is not None
-        item = self.tracer.items
-        step = -(-item.size // COUNTED_SPHERES)
-        center, radius = columns(self.center, item[::step]), self.radius[item[::step]]
-        lowest = dot(surface.normal, surface.point)[:, None] - radius
-        above = surface.normal.T @ center > lowest
-        count: Array = above.sum(axis=1) * float(step)
-        return count
+        return self._without_idle(light, sight, self._filter_by_point(sight, pairs))
 
     def are_far(self, surface: Surface, pairs: Pairs, distance: Array) -> Mask:
         """Whether occluders (m,) are farther from their points than distances (n,), metres.
@@ -308,7 +222,7 @@ class Occluders:
             parts += self._pairs_by_object(sight, first)
         else:
             parts.append(self._filter_by_point(sight, self._pairs_by_shafts(sight, first)))
-        pairs = _merge_pairs(parts, count, self.radius.size)
+        pairs = merge_pairs(parts, count, self.radius.size)
         if not light.surrounds:
             return pairs
         return pairs.take(~self._hidden(light, (surface.point, reach), pairs))
@@ -333,7 +247,7 @@ class Occluders:
             close: Mask = dot(gap, gap) <= wide * wide
             return close
 
-        return _pairs_by_blocks(sight, outer.size, near)
+        return pairs_by_blocks(sight.surface.point, sight.reach, outer.size, near)
 
     def _pairs_by_object(self, sight: _LightView, first: int) -> list[Pairs]:
         """Candidate pairs of objects `first` and higher, each tested against all points."""
@@ -381,7 +295,7 @@ class Occluders:
 
         if sight.light.surrounds:
             return self._pairs_above_horizons(sight)
-        pairs = _pairs_by_blocks(sight, radius.size, seen)
+        pairs = pairs_by_blocks(sight.surface.point, sight.reach, radius.size, seen)
         return Pairs(pairs.pixel, pairs.item + first_item)
 
     def _pairs_above_horizons(self, sight: _LightView) -> Pairs:
@@ -620,18 +534,19 @@ def _balls_hide_from_blocks(
     return before
 
 
-def _pairs_by_blocks(sight: _LightView, objects: int, test: BallTest) -> Pairs:
+def pairs_by_blocks(point: Array, reach: Array, objects: int, test: BallTest) -> Pairs:
     """Pairs of points and objects whose blocks of points pass a test at every level.
 
     Parameters
     ----------
+    point, reach : (3, n) and (n,) metres, the points and the extent around them.
     test : takes centres (3, k) and radii (k,) of blocks' bounding balls and objects (k,), metres,
         and returns (k,) bool.
     """
-    order = _morton_order(sight.surface.point)
-    point, reach = columns(sight.surface.point, order), sight.reach[order]
+    order = _morton_order(point)
     count = order.size
-    larger, balls = -(-count // BLOCK_SIZES[0]), _block_balls(point, reach)
+    balls = _block_balls(columns(point, order), reach[order])
+    larger = -(-count // BLOCK_SIZES[0])
     block, item = np.repeat(np.arange(larger), objects), np.tile(np.arange(objects), larger)
     for level, (size, smaller) in enumerate(zip(BLOCK_SIZES, (*BLOCK_SIZES[1:], 1), strict=True)):
         with progress_range(level / LEVEL_COUNT, (level + 1) / LEVEL_COUNT):
@@ -683,7 +598,7 @@ def _morton_order(point: Array) -> Ints:
     return np.argsort(x | (y << 1) | (z << 2), kind="stable")
 
 
-def _merge_pairs(parts: list[Pairs], points: int, objects: int) -> Pairs:
+def merge_pairs(parts: list[Pairs], points: int, objects: int) -> Pairs:
     """The union of lists of pairs, each pair once, sorted by point and then by object."""
     pixel = np.concatenate([part.pixel for part in parts])
     key = pixel * objects + np.concatenate([part.item for part in parts])

@@ -48,7 +48,7 @@ def blocked_segments(
     surface : n points.  to : (3, n, k) metres, vectors from the points to points on a light.
     pairs : pairs of points and candidate occluders, sorted by point.
     time : shutter time, a number or (n, k).
-    tracer : traces the spheres of a still scene as one set: a point that has any of them as a
+    tracer : traces the spheres of a scene as one set: a point that has any of them as a
         candidate is tested against all. None where each pair is tested by itself.
 
     Returns
@@ -57,7 +57,7 @@ def blocked_segments(
     """
     blocked = np.zeros(to.shape[1:], dtype=np.bool_)
     if tracer is not None:
-        pairs = _trace_spheres(tracer, surface, to, pairs, blocked)
+        pairs = _trace_spheres(tracer, surface, to, pairs, time, blocked)
     smooth = surface.smooth
     for rows, item in batches_by_rank(to.shape[1], pairs):
         for shapes, part, index in plan.shapes.groups(item):
@@ -73,7 +73,12 @@ def blocked_segments(
 
 
 def _trace_spheres(
-    tracer: SphereTracer, surface: Surface, to: Array, pairs: Pairs, blocked: Mask
+    tracer: SphereTracer,
+    surface: Surface,
+    to: Array,
+    pairs: Pairs,
+    time: Array | float,
+    blocked: Mask,
 ) -> Pairs:
     """Mark segments (n, k) that spheres block, in place, and return the other pairs."""
     own = tracer.traced[pairs.item]
@@ -82,5 +87,6 @@ def _trace_spheres(
     at = some.nonzero()[0]
     if at.size:
         point, normal = columns(surface.point, at), columns(surface.normal, at)
-        blocked[at] = tracer.blocked(point, normal, columns(to, at))
+        when = np.broadcast_to(time, blocked.shape)[at] if isinstance(time, np.ndarray) else time
+        blocked[at] = tracer.blocked(point, normal, columns(to, at), when)
     return pairs.take(~own)

@@ -40,16 +40,16 @@ def find_traced_spheres(
 ) -> Mask | None:
     """Which objects (n,) are traced as one set of spheres; None if none are.
 
-    It is so in still scenes of many spheres and few other objects, of method 'EXACT', whose lights
+    It is so in scenes of many spheres and few other objects, of method 'EXACT', whose lights
     have a size and are hidden by all of these spheres alike.
     """
     if settings.method != "EXACT" or settings.accelerator == "ARRAYS":
         return None
     if not settings.use_penumbra or table.proxied < MIN_SPHERES:
         return None
-    if table.displacement is not None or native_library() is None:
+    if native_library() is None:
         return None
-    center, radius = table.bounding_spheres
+    radius = table.bounding_spheres[1]
     traced = np.zeros(table.count, dtype=np.bool_)
     traced[: table.proxied] = True
     traced &= radius <= LARGE * float(np.median(radius[: table.proxied]))
@@ -57,14 +57,21 @@ def find_traced_spheres(
         return None
     for light in lights:
         passes = light.passes is not None and bool(light.passes[traced].any())
-        if light.displacement is not None or light.channel_count > 1 or passes:
+        if light.channel_count > 1 or passes:
             return None
     if not any(light.extended and light.casts_shadow for light in lights):
         return None
-    scene = SphereScene(columns(center, traced.nonzero()[0]), radius[traced])
+    scene = _scene(table, traced.nonzero()[0])
     if scene.rounding > MAX_ROUNDING * float(radius[traced].min()):
         return None
     return traced
+
+
+def _scene(table: ShapeTable, item: Ints) -> SphereScene:
+    """The spheres among the objects `item`, in embree."""
+    (center, radius), d = table.bounding_spheres, table.displacement
+    shift = None if d is None else columns(d, item)
+    return SphereScene(columns(center, item), radius[item], shift)
 
 
 class SphereTracer:
@@ -76,28 +83,33 @@ class SphereTracer:
         self._item = traced.nonzero()[0]
         center, radius = table.bounding_spheres
         self._center, self._radius = columns(center, self._item), radius[self._item]
-        self._scene = SphereScene(self._center, self._radius)
+        d = table.displacement
+        self._shift = None if d is None else columns(d, self._item)
+        self._scene = _scene(table, self._item)
 
     @property
     def items(self) -> Ints:
         """Numbers of the objects, ascending."""
         return self._item
 
-    def blocked(self, point: Array, normal: Array, to: Array) -> Mask:
+    def blocked(self, point: Array, normal: Array, to: Array, time: Array | float) -> Mask:
         """Whether spheres block segments from points of surfaces: see `SphereScene.blocked`."""
-        return self._scene.blocked(point, normal, to)
+        return self._scene.blocked(point, normal, to, time)
 
-    def nearest(self, w: Array) -> tuple[Array, Ints]:
+    def nearest(self, w: Array, time: Array | float) -> tuple[Array, Ints]:
         """Ray parameters (...) and objects of the first hits of rays from the camera, inf and -1.
 
-        w : (3, ...) directions.
+        w : (3, ...) directions.  time : shutter times (...) or one number.
         """
         way = w.reshape(3, -1)
-        found = self._scene.nearest(way)
+        when = np.broadcast_to(np.asarray(time, dtype=np.float64), w.shape[1:]).reshape(-1)
+        found = self._scene.nearest(way, when)
         t, item = np.full(found.size, np.inf), np.full(found.size, -1)
         rows = (found >= 0).nonzero()[0]
         number = found[rows]
         way, v = columns(way, rows), columns(self._center, number)
+        if self._shift is not None:
+            v = v + when[rows] * columns(self._shift, number)
         ww, along = dot(way, way), dot(way, v)
         # a ray that only rounding lets meet its sphere passes it at its limb
         aside = v - (along / ww) * way

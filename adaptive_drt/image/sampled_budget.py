@@ -1,0 +1,46 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What error sampled pixels may have: their own limits, and their part of the tolerance."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..cubature.error_budget import GOAL_POWER
+from ..numerics.arrays import Array
+from ..numerics.error_coefficients import (
+    ACHIEVED_ERROR,
+    BUDGETED_SHARE,
+    MOTION_ERROR_SHARE,
+    STILL_ACHIEVED_ERROR,
+)
+from ..numerics.floats import TINY
+
+__all__ = ["raised_tolerance", "sampled_limits"]
+
+
+SAMPLED_BUDGET = 0.9
+"""Part of the tolerance that the errors of pixels may add up to where all are sampled by rays."""
+SAMPLED_END = 0.75
+"""Error at which the sampling of a pixel ends on average, as a fraction of its limit: the number of
+points is doubled, and the error then falls to about half."""
+
+
+def sampled_limits(error: Array, goal: float, motion: bool) -> Array:
+    """Limits (n,) of the errors of pixels, from the errors (n,) by their first points.
+
+    They are such that the errors end where `make_goal` expects those of cells to end, which grow
+    with the number of cells.
+    """
+    share, end = (MOTION_ERROR_SHARE, ACHIEVED_ERROR) if motion else (1.0, STILL_ACHIEVED_ERROR)
+    grown = np.maximum(share * error / max(goal, TINY), 1.0) ** GOAL_POWER
+    limits: Array = end / SAMPLED_END * goal * grown
+    return limits
+
+
+def raised_tolerance(tolerance: float, share: float) -> float:
+    """The tolerance that a goal is set for, where a share of the pixels is sampled by rays.
+
+    The errors of these are measured by the spread of their rays, so that less has to be held back
+    for what estimates do not see than `error_budget` holds back.
+    """
+    return tolerance * (1.0 + share * (SAMPLED_BUDGET / BUDGETED_SHARE - 1.0))

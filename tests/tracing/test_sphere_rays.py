@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Spheres that are traced as one set block what they block one by one."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from adaptive_drt.geometry.embree_spheres import native_library
+from adaptive_drt.scene.description import Quad, Sphere
+from adaptive_drt.scene.settings import Settings
+from adaptive_drt.tracing.compile import make_plan
+from adaptive_drt.tracing.intersect import Pairs, Surface, intersect_pairs, nearest_hits
+from adaptive_drt.tracing.occluder_culling import Occluders
+from adaptive_drt.tracing.shadow_rays import blocked_segments
+from adaptive_drt.tracing.sphere_rays import MAX_OTHERS, MIN_SPHERES
+from sphere_heaps import moving_heap, sphere_heap
+
+pytestmark = pytest.mark.skipif(native_library() is None, reason="embree's library is not found")
+
+SETTINGS = Settings(tolerance=0.01)
+
+
+def test_the_spheres_of_a_heap_are_traced_and_its_floor_is_not():
+    plan = make_plan(sphere_heap(0, 120), SETTINGS)
+    assert plan.traced is not None and plan.may_sample
+    assert plan.traced.sum() == 120 and not plan.traced[120:].any()
+    assert plan.summary()["sphere_rays"].startswith("embree")
+
+
+@pytest.mark.parametrize("change", ["few", "rays", "arrays", "others", "tiny", "visibility"])
+def test_what_does_not_suit_is_not_traced(change):
+    scene, settings = sphere_heap(0, 120), SETTINGS
+    first = next(shape for shape in scene.shapes if isinstance(shape, Sphere))
+    rest = tuple(shape for shape in scene.shapes if shape is not first)
+    if change == "few":
+        scene = sphere_heap(0, MIN_SPHERES - 1)
+    elif change == "rays":
+        settings = Settings(method="RAYS")
+    elif change == "arrays":
+        settings = replace(settings, accelerator="ARRAYS")
+    elif change == "others":
+        walls = tuple(
+            Quad((-9.0, 5.0 + k, 0.0), (18.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+            for k in range(MAX_OTHERS + 1)
+        )
+        scene = replace(scene, shapes=(*scene.shapes, *walls))
+    elif change == "tiny":
+        scene = replace(scene, shapes=(replace(first, radius=1e-5), *rest))
+    else:
+        hidden = replace(first, visibility=replace(first.visibility, shadow=False))
+        scene = replace(scene, shapes=(hidden, *rest))
+    plan = make_plan(scene, settings)
+    assert plan.traced is None and plan.summary()["sphere_rays"] == "none"
+
+
+def test_a_huge_sphere_is_tested_by_itself():
+    scene = sphere_heap(0, 120)
+    ground = Sphere((0.0, 0.0, -5_000.0), 4_999.0)
+    plan = make_plan(replace(scene, shapes=(*scene.shapes, ground)), SETTINGS)
+    assert plan.traced is not None and plan.traced.sum() == 120
+    assert (~plan.traced).sum() == 2
+
+
+@pytest.mark.parametrize("change", [lambda scene: scene, moving_heap], ids=["still", "moving"])
+def test_segments_are_blocked_as_by_each_object(change):
+    plan = make_plan(change(sphere_heap(3, 150)), SETTINGS)
+    assert plan.motion == (change is moving_heap)
+    occluders = Occluders(plan)
+    rng = np.random.default_rng(0)
+    center, radius = plan.shapes.bounding_spheres
+    item = rng.integers(0, 150, 60)
+    normal = rng.normal(size=(3, 60))
+    normal /= np.sqrt((normal**2).sum(axis=0))
+    point = center[:, item] + radius[item] * normal
+    surface = Surface(point, normal, item, np.zeros(60, dtype=bool))
+    way = rng.normal(size=(3, 60, 16))
+    to = 4.0 * (way / np.sqrt((way**2).sum(axis=0)) + 1.01 * normal[:, :, None])
+    pairs = Pairs(*np.nonzero(np.arange(plan.object_count) != item[:, None]))
+    time = rng.uniform(-0.5, 0.5, (60, 16)) if plan.motion else 0.0
+    wanted = blocked_segments(plan, surface, to, pairs, time)
+    few = occluders.find_ray_candidates(plan.lights[0], surface)
+    floor = Pairs(np.arange(60), np.full(60, plan.object_count - 1))
+    every = Pairs(np.concatenate([few.pixel, floor.pixel]), np.concatenate([few.item, floor.item]))
+    order = np.argsort(every.pixel, kind="stable")
+    found = blocked_segments(plan, surface, to, every.take(order), time, occluders.tracer)
+    assert 0.1 < wanted.mean() < 0.9
+    # points of moving balls are not on them at other times
+    known = np.arange(60) if change is not moving_heap else (item % 2 == 1).nonzero()[0]
+    assert (found != wanted)[known].mean() <= 2e-3
+
+
+@pytest.mark.parametrize("change", [lambda scene: scene, moving_heap], ids=["still", "moving"])
+def test_nearest_hits_are_those_of_all_pairs(change):
+    plan = make_plan(change(sphere_heap(4, 150)), SETTINGS)
+    tracer = Occluders(plan).tracer
+    assert tracer is not None
+    x, y = np.random.default_rng(0).uniform(0.0, (32.0, 24.0), (400, 2)).T
+    w = plan.lens.directions(x, y)
+    pairs = Pairs(np.repeat(np.arange(400), 150), np.tile(np.arange(150), 400))
+    time = np.random.default_rng(1).uniform(-0.5, 0.5, 400)
+    t = intersect_pairs(plan, w[:, pairs.pixel], pairs.item, time[pairs.pixel])
+    wanted = nearest_hits(400, pairs, t)
+    depth, item = tracer.nearest(w.reshape(3, 20, 20), time.reshape(20, 20))
+    assert depth.shape == item.shape == (20, 20)
+    same = item.ravel() == wanted[1]
+    assert same.mean() > 0.995 and (item >= 0).mean() > 0.3
+    np.testing.assert_allclose(depth.ravel()[same], wanted[0][same], rtol=1e-9)
