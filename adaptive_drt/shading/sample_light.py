@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Direct light at points that belong to pixels, by a few rays from each point.
 
-The points of a pixel share one search for occluders, and their rays to a light are consecutive
-points of one low-discrepancy sequence of the pixel.
+The points of a pixel share one search for occluders. The rays of each to a light form a lattice,
+which is shifted from point to point by a low-discrepancy sequence of the pixel; or all rays of a
+pixel form one sequence, where its points form none.
 """
 
 from __future__ import annotations
@@ -14,16 +15,19 @@ import numpy as np
 from ..detection.occlusion import classify_occluders
 from ..lights.emitter import Emitter
 from ..numerics.arrays import Array, Ints, Mask
-from ..numerics.low_discrepancy import hashed_kronecker_points
+from ..numerics.low_discrepancy import LATTICE_SIZE, hashed_kronecker_points, hashed_subpoints
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs, Surface
 from ..tracing.occluder_culling import Occluders, find_group_candidates
 from .direct_light import diffuse_brdf
 from .ratio_estimator import gather_light, unoccluded_factor
 
-__all__ = ["LightSampler", "SampledLight"]
+__all__ = ["LIGHT_RAYS", "LightSampler", "SampledLight"]
 
 
+LIGHT_RAYS = LATTICE_SIZE
+"""Number of rays from each point to each light that may be hidden in part. A point costs as much as
+some ten rays."""
 LIGHT_STREAM = 41
 """Stream of the hashes that shift the sequence of the first light; each other one has the next."""
 
@@ -51,13 +55,14 @@ class LightSampler:
     Attributes
     ----------
     plan, occluders : the compiled scene.  number : the light's, among those of the plan.
-    rays : number of rays from each point.
+    axes : number of dimensions of the sequences of points: see `hashed_subpoints`; or None where
+        points are no sequence: their rays then are consecutive points of one of the pixel.
     """
 
     plan: Plan
     occluders: Occluders
     number: int
-    rays: int
+    axes: int | None
 
     def sample(
         self, hits: Surface, row: Ints, time: Array, numbers: tuple[Ints, Ints]
@@ -68,8 +73,8 @@ class LightSampler:
         ----------
         hits : the points.  row : (m,) the pixel that each belongs to, ascending.
         time : (m,) shutter times.
-        numbers : for each point its pixel's number in the picture, and the number (m,) of its first
-            ray in the pixel's sequence.
+        numbers : for each point its pixel's number in the picture, and its own number (m,) in the
+            pixel's sequence.
         """
         plan, light = self.plan, self.plan.lights[self.number]
         shape = plan.as_shadow_caster(light)
@@ -82,10 +87,7 @@ class LightSampler:
             part = hits.take(some)
             spots = None
             if shape.extended:
-                place = numbers[0][some], numbers[1][some]
-                spots = hashed_kronecker_points(
-                    plan.settings.seed, place[0], LIGHT_STREAM + self.number, place[1], self.rays
-                )
+                spots = self._spots(numbers[0][some], numbers[1][some])
             moment = when[some][:, None] if isinstance(when, np.ndarray) else when
             sums = gather_light(plan, part, light, pairs, spots, moment)
             every[some], visible[some] = sums.total[:, 0], sums.visible[:, 0]
@@ -93,6 +95,13 @@ class LightSampler:
         sampled = np.zeros(row.size, dtype=np.bool_)
         sampled[some] = True
         return SampledLight((weight * whole, weight * every, weight * visible), sampled)
+
+    def _spots(self, pixel: Ints, index: Ints) -> tuple[Array, Array]:
+        """Points on the light, two (m, `LIGHT_RAYS`), of points (m,) by pixel and number in it."""
+        seed, stream = self.plan.settings.seed, LIGHT_STREAM + self.number
+        if self.axes is None:
+            return hashed_kronecker_points(seed, pixel, stream, index * LIGHT_RAYS, LIGHT_RAYS)
+        return hashed_subpoints(seed, pixel, stream, index, self.axes)
 
     def _occluders(
         self, shape: Emitter, hits: Surface, row: Ints, time: Array | float, whole: Array
