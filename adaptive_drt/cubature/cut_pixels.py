@@ -22,12 +22,12 @@ from ..numerics.vector import total as sum_rows
 from ..parallel.call_progress import progress_range
 from ..shading.center_light import MIXED
 from ..shading.direct_light import emission
-from ..shading.sample_light import LightSampler
+from ..shading.sample_light import LIGHT_RAYS, LightSampler
 from ..shading.sampled_occlusion import UNSEEN_SHARE
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs, intersect_pairs, nearest_hits, surface
 from ..tracing.occluder_culling import Occluders
-from .sampled_pixels import LIGHT_RAYS, SampledPixels, SamplingTask
+from .sampled_pixels import SampledPixels, SamplingTask
 
 __all__ = ["sample_cut_pixels"]
 
@@ -193,7 +193,7 @@ class _CutPixels:
         numbers = self.index[row], first[hit]
         unseen = np.zeros(n)
         for number in range(len(plan.lights)):
-            sampler = LightSampler(plan, occluders, number, LIGHT_RAYS, 2)
+            sampler = LightSampler(plan, occluders, number, None)
             found = sampler.sample(hits, row, np.zeros(row.size), numbers)
             part, bright = _ratio_estimates(found.colors, row, share, n)
             color[:, hit] += part
@@ -215,7 +215,7 @@ class _CutPixels:
         mixed = np.full(n, MIXED)
         return SampledPixels(
             np.maximum(mean, 0.0), alpha, points,
-            error, np.zeros(n), mixed, mixed,
+            error, np.zeros(n), mixed, mixed, np.zeros(n, dtype=np.bool_),
         )  # fmt: skip
 
     def _line_values(self, color: Array) -> Array:

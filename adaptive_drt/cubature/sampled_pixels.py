@@ -44,7 +44,6 @@ from ..tracing.shadow_rays import batches_by_rank
 
 __all__ = [
     "FIRST_POINTS",
-    "LIGHT_RAYS",
     "MIXED",
     "SampledPixels",
     "SamplingTask",
@@ -55,12 +54,6 @@ __all__ = [
 
 FIRST_POINTS, LAST_POINTS = BATCHES, 16_384
 """Number of points that every pixel takes, and the number up to which it is doubled."""
-LIGHT_RAYS = 8
-"""Number of rays from each point to each light that may be hidden in part. A point costs as much as
-some ten rays."""
-NET_RAYS = 4
-"""The same where spheres are traced as one set (`Plan.traced`): a point then costs as much as some
-three rays. Their points are those of one net with the places in the pixel."""
 POINTS_PER_CHUNK = 1 << 14
 """Number of points in one batch of work; it bounds memory."""
 UNSEEN_AREA = 0.3
@@ -83,7 +76,8 @@ class SamplingTask:
     moves : (n,) whether anything may change during the shutter.
     pairs : pairs of pixels and all objects that may be seen in them, sorted by pixel.
     limit : (n,) error, as a radiance, at which a pixel is done.
-    contrast : (n,) difference of radiance across outlines in the pixel; 0 where there are none.
+    contrast : (n,) difference of radiance across outlines in the pixel, or between it and parts of
+        it that no point may have met; 0 where there are none.
     agreeing : (n,) number of pixels around and including the pixel from all of which all rays, or
         none, have reached the lights.
     """
@@ -117,6 +111,7 @@ class SampledPixels:
         `MIXED` where a light is visible in part.
     item : (n,) the object that all points have hit, counted from 1, and 0 if none has hit one; or
         `MIXED`.
+    dusk : (n,) whether a light is below the horizon of a smooth surface at some points.
     """
 
     color: Array
@@ -126,13 +121,15 @@ class SampledPixels:
     unseen: Array
     visibility: Ints
     item: Ints
+    dusk: Mask
 
     @classmethod
     def zeros(cls, count: int) -> SampledPixels:
         """Pixels of which nothing is known."""
         color, (alpha, spread, unseen) = np.zeros((3, count)), np.zeros((3, count))
         samples, visibility, item = np.zeros((3, count), dtype=np.int64)
-        return cls(color, alpha, samples, spread, unseen, visibility, item)
+        dusk = np.zeros(count, dtype=np.bool_)
+        return cls(color, alpha, samples, spread, unseen, visibility, item, dusk)
 
     def error(self, agreeing: Array) -> Array:
         """Estimated errors (n,) where so many pixels agree; see `SamplingTask.agreeing`.
@@ -259,16 +256,21 @@ class _Points:
             plain[:3, row, point] = glow
         closed, total, visible = np.zeros((3, len(plan.lights), 3, *shape))
         rays = np.zeros((len(plan.lights), shape[0]))
-        light_rays = LIGHT_RAYS if plan.traced is None else NET_RAYS
+        bent = np.zeros(row.size, dtype=np.bool_)
+        if hits.smooth is not None:
+            bent = hits.smooth.rise.any(axis=0)
+        dusk = np.zeros(shape[0], dtype=np.bool_)
         time = self.time[row, point]
         for number in range(len(plan.lights)):
-            sampler = LightSampler(plan, occluders, number, light_rays, len(self.offset))
-            found = sampler.sample(hits, row, time, (self.index[row], self.first + point))
+            sampler = LightSampler(plan, occluders, number, len(self.offset))
+            numbers = self.index[row], self.first + point
+            found = sampler.sample(hits, row, time, numbers)
             for values, part in zip((closed, total, visible), found.colors, strict=True):
                 values[number][:, row, point] = part
-            rays[number] = np.bincount(row[found.sampled], minlength=shape[0]) * light_rays
+            dusk[row[bent & ~found.colors[0].any(axis=0)]] = True
+            rays[number] = np.bincount(row[found.sampled], minlength=shape[0]) * sampler.rays
         same = np.where((item == item[:, :1]).all(axis=1), item[:, 0] + 1, MIXED)
-        return _Sums.make(self.offset, plain, (closed, total, visible), rays, same)
+        return _Sums.make(self.offset, plain, (closed, total, visible), (rays, same, dusk))
 
     def _nearest(self, plan: Plan, occluders: Occluders, pairs: Pairs) -> tuple[Array, Ints]:
         """Nearest hits (n, k): ray parameters and objects, inf and -1 where nothing is hit."""
@@ -307,7 +309,7 @@ class _Sums:
     plain : (4, B, n) emitted and background radiance, and coverage.  plain_product : (axes, 4, n).
     closed, total, visible : (lights, 3, B, n) radiance of the unhidden light in closed form, of
         all points of light and of the visible ones.  product : (axes, lights, 3, n), of `closed`.
-    rays : (lights, n) number of rays.  item : (n,) see `SampledPixels`.
+    rays : (lights, n) number of rays.  item, dusk : (n,) see `SampledPixels`.
     """
 
     offset: Array
@@ -320,12 +322,20 @@ class _Sums:
     product: Array
     rays: Array
     item: Ints
+    dusk: Mask
 
     @classmethod
     def make(
-        cls, offset: Array, plain: Array, light: tuple[Array, Array, Array], rays: Array, item: Ints
+        cls,
+        offset: Array,
+        plain: Array,
+        light: tuple[Array, Array, Array],
+        rest: tuple[Array, Ints, Mask],
     ) -> _Sums:
-        """From values (..., n, k) at k points; `light` are closed form, all and visible points."""
+        """From values (..., n, k) at k points; `light` are closed form, all and visible points.
+
+        rest : `rays`, `item` and `dusk`.
+        """
         closed, total, visible = light
 
         def batches(values: Array) -> Array:
@@ -340,13 +350,13 @@ class _Sums:
 
         return cls(
             batches(offset), products(offset), batches(plain), products(plain), batches(closed),
-            batches(total), batches(visible), products(closed), rays, item,
+            batches(total), batches(visible), products(closed), *rest,
         )  # fmt: skip
 
     @classmethod
     def concatenate(cls, parts: list[_Sums]) -> _Sums:
         """The sums of all pixels of several parts."""
-        names = (*MEANS, "rays", "item")
+        names = (*MEANS, "rays", "item", "dusk")
         values = {
             name: np.concatenate([getattr(p, name) for p in parts], axis=-1) for name in names
         }
@@ -354,7 +364,7 @@ class _Sums:
 
     def take(self, rows: Ints) -> _Sums:
         """The sums of some pixels."""
-        names = (*MEANS, "rays", "item")
+        names = (*MEANS, "rays", "item", "dusk")
         return _Sums(**{name: columns(getattr(self, name), rows, -1) for name in names})
 
     def joined(self, other: _Sums) -> _Sums:
@@ -370,7 +380,8 @@ class _Sums:
             a, b = getattr(self, name), getattr(other, name)
             parts[name] = 0.5 * (a + b) if name in PRODUCTS else pairs(a, b)
         item = np.where(self.item == other.item, self.item, MIXED)
-        return _Sums(**parts, rays=self.rays + other.rays, item=item)
+        dusk = self.dusk | other.dusk
+        return _Sums(**parts, rays=self.rays + other.rays, item=item, dusk=dusk)
 
     def estimate(self, points: int, contrast: Array) -> SampledPixels:
         """What is known of the pixels after so many points.
@@ -400,7 +411,7 @@ class _Sums:
         sums = (sum_rows(np.moveaxis(part, 1, 0)) for part in (total, visible))
         state = visibility_numbers(*sums)
         color = np.maximum(mean, 0.0)
-        return SampledPixels(color, alpha, samples, spread, unseen, state, self.item)
+        return SampledPixels(color, alpha, samples, spread, unseen, state, self.item, self.dusk)
 
     def _without_slopes(self) -> tuple[Array, Array]:
         """`closed` and `plain`, less the part that is linear in the coordinates."""

@@ -28,8 +28,6 @@ from ..cubature.regions import Cells
 from ..cubature.sampled_centers import CenterTask
 from ..cubature.sampled_pixels import (
     FIRST_POINTS,
-    LIGHT_RAYS,
-    MIXED,
     SampledPixels,
     SamplingTask,
     unseen_error,
@@ -39,6 +37,7 @@ from ..numerics.axes import TIME
 from ..numerics.gather import columns, place
 from ..numerics.vector import rms
 from ..scene.film import FILM_BORDER, Film
+from ..shading.sample_light import LIGHT_RAYS
 from ..shading.sampled_occlusion import SAMPLING_ERROR_SHARE
 from ..shading.variation import STEP_KIND, steps_after_shutter, zero_variation
 from ..tracing.compile import Plan
@@ -48,14 +47,13 @@ from .block_interpolation import SmoothBlocks
 from .center_values import CenterValues
 from .first_pass import CENTER_RAYS, FilledPixels, FirstPassPixels
 from .midpoint_correction import PixelCenters
+from .pixel_neighbours import UNKNOWN, agreeing_neighbours, largest_around
 from .sampled_budget import raised_tolerance, sampled_limits
 from .schedule import CenterTasks, SamplingTasks, Tasks
 from .visibility_key import NO_KEY
 
 __all__ = [
-    "UNKNOWN",
     "Frame",
-    "agreeing_neighbours",
     "interleaved_parts",
     "widened_plan",
 ]
@@ -87,36 +85,6 @@ pixel's light is interpolated between centres. Chosen for cost, not fitted."""
 FIRST_RAYS_RATIO = FIRST_POINTS * LIGHT_RAYS / CENTER_RAYS
 """Ratio of the numbers of first rays to a light of pixels that are sampled by several points, and
 at their centres only."""
-UNKNOWN = -2
-"""What is seen of pixels that are not sampled, or not yet; it agrees with all others."""
-AGREEMENT_REACH = 2
-"""Number of pixels to each side whose rays count for what a pixel's own rays have missed."""
-
-
-def agreeing_neighbours(seen: Ints, width: int, rays: Array | None = None) -> Array:
-    """Number of pixels (n,) around each one if all of these agree with it, else 1.
-
-    seen : (n,) visibility or items of the pixels of a frame, row by row: see `SampledPixels`.
-    rays : (n,) numbers of rays by which pixels count, in any unit; None where all count alike. What
-        is returned is then the number of all rays, as a multiple of the pixel's own.
-    """
-    table = seen.reshape(-1, width)
-    height, reach = len(table), AGREEMENT_REACH
-    weight = np.ones(table.shape) if rays is None else rays.reshape(-1, width)
-    wide = np.full((height + 2 * reach, width + 2 * reach), UNKNOWN)
-    wide[reach:-reach, reach:-reach] = table
-    parts = np.zeros(wide.shape)
-    parts[reach:-reach, reach:-reach] = weight
-    same, count = np.full(table.shape, True), np.zeros(table.shape)
-    for y in range(2 * reach + 1):
-        for x in range(2 * reach + 1):
-            part = np.s_[y : y + height, x : x + width]
-            same &= (wide[part] == table) | (wide[part] == UNKNOWN)
-            count += (wide[part] == table) * parts[part]
-    count /= weight
-    alike = same & (table != MIXED) & (table != UNKNOWN)
-    found: Array = np.where(alike, np.maximum(count, 1.0), 1.0).ravel()
-    return found
 
 
 def widened_plan(plan: Plan, region: tuple[int, int, int, int]) -> Plan:
@@ -176,6 +144,7 @@ class Frame:
         # of sampled pixels, see `SampledPixels`; and how many around them agree
         (self._spread, self._unseen), self._seen = np.zeros((2, n)), np.full((2, n), UNKNOWN)
         self._agreeing, self._edge_share = np.ones((2, n))
+        self._dusk, self._bright_around = np.zeros(n, dtype=np.bool_), np.zeros(n)
         # light at the centres of sampled pixels that one object fills
         sampled = plan.may_sample
         self.centers = CenterValues(self.width, n) if sampled else None
@@ -575,7 +544,7 @@ class Frame:
         limit = np.full(part.size, np.inf)
         if goal is not None:
             limit = sampled_limits(self.error[part], goal.error, self.plan.motion)
-        contrast = self._edge_share[part] * self.cut[part] * (goal.contrast if goal else 0.0)
+        contrast = self._contrasts(part, goal.contrast if goal else 0.0)
         moves, agreeing = self.mask[1, part], self._agreeing[part]
         return SamplingTask(
             x, y, index, moves, self._candidates_of(part), limit, contrast, agreeing
@@ -619,17 +588,28 @@ class Frame:
         share = 1.0 / agreeing_neighbours(items, self.width)
         self._edge_share = np.where(self.mask[1], share, 1.0)
         error = np.maximum(self._spread[rows], self._unseen[rows] / self._agreeing[rows])
-        contrast_here = contrast * self.cut[rows] * self._edge_share[rows]
-        error = np.maximum(error, unseen_error(contrast_here, FIRST_POINTS))
+        self._bright_around = largest_around(rms(self.color), self.width)
+        error = np.maximum(error, unseen_error(self._contrasts(rows, contrast), FIRST_POINTS))
         if self.centers is not None:
             error = np.hypot(error, self.centers.variation[rows])
         self.error[rows] = self.sampling[rows] = error
+
+    def _contrasts(self, rows: Ints, contrast: float) -> Array:
+        """Differences of radiance in sampled pixels that few points may miss: (m,).
+
+        They are `contrast` of the picture across outlines, and the radiance around pixels in which
+        a smooth surface turns away from a light: 8 points may all lie beyond that line.
+        """
+        across = self._edge_share[rows] * self.cut[rows] * contrast
+        found: Array = np.maximum(across, self._dusk[rows] * self._bright_around[rows])
+        return found
 
     def enter_sampled(self, rows: Ints, done: SampledPixels) -> None:
         """Enter sampled pixels."""
         place(self.color, rows, done.color)
         self._spread[rows], self._unseen[rows] = done.spread, done.unseen
         self._seen[0, rows], self._seen[1, rows] = done.visibility, done.item
+        self._dusk[rows] = done.dusk
         self.alpha[rows] = done.alpha
         self.error[rows] = self.sampling[rows] = done.error(self._agreeing[rows])
         inside = rows[self.inner()[rows]]

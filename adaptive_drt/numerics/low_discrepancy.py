@@ -17,10 +17,12 @@ from numpy.typing import NDArray
 from .arrays import Array, Ints
 
 __all__ = [
+    "LATTICE_SIZE",
     "generalized_golden_ratio",
     "hashed_kronecker_points",
     "hashed_sequence_points",
     "hashed_shifts",
+    "hashed_subpoints",
     "low_discrepancy_points",
     "sequence_points",
     "splitmix64",
@@ -28,6 +30,9 @@ __all__ = [
 
 
 TWO_TO_MINUS_53 = 2.0**-53
+LATTICE_SIZE, FIBONACCI_STEPS = 8, (1, 5)
+"""Number of points of Fibonacci's lattice in the unit square, and its steps along both axes, as
+multiples of the reciprocal of that number."""
 FIXED_POINT_STEPS = 64
 """Number of fixed-point iterations for the root; each gains at least one bit."""
 
@@ -107,6 +112,34 @@ def hashed_kronecker_points(
     index = first[:, None].astype(np.float64) + np.arange(count)
     a, b = _shifted_sequence(seed, pixel, stream, index, 2)
     return a, b
+
+
+def hashed_subpoints(
+    seed: int, pixel: Ints, stream: int, index: Ints, axes: int
+) -> tuple[Array, Array]:
+    """Points of the unit square, a lattice of eight for each of n points of pixels' sequences.
+
+    The lattice is shifted by the two last coordinates of a sequence of `axes` + 2 dimensions. These
+    are no multiples of the coordinates of `hashed_sequence_points`, so that both together fill the
+    space of `axes` + 2 dimensions. Eight consecutive points of one sequence for each point of
+    another one of the same generators do not: they lie on a few surfaces in it.
+
+    Parameters
+    ----------
+    pixel, index : (n,) each point's pixel, and its number in the pixel's sequence.
+    axes : number of dimensions of that sequence.
+
+    Returns
+    -------
+    Two arrays (n, 8).
+    """
+    root = generalized_golden_ratio(axes + 2)
+    out = []
+    for k, step in enumerate(FIBONACCI_STEPS):
+        moved = index * root ** -(axes + k + 1.0) % 1.0 + hashed_shifts(seed, pixel, stream, k)
+        spread = moved[:, None] + step * np.arange(LATTICE_SIZE) / LATTICE_SIZE
+        out.append(spread - np.floor(spread))
+    return out[0], out[1]
 
 
 def _shifted_sequence(seed: int, pixel: Ints, stream: int, index: Array, dimensions: int) -> Array:

@@ -121,6 +121,7 @@ def gather_light(
     -------
     Sums with (n, k) entries.
     """
+    surface = _shadow_starts(surface, light)
     count = surface.item.size
     samples = time.shape[1] if isinstance(time, np.ndarray) else 1
     rays = 1 if spots is None else spots[0].shape[1] // samples
@@ -153,6 +154,15 @@ def _concatenated(parts: list[tuple[Array, Array, Array]], samples: int) -> Ligh
         for column in zip(*parts, strict=True)
     )
     return LightSums(closed, total, visible)
+
+
+def _shadow_starts(surface: Surface, light: Emitter) -> Surface:
+    """Surface points as shadow rays to a light leave them: those to a uniform sky leave facets.
+
+    Cycles samples no uniform world as a light: it finds it by the rays that surfaces scatter, which
+    leave the facets also where those of other lights begin above them.
+    """
+    return surface.without_smooth() if light.uniform_hemisphere else surface
 
 
 def _gather(

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Direct light at points that belong to pixels, by a few rays from each point.
 
-The points of a pixel share one search for occluders, and their rays to a light are consecutive
-points of one low-discrepancy sequence of the pixel.
+The points of a pixel share one search for occluders. The rays of each to a light form a lattice,
+which is shifted from point to point by a low-discrepancy sequence of the pixel; or all rays of a
+pixel form one sequence, where its points form none.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ import numpy as np
 from ..detection.occlusion import classify_occluders
 from ..lights.emitter import Emitter
 from ..numerics.arrays import Array, Ints, Mask
-from ..numerics.low_discrepancy import hashed_kronecker_points
+from ..numerics.low_discrepancy import LATTICE_SIZE, hashed_kronecker_points, hashed_subpoints
 from ..numerics.sobol_points import net_points, stratified_copies
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs, Surface
@@ -22,9 +23,15 @@ from ..tracing.occluder_culling import Occluders, find_group_candidates
 from .direct_light import diffuse_brdf
 from .ratio_estimator import gather_light, unoccluded_factor
 
-__all__ = ["LightSampler", "SampledLight"]
+__all__ = ["LIGHT_RAYS", "LightSampler", "SampledLight"]
 
 
+LIGHT_RAYS = LATTICE_SIZE
+"""Number of rays from each point to each light that may be hidden in part. A point costs as much as
+some ten rays."""
+NET_RAYS = 4
+"""The same where spheres are traced as one set (`Plan.traced`): a point then costs as much as some
+three rays. Their points are those of one net with the places in the pixel."""
 LIGHT_STREAM = 41
 """Stream of the hashes that shift the sequence of the first light; each other one has the next."""
 
@@ -52,15 +59,14 @@ class LightSampler:
     Attributes
     ----------
     plan, occluders : the compiled scene.  number : the light's, among those of the plan.
-    rays : number of rays from each point.
-    axes : number of axes that the points themselves vary along: those of a net follow them.
+    axes : number of dimensions of the sequences of points: see `hashed_subpoints`; or None where
+        points are no sequence: their rays then are consecutive points of one of the pixel.
     """
 
     plan: Plan
     occluders: Occluders
     number: int
-    rays: int
-    axes: int = 2
+    axes: int | None
 
     def sample(
         self, hits: Surface, row: Ints, time: Array, numbers: tuple[Ints, Ints]
@@ -71,8 +77,8 @@ class LightSampler:
         ----------
         hits : the points.  row : (m,) the pixel that each belongs to, ascending.
         time : (m,) shutter times.
-        numbers : for each point its pixel's number in the picture, and its own (m,) in the pixel's
-            sequence.
+        numbers : for each point its pixel's number in the picture, and its own number (m,) in the
+            pixel's sequence.
         """
         plan, light = self.plan, self.plan.lights[self.number]
         shape = plan.as_shadow_caster(light)
@@ -96,15 +102,21 @@ class LightSampler:
         sampled[some] = True
         return SampledLight((weight * whole, weight * every, weight * visible), sampled)
 
-    def _spots(self, pixel: Ints, point: Ints) -> tuple[Array, Array]:
-        """Points (m, rays) on the light, two coordinates, for points of pixels: (m,) each."""
+    @property
+    def rays(self) -> int:
+        """Number of rays from each point."""
+        return LIGHT_RAYS if self.axes is None or self.plan.traced is None else NET_RAYS
+
+    def _spots(self, pixel: Ints, index: Ints) -> tuple[Array, Array]:
+        """Points on the light, two (m, rays), of points (m,) by pixel and number in it."""
         seed, stream = self.plan.settings.seed, LIGHT_STREAM + self.number
+        if self.axes is None:
+            return hashed_kronecker_points(seed, pixel, stream, index * self.rays, self.rays)
         if self.plan.traced is None:
-            return hashed_kronecker_points(seed, pixel, stream, point * self.rays, self.rays)
+            return hashed_subpoints(seed, pixel, stream, index, self.axes)
         axes = (self.axes, self.axes + 1)
-        a, b = stratified_copies(
-            net_points(seed, pixel, stream, point[:, None], axes)[..., 0], self.rays
-        )
+        net = net_points(seed, pixel, stream, index[:, None], axes)[..., 0]
+        a, b = stratified_copies(net, self.rays)
         return a, b
 
     def _occluders(

@@ -8,7 +8,7 @@ centre ray, for detection and for the distributed rays.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -141,6 +141,10 @@ class Surface:
             self.inside[keep],
             None if self.smooth is None else self.smooth.take(keep),
         )
+
+    def without_smooth(self) -> Surface:
+        """The same points, as points of their facets: shadow rays begin there."""
+        return self if self.smooth is None else replace(self, smooth=None)
 
 
 def receivers_of(

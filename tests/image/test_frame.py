@@ -9,11 +9,8 @@ import numpy as np
 import pytest
 
 from adaptive_drt.cubature.error_budget import Goal
-from adaptive_drt.cubature.sampled_pixels import MIXED
 from adaptive_drt.image.frame import (
-    UNKNOWN,
     Frame,
-    agreeing_neighbours,
     interleaved_parts,
     sampled_limits,
     widened_plan,
@@ -104,20 +101,6 @@ def test_tasks_hold_whole_pixels_or_their_centres():
     assert not (points.cells.high - points.cells.low)[:2].any()
     middle = 0.5 * (whole.cells.high + whole.cells.low)
     np.testing.assert_allclose(middle, frame._pixel_centers(rows))
-
-
-def test_pixels_agree_with_all_around_or_not_at_all():
-    seen = np.full((9, 12), 5)
-    seen[4, 3] = 6
-    found = agreeing_neighbours(seen.ravel(), 12).reshape(9, 12)
-    alike = np.ones((9, 12), dtype=bool)
-    alike[2:7, 1:6] = False
-    np.testing.assert_array_equal(found > 1.0, alike)
-    assert found[4, 8] == 25.0 and found[0, 11] == 9.0
-    seen[4, 3], seen[0, 11] = UNKNOWN, MIXED
-    found = agreeing_neighbours(seen.ravel(), 12).reshape(9, 12)
-    assert found[4, 4] == 24.0 and found[4, 3] == 1.0
-    assert (found[:3, 9:] == 1.0).all()
 
 
 def test_limits_of_sampled_pixels_grow_with_their_errors():

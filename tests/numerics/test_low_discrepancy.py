@@ -12,6 +12,7 @@ from adaptive_drt.numerics.low_discrepancy import (
     hashed_kronecker_points,
     hashed_sequence_points,
     hashed_shifts,
+    hashed_subpoints,
     low_discrepancy_points,
     splitmix64,
 )
@@ -107,3 +108,21 @@ def test_points_from_a_number_on_are_those_of_the_sequence():
     for row, start in enumerate(first):
         np.testing.assert_allclose(a[row], whole[0, row, start : start + 8], atol=1e-12)
         np.testing.assert_allclose(b[row], whole[1, row, start : start + 8], atol=1e-12)
+
+
+@pytest.mark.parametrize("axes", [1, 2, 3])
+def test_points_on_lights_fill_the_space_with_those_of_the_pixel(axes):
+    """No harmonic with few periods along each axis is met always in the same phase: consecutive
+    points of one sequence would be the eightfold of the pixel's own."""
+    count, pixel = 4_096, np.array([3])
+    spots = hashed_sequence_points(5, pixel, 7, (0, count), axes)[:, 0]
+    index = np.arange(count)
+    a, b = hashed_subpoints(5, np.full(count, 3), 9, index, axes)
+    assert a.shape == (count, 8) and min(a.min(), b.min()) >= 0.0 and max(a.max(), b.max()) < 1.0
+    for one in range(1, 17):
+        for axis in spots:
+            phase = np.exp(2j * np.pi * one * axis)[:, None]
+            for other in (a, b):
+                for periods in (-1, 1):
+                    mean = (phase * np.exp(2j * np.pi * periods * other)).mean()
+                    assert abs(mean) < 0.02

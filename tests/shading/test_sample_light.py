@@ -21,25 +21,28 @@ SCENE = Scene(look_at((0.0, -6.0, 2.0), (0.0, 0.0, 0.6)), (FLOOR, BALL), (LAMP,)
 def test_rays_see_the_share_of_the_light_that_is_visible():
     plan = make_plan(SCENE, Settings())
     occluders = Occluders(plan)
-    x = np.repeat(np.linspace(0.0, 4.0, 41), 4)
+    count = 512
+    x = np.repeat(np.linspace(0.0, 4.0, 41), count)
     place = np.array([x, 0.0 * x, 0.0 * x]) - plan.lens.origin[:, None]
     normal = np.zeros_like(place)
     normal[2] = 1.0
     item = np.ones(x.size, dtype=np.int64)
     hits = Surface(place, normal, item, np.zeros(x.size, dtype=bool))
-    sampler = LightSampler(plan, occluders, 0, 1_024)
-    row = np.repeat(np.arange(41), 4)
-    light = sampler.sample(hits, row, np.zeros(x.size), (row, np.tile(np.arange(4) * 1_024, 41)))
+    sampler = LightSampler(plan, occluders, 0, 2)
+    row = np.repeat(np.arange(41), count)
+    light = sampler.sample(hits, row, np.zeros(x.size), (row, np.tile(np.arange(count), 41)))
     closed, total, visible = light.colors
+    mean = lambda values: values.reshape(3, 41, count).mean(axis=2)  # noqa: E731
     pairs = find_group_candidates(occluders, plan.lights[0], hits, row)
     exact, _ = shade_with_candidates(plan, hits, 0.0, [pairs])
-    np.testing.assert_allclose(closed * visible / total, exact, atol=6e-3 * closed.max())
+    share = mean(closed) * mean(visible) / mean(total)
+    np.testing.assert_allclose(share, mean(exact), atol=6e-3 * closed.max())
     # no rays in the full light, nor in the full shadow of one object
     assert not light.sampled[x > 3.0].any()
     open_ = ~light.sampled & (x > 1.0)
     np.testing.assert_array_equal(total[:, open_], visible[:, open_])
     inside = light.sampled & (x > 0.5)
-    assert inside.any() and (visible[:, inside] < total[:, inside]).mean() > 0.5
+    assert inside.any() and (visible[:, inside] < total[:, inside]).mean() > 0.3
 
 
 def test_points_of_a_group_have_the_candidates_of_the_group():
