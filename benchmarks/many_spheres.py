@@ -70,6 +70,21 @@ whose light rays find, because closed forms would cost more (`tracing/ray_costs`
 |---|---|---|---|---|---|---|---|---|"""
 
 
+TAIL = """
+## Where the time goes
+
+Of 1,000 packed balls under a sky at 1 %, nine tenths of the time go into the pixels that rays
+sample: 1.2 million points with four shadow rays each, 0.4 microseconds a ray. Embree itself takes
+a third of that; the rest is NumPy: directions, normals, sums, and the floor, which is tested by
+itself. Mitsuba takes 0.12 microseconds a ray, and twice as many rays for the same error; our error
+is below the tolerance because blocks of pixels end below what they may have.
+
+At 0.1 % rays and closed forms cost about the same here, and neither is quick: the error of the rays
+falls with the power 0.6 of their number, and a pixel with outlines takes some 65 points in closed
+form, of half a millisecond each.
+"""
+
+
 def packed(count: int, rng: np.random.Generator) -> np.ndarray:
     """Centres (n, 3) in a ball, as close as throwing them at random gets."""
     size, centers = RADIUS * count ** (1.0 / 3.0), np.empty((0, 3))
@@ -223,7 +238,7 @@ def main() -> None:
         rows += own
         text = HEAD.format(machine=about, version=version, most=LADDER[-1])
         if given.page:
-            given.page.write_text("\n".join([text, *rows]) + "\n", encoding="utf-8")
+            given.page.write_text("\n".join([text, *rows]) + "\n" + TAIL, encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -392,18 +392,18 @@ def _prefer_rays(
 ) -> Mask:
     """Pixels (n,) in which sampling costs less than light in closed form under skies.
 
-    silhouette : (n,) whether silhouettes may pass through the pixel; None for nowhere.
+    silhouette : (n,) whether silhouettes may pass through the pixel; None where pixels stand for
+        blocks that may be interpolated.
     """
     by_rays = np.zeros(center.depth.size, dtype=np.bool_)
-    silhouette = by_rays if silhouette is None else silhouette
     skies = [light for light in plan.lights if light.surrounds and light.casts_shadow]
     if occluders.tracer is None or not skies:
         return by_rays
     # where the centre hits nothing, half of the spheres count
     few = FewOccluders.of(occluders)
-    number = np.full(silhouette.size, 0.5 * few.count)
+    number = np.full(by_rays.size, 0.5 * few.count)
     number[center.rows] = few.count_above_horizons(center.hits)
-    seen = silhouette.copy()
+    seen = by_rays.copy() if silhouette is None else silhouette.copy()
     seen[center.rows] = True
     by_rays = seen & rays_cost_less(number, silhouette, plan.settings.tolerance)
     return by_rays

@@ -15,7 +15,7 @@ from ..numerics.arrays import Array, Mask
 __all__ = ["rays_cost_less"]
 
 
-POINT_SECONDS, OCCLUDER_SECONDS = 1e-4, 4e-6
+POINT_SECONDS, OCCLUDER_SECONDS = 1e-4, 3e-6
 """Seconds of light in closed form at a point, with its candidates, and of each occluder there."""
 SAMPLE_SECONDS = 2.5e-6
 """Seconds of one point of a sampled pixel with its rays to one light."""
@@ -24,22 +24,28 @@ FILLED_SAMPLES, CUT_SAMPLES, SAMPLES_POWER = 120.0, 450.0, 1.5
 outlines; and the power of the inverse of the tolerance that they grow with."""
 FILLED_POINTS, CUT_POINTS, POINTS_POWER = 1.5, 27.0, 0.38
 """The same for points in closed form."""
+BLOCK_POINTS = 0.4
+"""Points in closed form for each pixel of a block of 8 x 8 that may be interpolated, at any
+tolerance: a quarter, and what blocks cost that prove not to be smooth."""
 REFERENCE_TOLERANCE = 0.01
 """Tolerance of these numbers."""
 
 
-def rays_cost_less(number: Array, cut: Mask, tolerance: float) -> Mask:
+def rays_cost_less(number: Array, cut: Mask | None, tolerance: float) -> Mask:
     """Whether sampling pixels by rays costs less than light in closed form: (n,).
 
     Parameters
     ----------
     number : (n,) number of occluders of a point of each pixel, summed over the lights.
-    cut : (n,) whether outlines may pass through the pixel.
+    cut : (n,) whether outlines may pass through the pixel; None for pixels of blocks that may be
+        interpolated.
     tolerance : of the picture.
     """
     finer = REFERENCE_TOLERANCE / tolerance
-    points = np.where(cut, CUT_POINTS, FILLED_POINTS) * finer**POINTS_POWER
-    samples = np.where(cut, CUT_SAMPLES, FILLED_SAMPLES) * finer**SAMPLES_POWER
+    points, samples = np.full(number.size, BLOCK_POINTS), np.full(number.size, FILLED_SAMPLES)
+    if cut is not None:
+        points = np.where(cut, CUT_POINTS, FILLED_POINTS) * finer**POINTS_POWER
+        samples = np.where(cut, CUT_SAMPLES, FILLED_SAMPLES)
     closed = points * (POINT_SECONDS + OCCLUDER_SECONDS * number)
-    less: Mask = samples * SAMPLE_SECONDS < closed
+    less: Mask = samples * finer**SAMPLES_POWER * SAMPLE_SECONDS < closed
     return less

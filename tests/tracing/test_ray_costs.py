@@ -12,14 +12,14 @@ CUT, FILLED = np.ones(6, dtype=bool), np.zeros(6, dtype=bool)
 
 
 def test_rays_cost_less_from_some_number_of_occluders():
-    for cut in (CUT, FILLED):
+    for cut in (CUT, FILLED, None):
         chosen = rays_cost_less(NUMBER, cut, 0.01)
         assert chosen[-1] and (np.diff(chosen.astype(int)) >= 0).all()
     assert not rays_cost_less(NUMBER, FILLED, 0.01)[:2].any()
 
 
 def test_finer_tolerances_ask_for_more_occluders():
-    for cut in (CUT, FILLED):
+    for cut in (CUT, FILLED, None):
         counts = [rays_cost_less(NUMBER, cut, each).sum() for each in (0.1, 1e-2, 1e-3, 1e-4)]
         assert counts == sorted(counts, reverse=True) and counts[0] > counts[-1]
 
