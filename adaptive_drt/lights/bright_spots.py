@@ -10,12 +10,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..numerics.arrays import Array, Ints, Mask
 from ..scene.description import EnvironmentLight, SunLight
+from .environment_reduction import MOST_TEXELS
 
 __all__ = ["split_bright_spots"]
 
@@ -34,8 +36,10 @@ MOST_PIXELS = 20_000
 
 def split_bright_spots(light: EnvironmentLight) -> tuple[EnvironmentLight, tuple[SunLight, ...]]:
     """Return an environment without its bright spots, and these as suns."""
-    pixels = np.array(light.pixels, dtype=np.float64)
-    rows, count, _ = pixels.shape
+    rows, count, _ = light.pixels.shape
+    # large images are kept as they come, to bound memory
+    large = rows * count > MOST_TEXELS
+    pixels: Any = np.array(light.pixels, dtype=light.pixels.dtype if large else np.float64)
     theta = (np.arange(rows) + 0.5) * (np.pi / rows)
     area = np.sin(theta) * (2.0 * np.pi * np.pi / (rows * count))
     size = pixels.max(axis=2)

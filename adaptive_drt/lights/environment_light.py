@@ -53,7 +53,9 @@ class _MapEmitter(Emitter):
     @property
     def factor_error(self) -> float:
         """Error of the irradiance factors of the unhidden light."""
-        return self.open_irradiance.accuracy if self.environment.rest.values.any() else 0.0
+        if not self.environment.rest.values.any():
+            return 0.0
+        return self.open_irradiance.accuracy + self.environment.map.reduction_error
 
     def irradiance_factor(self, to: Array, point: Array, normal: Array) -> Array:
         """Irradiance over the power, (k, n), or (n,) of a single channel."""

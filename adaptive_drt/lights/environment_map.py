@@ -13,7 +13,7 @@ the region does not hold the nadir, where that form is singular. `environment_ar
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -21,11 +21,15 @@ import numpy as np
 
 from ..numerics.arrays import Array, Ints
 from ..scene.description import EnvironmentLight
+from .environment_reduction import MOST_TEXELS, reduced_image
 
 __all__ = ["EnvironmentMap", "make_environment_map"]
 
 
 TWO_PI = 2.0 * np.pi
+TEXEL_BYTES = 8 * (1 + 4 + 1)
+"""Bytes that a texel and channel takes: its radiance, four numbers of the table, and its radiance
+less the mean of the map, as float64."""
 
 
 @dataclass(frozen=True)
@@ -37,11 +41,14 @@ class EnvironmentMap:
     turn : (3, 3) rows of the rotation from the tracer's axes to those of the map.
     knots : (rows + 2,) colatitudes of the rows of values: the poles, and the texels' centres.
     values : (rows + 2, columns, k) radiance there; columns are equally spaced from longitude 0.
+    reduction_error : error of the irradiance, relative to a radiance of 1, by fewer pixels than
+        those of the image: see `environment_reduction`.
     """
 
     turn: Array
     knots: Array
     values: Array
+    reduction_error: float = 0.0
 
     @property
     def channel_count(self) -> int:
@@ -53,7 +60,11 @@ class EnvironmentMap:
         """Number of columns of texels."""
         return int(self.values.shape[1])
 
-    @cached_property
+    @property
+    def table_bytes(self) -> int:
+        """Bytes of the radiance, and of the table made of it for irradiance."""
+        return TEXEL_BYTES * self.channel_count * int(self.values.shape[0] * self.values.shape[1])
+
     def _lines(self) -> tuple[Array, Array]:
         """Radiance c0 + c1 theta along meridians, on each texel: (rows + 1, columns, k) each."""
         step = np.diff(self.knots)[:, None, None]
@@ -63,7 +74,7 @@ class EnvironmentMap:
     @cached_property
     def _table(self) -> Array:
         """For each texel c0, c1 and what makes the antiderivatives continuous: (texels, 4 k)."""
-        first, slope = self._lines
+        first, slope = self._lines()
         parts = [first, slope]
         for moments in _moments(self.knots):
             low, high = (m[:-1, None, None] for m in moments), (m[1:, None, None] for m in moments)
@@ -125,7 +136,7 @@ class EnvironmentMap:
     @cached_property
     def mean(self) -> Array:
         """Mean radiance over all directions, (k,)."""
-        first, slope = self._lines
+        first, slope = self._lines()
         cosine, sine = np.cos(self.knots), np.sin(self.knots)
         # of sin and theta sin
         plain, linear = -np.diff(cosine), np.diff(sine - self.knots * cosine)
@@ -149,12 +160,12 @@ class EnvironmentMap:
 
     def shifted(self, level: Array) -> EnvironmentMap:
         """The map less some radiance (k,)."""
-        return EnvironmentMap(self.turn, self.knots, self.values - level)
+        return replace(self, values=self.values - level)
 
     def channel(self, index: int) -> EnvironmentMap:
         """One channel of the map."""
         part = np.ascontiguousarray(self.values[:, :, index : index + 1])
-        return EnvironmentMap(self.turn, self.knots, part)
+        return replace(self, values=part)
 
     def turned(self, vector: Array) -> Array:
         """Vectors (3, ...) in the frame of the map."""
@@ -239,16 +250,25 @@ def _moments(theta: Array) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
     )
 
 
-def make_environment_map(light: EnvironmentLight) -> EnvironmentMap:
+def make_environment_map(light: EnvironmentLight, lights: bool = True) -> EnvironmentMap:
     """Return the map of an image of the sphere.
 
     The longitude grows against the columns of the image, and is 0 in the middle of its last one.
+
+    lights : whether the map is made for irradiance, so that large images are reduced; else it is
+        for what is seen of them, and large ones are kept in float32.
     """
-    pixels = np.asarray(light.pixels, dtype=np.float64)[:, ::-1]
+    image, error = light.pixels, 0.0
+    large = image.shape[0] * image.shape[1] > MOST_TEXELS
+    if lights:
+        image, error = reduced_image(image)
+    kind = np.float32 if large and not lights else np.float64
+    pixels: Any = np.asarray(image, dtype=kind)[:, ::-1]
     rows, columns_, _ = pixels.shape
     # the image repeats, so that its first and last row meet at both poles
     pole = 0.5 * (pixels[:1] + pixels[-1:])
-    values = np.concatenate([pole, pixels, pole]) * np.array(light.radiance)
+    values = np.concatenate([pole, pixels, pole])
+    values *= np.array(light.radiance, dtype=kind)
     knots = np.concatenate([[0.0], (np.arange(rows) + 0.5) * (np.pi / rows), [np.pi]])
     # the middle of the image has longitude 0 of Blender, its left end pi
     back = np.pi - np.pi / columns_
@@ -256,4 +276,5 @@ def make_environment_map(light: EnvironmentLight) -> EnvironmentMap:
         [[np.cos(back), -np.sin(back), 0.0], [np.sin(back), np.cos(back), 0.0], [0.0, 0.0, 1.0]]
     )
     turn: Any = own @ np.array(light.rotation, dtype=np.float64)
-    return EnvironmentMap(turn, knots, values)
+    error *= float(np.abs(light.radiance).max())
+    return EnvironmentMap(turn, knots, values, error)

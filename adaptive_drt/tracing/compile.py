@@ -168,6 +168,7 @@ class Plan:
         return {
             **dict(zip(kinds, counts, strict=True)),
             **{k: v for shapes in self.shapes.sets for k, v in shapes.figures().items()},
+            **self._environment_summary(),
             "lights": len(self.lights),
             "penumbra": self.penumbra,
             "motion": self.motion,
@@ -177,6 +178,17 @@ class Plan:
             ),
             "sphere_rays": native_version() if self.traced is not None else "none",
             "threads": self.threads,
+        }
+
+    def _environment_summary(self) -> dict[str, Any]:
+        """What the tables of environments take, if there are any."""
+        maps = [light.environment.map for light in self.lights if light.environment is not None]
+        if not maps:
+            return {}
+        return {
+            "environment texels": max(each.values[..., 0].size for each in maps),
+            "environment megabytes": round(sum(each.table_bytes for each in maps) / 2.0**20, 1),
+            "environment reduction error": max(each.reduction_error for each in maps),
         }
 
 
@@ -211,7 +223,7 @@ def make_plan(scene: Scene, settings: Settings) -> Plan:
         albedo=_colors(shapes),
         is_moving=table.moves,
         lights=complete,
-        backdrop=None if scene.backdrop is None else make_environment_map(scene.backdrop),
+        backdrop=None if scene.backdrop is None else make_environment_map(scene.backdrop, False),
         background=np.array(scene.background if scene.backdrop is None else ZERO, dtype=np.float64),
         transparent=scene.transparent,
         penumbra=penumbra,

@@ -41,6 +41,7 @@ def find_boxes(
     v: Array,
     displacement: Array | None,
     names: Sequence[str] | NDArray[np.str_],
+    met: Ints | None = None,
 ) -> Ints:
     """Find closed boxes among n quads.
 
@@ -50,6 +51,8 @@ def find_boxes(
     displacement : (3, n) metres over the shutter, or None if no quad moves.
     names : object name of each quad. Quads of one name are joined first, since boxes may touch
         each other; then the quads that are left, whatever their names.
+    met : (n,) numbers that are equal where the same rays meet quads; None if that is so for all.
+        Where they do not, a face seen from behind may hide what the one before it lets through.
 
     Returns
     -------
@@ -57,7 +60,8 @@ def find_boxes(
     """
     solid = np.full(len(names), NO_SOLID)
     name = np.unique(np.array(names, dtype=np.str_), return_inverse=True)[1]
-    for group in (name, np.zeros_like(name)):
+    same = np.zeros_like(name) if met is None else met
+    for group in (name + name.size * same, same):
         rest = (solid == NO_SOLID).nonzero()[0]
         if rest.size < BOX_FACES:
             break

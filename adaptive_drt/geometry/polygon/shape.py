@@ -422,7 +422,10 @@ class ParallelogramSet(PolygonSet):
         )
         counts = [r.count if isinstance(r, Quads) else 1 for r in records]
         names = np.repeat(np.array([r.name for r in records], dtype=np.str_), counts)
-        boxes = find_boxes(q - origin, u, v, displacement, names)
+        seen = [(r.visibility.camera, r.visibility.shadow, r.visibility.passed_by) for r in records]
+        number = {each: k for k, each in enumerate(dict.fromkeys(seen))}
+        met = np.repeat(np.array([number[each] for each in seen], dtype=np.int64), counts)
+        boxes = find_boxes(q - origin, u, v, displacement, names, met)
         return cls(q - origin, u, v, displacement, boxes)
 
     @staticmethod

@@ -18,6 +18,7 @@ from adaptive_drt.scene.description import (
     QuadLight,
     Scene,
     SphereLight,
+    Visibility,
 )
 from adaptive_drt.scene.settings import Settings
 from adaptive_drt.shading.direct_light import shade_with_candidates
@@ -157,3 +158,16 @@ def test_half_the_faces_and_more_are_left_out(monkeypatch):
     every = Occluders(plan).find_candidates(plan.lights[0], hits)
     print(f"{few.item.size} of {every.item.size} pairs")
     assert few.item.size < 0.5 * every.item.size
+
+
+def test_faces_that_hide_different_lights_are_no_box():
+    """A face seen from behind hides a light that the faces before it let through: a pixel behind
+    such a box was twice too bright."""
+    rng = np.random.default_rng(8)
+    faces = [replace(face, name=f"Plane {k}") for k, face in enumerate(some_box(rng))]
+    passing = Visibility(passed_by=frozenset({"Lamp"}))
+    for changed in (passing, Visibility(shadow=False), Visibility(camera=False)):
+        mixed = [replace(faces[0], visibility=changed), *faces[1:]]
+        assert (plan_of(mixed).shapes.solid == NO_SOLID).all()
+        alike = [replace(face, visibility=changed) for face in faces]
+        assert (plan_of(alike).shapes.solid != NO_SOLID).all()
