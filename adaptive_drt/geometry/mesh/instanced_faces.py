@@ -266,11 +266,9 @@ class InstancedFaces:
             placed = np.array(
                 [applied(inverse.transpose(1, 0, 2)[..., None], each[:, None, :]) for each in own]
             )
-            placed = np.where(mirrored[:, None], placed[::-1], placed).reshape(3, 3, -1)
-            normals = np.array([normalize(each) for each in placed])
-        return MeshFaces(
-            vertices.reshape(3, -1), np.ascontiguousarray(faces.reshape(3, some.size * f)), normals
-        )
+            normals = np.where(mirrored[:, None], placed[::-1], placed).reshape(3, 3, -1)
+        # rounding leaves no area to faces of instances that are too small for their place
+        return MeshFaces.make(vertices.reshape(3, -1), faces.reshape(3, some.size * f), normals)
 
     def _on_picture(self, camera: PinholeCamera) -> InstancedPicture:
         """The instances on the picture of a camera; those of the last one are kept."""
