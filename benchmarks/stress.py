@@ -120,6 +120,16 @@ def hostile(seed: int, count: int, workers: int) -> tuple[str, int]:
     return text, count_faults(found)
 
 
+def meshes(seed: int, count: int, workers: int) -> tuple[str, int]:
+    found = run_all(stress_scenes.hostile_meshes, range(seed, seed + count), workers)
+    renders = int(sum(each.figures.get("renders", 0) for each in found))
+    text = (
+        f"{count} scenes, each rendered {', '.join(stress_scenes.MESH_WAYS)}: {renders} renders.\n"
+        f"\n{work(found)}\n\n{faults(found)}\n"
+    )
+    return text, count_faults(found)
+
+
 def changes(seed: int, count: int, workers: int) -> tuple[str, int]:
     found = run_all(stress_scenes.invariance, range(seed, seed + count), workers)
     text = (
@@ -176,6 +186,18 @@ PARTS = {
         "background.",
         1_000,
         hostile,
+    ),
+    "meshes": Part(
+        "Hostile meshes",
+        "Random scenes of meshes and instances in which some things went wrong: coordinates and "
+        "matrices that are no numbers, denormal or up to 1e31, needles, faces without an area, "
+        "none at all, doubled and turned over, up to a million in six places; normals of no "
+        "length; instances in one place, nearly flat, of very different sizes, or grown from "
+        "nothing.",
+        "Any scene renders to finite numbers without a warning, and no pixel is below zero, or "
+        "brighter than all lights together and the background.",
+        1_000,
+        meshes,
     ),
     "changes": Part(
         "Changes of the whole scene",

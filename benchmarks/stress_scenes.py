@@ -22,6 +22,7 @@ from adaptive_drt.scene.description import Scene, SceneError
 from adaptive_drt.scene.settings import Settings
 from adversarial_scenes import FAMILIES
 from adversarial_scenes import adversarial as adversarial_case
+from hostile_meshes import hostile_mesh_scene, many_doubled_faces
 from hostile_scenes import brightest, hostile_scene
 from random_scenes import random_scene, scaled
 from transforms import mirrored, moved, random_rotation, reordered, turned
@@ -35,6 +36,7 @@ __all__ = [
     "Found",
     "adversarial",
     "hostile",
+    "hostile_meshes",
     "invariance",
 ]
 
@@ -51,6 +53,10 @@ WAYS |= {
 }
 CLOSEST, CLOSEST_EACH = "exact to 0.001", 8
 """A way that takes as long as all others: one scene in so many is rendered so."""
+MESH_WAYS = ("order 2", "everywhere", "exact to 0.1")
+"""The ways in which scenes of meshes are rendered."""
+MILLION_EACH = 200
+"""One scene of meshes in so many is one of a million faces."""
 CHANGED = {"exact": Settings(method="EXACT", threads=1), "rays": RAYS}
 LIMITS = {
     f"{method}, {change}": limit
@@ -84,11 +90,23 @@ class Found:
 
 def hostile(seed: int) -> Found:
     """Render a hostile scene in every way; every number must be one that can be shown."""
+    ways = {name: s for name, s in WAYS.items() if name != CLOSEST or not seed % CLOSEST_EACH}
+    return _rendered(seed, hostile_scene(seed), ways)
+
+
+def hostile_meshes(seed: int) -> Found:
+    """Render a hostile scene of meshes and instances in some ways; of a million doubled faces,
+    one in so many."""
+    ways = {name: WAYS[name] for name in MESH_WAYS}
+    if not seed % MILLION_EACH:
+        return _rendered(seed, many_doubled_faces(), {MESH_WAYS[-1]: WAYS[MESH_WAYS[-1]]})
+    return _rendered(seed, hostile_mesh_scene(seed), ways)
+
+
+def _rendered(seed: int, scene: Scene, ways: dict[str, Settings]) -> Found:
+    """Render a scene in several ways."""
     found = Found(seed)
-    scene = hostile_scene(seed)
-    for name, settings in WAYS.items():
-        if name == CLOSEST and seed % CLOSEST_EACH:
-            continue
+    for name, settings in ways.items():
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("error")

@@ -25,7 +25,7 @@ from .outline_edges import OutlineEdges
 from .raster import ProjectedPolygons
 from .tracer import START_OFFSET, FaceTracer
 
-__all__ = ["MeshFaces", "smooth_normals"]
+__all__ = ["MeshFaces", "barycentric", "smooth_normals"]
 
 
 EDGE_SLACK = 1e-3
@@ -245,7 +245,7 @@ def smooth_normals(
     point, plain : (3, n) points, and unit normals of the faces, metres.
     corners, normals : three of (3, n) each, corners of the faces and their unit normals.
     """
-    share = _barycentric(point, corners)
+    share = barycentric(point, corners)
     mean: Any = sum(part * each for part, each in zip(share, normals, strict=True))
     height = _smooth_heights(point, share, corners, normals, mean)
     return _unit_or(mean, plain), height * mean
@@ -257,14 +257,15 @@ def _unit_or(vector: Array, other: Array) -> Array:
     return normalize(np.where(short, other, vector))
 
 
-def _barycentric(point: Array, corners: list[Array]) -> tuple[Array, Array, Array]:
+def barycentric(point: Array, corners: list[Array]) -> tuple[Array, Array, Array]:
     """Barycentric coordinates (n,) of points in their triangles, limited to 0 to 1."""
     a, b, c = corners
     u, v, p = b - a, c - a, point - a
     uu, uv, vv, pu, pv = dot(u, u), dot(u, v), dot(v, v), dot(p, u), dot(p, v)
     area = np.maximum(uu * vv - uv * uv, TINY)
-    y = np.clip((vv * pu - uv * pv) / area, 0.0, 1.0)
-    z = np.clip((uu * pv - uv * pu) / area, 0.0, 1.0 - y)
+    with np.errstate(over="ignore"):  # in faces whose area underflows
+        y = np.clip((vv * pu - uv * pv) / area, 0.0, 1.0)
+        z = np.clip((uu * pv - uv * pu) / area, 0.0, 1.0 - y)
     return 1.0 - y - z, y, z
 
 

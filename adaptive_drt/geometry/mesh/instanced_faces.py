@@ -37,6 +37,8 @@ RAYS_PER_CHUNK = 1 << 15
 MOST_CLUSTERS = 4_096
 """Number of balls of clusters of faces of all instances up to which these bound what they hide;
 above it there is one ball for each instance."""
+STEP_BACK = 256.0 * START_OFFSET
+"""Distance before points of hits from which rays look for their faces, in sizes of an instance."""
 HULL_MARGIN = 1e-9
 """Width, relative to the lengths involved, by which the hull of two balls is widened against
 rounding."""
@@ -183,7 +185,10 @@ class InstancedFaces:
         self, start: Array, w: Array, point: Array, time: Array | float = 0.0
     ) -> tuple[Array, Array, SmoothSurface | None]:
         """Surface points of hits: see `MeshFaces.surface`."""
-        _, item, face = self._nearest(start, w, time)
+        # nothing is met before the points, so that rays need not come from their starts
+        square = np.maximum(dot(w, w), TINY)
+        back = np.minimum(STEP_BACK * self.size / np.sqrt(square), dot(point - start, w) / square)
+        _, item, face = self._nearest(point - np.maximum(back, 0.0) * w, w, time)
         normal = -normalize(w)
         place = point.copy()
         smooth = None
@@ -266,11 +271,9 @@ class InstancedFaces:
             placed = np.array(
                 [applied(inverse.transpose(1, 0, 2)[..., None], each[:, None, :]) for each in own]
             )
-            placed = np.where(mirrored[:, None], placed[::-1], placed).reshape(3, 3, -1)
-            normals = np.array([normalize(each) for each in placed])
-        return MeshFaces(
-            vertices.reshape(3, -1), np.ascontiguousarray(faces.reshape(3, some.size * f)), normals
-        )
+            normals = np.where(mirrored[:, None], placed[::-1], placed).reshape(3, 3, -1)
+        # rounding leaves no area to faces of instances that are too small for their place
+        return MeshFaces.make(vertices.reshape(3, -1), faces.reshape(3, some.size * f), normals)
 
     def _on_picture(self, camera: PinholeCamera) -> InstancedPicture:
         """The instances on the picture of a camera; those of the last one are kept."""

@@ -98,6 +98,8 @@ class InstancedPicture:
         chosen = np.sort(order[:most][area[order[:most]] >= LEAST_AREA])
         rest = np.setdiff1d(np.arange(area.size), chosen)
         drawn = faces.baked(chosen) if chosen.size else None
+        if drawn is not None and drawn.is_empty:
+            drawn = None
         return cls(camera, np.concatenate([low, high]), near, drawn, rest)
 
     def coverage(self, faces: Instances, w: Array) -> PixelCoverage:
