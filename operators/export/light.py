@@ -23,7 +23,7 @@ from ...adaptive_drt.scene.description import (
     Vector,
     vector_of,
 )
-from ...adaptive_drt.scene.light_records import LARGEST_SQUEEZE, LEAST_SPREAD
+from ...adaptive_drt.scene.light_records import LARGEST_SQUEEZE
 from ...adaptive_drt.scene.units import (
     area_radiance,
     light_power,
@@ -44,6 +44,10 @@ SHEARED = (
     "its parents shear it; it shines evenly with all of its power, while Cycles' picture of such "
     "lights depends on how they are sampled"
 )
+
+BEAM = math.radians(1.0)
+"""Spread of an area light, in radians, that stands for all narrower ones. The edge of its beam is
+as wide as a sixtieth of the way from the light."""
 
 UNEVEN = 1e-5
 """Relative difference of the scales along a spot's axes: less is float32's rounding."""
@@ -252,9 +256,11 @@ def _area(
     tell(path.reason)
     radiance = area_radiance(power, area, getattr(light, "normalize", True))
     spread = min(float(light.spread), math.pi)  # pi as a float32 is more
-    if spread < LEAST_SPREAD:
-        least = math.degrees(LEAST_SPREAD)
-        tell(f"its spread is {math.degrees(spread):.2g}°; it is rendered as one of {least:.2g}°")
+    if spread < BEAM:
+        degrees, least = math.degrees(spread), math.degrees(BEAM)
+        tell(
+            f"its spread is {degrees:.2g}°; it is rendered as one of {least:.2g}°, with softer edges"
+        )
     return kind(
         path.position,
         vector_of(half_u),
@@ -263,7 +269,7 @@ def _area(
         path.motion,
         bool(light.use_shadow),
         tell.name,
-        spread=max(spread, LEAST_SPREAD),
+        spread=max(spread, BEAM),
     )
 
 
