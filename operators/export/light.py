@@ -259,7 +259,7 @@ def _area(
     if spread < BEAM:
         degrees, least = math.degrees(spread), math.degrees(BEAM)
         tell(
-            f"its spread is {degrees:.2g}°; it is rendered as one of {least:.2g}°, with softer edges"
+            f"its spread is {degrees:.2g}°; it is rendered as one of {least:.2g}°, softer at edges"
         )
     return kind(
         path.position,
