@@ -247,7 +247,7 @@ def _area(
         what = "scale along its Z axis" if flat else "size"
         tell(f"its {what} is zero, so it gives no light, nor does it in Cycles")
         return None
-    if _is_uneven(track.middle[:3, :3], kind is EllipseLight or light.spread < math.pi):
+    if _is_sampled_unevenly(track.middle[:3, :3], kind, float(light.spread)):
         tell(SHEARED)
     forward = -track.middle[:3, 2]
     if float(np.cross(half_u, half_v) @ forward) < 0.0:  # a mirrored object
@@ -310,11 +310,16 @@ def _cosines(linear: Matrix) -> Matrix:
     return cosines
 
 
-def _is_uneven(linear: Matrix, directed: bool) -> bool:
+def _is_sampled_unevenly(
+    linear: Matrix, kind: type[QuadLight | EllipseLight], spread: float
+) -> bool:
     """Whether Cycles samples a sheared area light unevenly.
 
-    It takes the sides for orthogonal. It takes Z for the normal only where that matters: in disks,
-    and where the spread is limited, which `directed` tells.
+    Measured: it takes the sides of rectangles for orthogonal, so that its picture was 20 % brighter
+    than that of a parallelogram. Z is the normal of disks, and where the spread is limited.
     """
     cosines = np.abs(_cosines(linear))
-    return float(cosines.max() if directed else cosines[0, 1]) > SQUARE
+    square, upright = float(cosines[0, 1]) <= SQUARE, float(cosines[2].max()) <= SQUARE
+    if kind is QuadLight:
+        return not square or (spread < math.pi and not upright)
+    return not upright

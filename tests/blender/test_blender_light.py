@@ -255,8 +255,10 @@ def test_a_sheared_light_is_a_parallelogram_of_its_power(export, shape):
     lamp = things.light("AREA", "Lamp", energy=100.0, shape=shape, size=1.0, size_y=2.0)
     lamp.parent, lamp.rotation_euler = parent, (0.0, 0.0, 0.5)
     scene = export()
-    (light,), (issue,) = scene.lights, scene.issues
-    assert not issue.missing and "shear" in issue.reason
+    (light,) = scene.lights
+    told = [issue for issue in scene.issues if "shear" in issue.reason and not issue.missing]
+    # Cycles' picture of the ellipse is the same
+    assert len(told) == len(scene.issues) == int(shape == "RECTANGLE")
     assert abs(np.dot(light.half_u, light.half_v)) > 0.1
     area = np.linalg.norm(np.cross(light.half_u, light.half_v)) * (4 if shape[0] == "R" else PI)
     assert light.radiance[0] * PI * area == pytest.approx(100.0, rel=1e-5)
