@@ -33,7 +33,7 @@ def _area(rng):
     size, other = rng.uniform(0.3, 2.0, 2)
     lamp = things.light("AREA", energy=120.0, shape=shape, size=size, size_y=other)
     if rng.random() < 0.5:
-        lamp.data.spread = math.radians(10.0 ** rng.uniform(-1.0, 2.2))
+        lamp.data.spread = math.radians(10.0 ** rng.uniform(0.7, 2.2))
     _placed(lamp, rng, 2.7, 5.0, 0.6).visible_camera = bool(rng.random() < 0.4)
     lamp.scale = rng.uniform(0.4, 1.6, 3) * rng.choice([-1, 1], 3)
 

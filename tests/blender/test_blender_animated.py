@@ -92,9 +92,12 @@ def test_a_light_s_nodes(export, shutter):
     assert _told(export, "LIGHT") == ["its nodes' emission changes"]
 
 
-def test_a_light_that_is_left_out_is_not_rendered_at_the_middle(export, shutter):
-    things.keyed(things.light("AREA", spread=0.0).data, "energy", 1.0, 5.0)
-    assert _told(export, "LIGHT") == []
+def test_a_portal_is_not_rendered_at_the_middle(export, shutter):
+    lamp = things.light("AREA").data
+    things.keyed(lamp, "energy", 1.0, 5.0)
+    if hasattr(lamp, "cycles"):  # Cycles is an add-on, and may be switched off
+        lamp.cycles.is_portal = True
+        assert _told(export, "LIGHT") == []
 
 
 def _key_input(socket, *values):

@@ -237,14 +237,14 @@ def test_a_depth_of_zero_gives_no_light(export):
     assert "scale along its Z axis is zero" in issue.reason and "shear" not in issue.reason
 
 
-@pytest.mark.parametrize("degrees", [0.0, 0.03, 0.5])
+@pytest.mark.parametrize("degrees", [0.0, 0.5, 1.5])
 def test_a_narrow_spread_is_a_beam(export, degrees):
     things.light("AREA", "Lamp", spread=math.radians(degrees))
     scene = export()
     (light,) = scene.lights
-    assert light.spread == pytest.approx(max(math.radians(degrees), 1e-3), rel=1e-5)
+    assert light.spread == pytest.approx(math.radians(max(degrees, 1.0)), rel=1e-5)
     told = things.reasons(scene).get("Lamp", [])
-    assert (degrees >= 0.1) == (told == []) and all("0.057°" in reason for reason in told)
+    assert (degrees >= 1.0) == (told == []) and all("as one of 1°" in reason for reason in told)
     assert not any(issue.missing for issue in scene.issues)
 
 
@@ -255,8 +255,10 @@ def test_a_sheared_light_is_a_parallelogram_of_its_power(export, shape):
     lamp = things.light("AREA", "Lamp", energy=100.0, shape=shape, size=1.0, size_y=2.0)
     lamp.parent, lamp.rotation_euler = parent, (0.0, 0.0, 0.5)
     scene = export()
-    (light,), (issue,) = scene.lights, scene.issues
-    assert not issue.missing and "shear" in issue.reason
+    (light,) = scene.lights
+    told = [issue for issue in scene.issues if "shear" in issue.reason and not issue.missing]
+    # Cycles' picture of the ellipse is the same
+    assert len(told) == len(scene.issues) == int(shape == "RECTANGLE")
     assert abs(np.dot(light.half_u, light.half_v)) > 0.1
     area = np.linalg.norm(np.cross(light.half_u, light.half_v)) * (4 if shape[0] == "R" else PI)
     assert light.radiance[0] * PI * area == pytest.approx(100.0, rel=1e-5)

@@ -6,7 +6,6 @@ from __future__ import annotations
 import importlib
 import math
 
-import bmesh
 import bpy
 import numpy as np
 import pytest
@@ -173,18 +172,6 @@ def _shining_disk(sides=32):
     return _shining_face(*zip(0.7 * np.cos(turns), 0.7 * np.sin(turns), strict=True))
 
 
-def _shining_solid(segments=5):
-    solid = things.made(
-        "Solid",
-        lambda work: bmesh.ops.create_cone(
-            work, cap_ends=True, segments=segments, radius1=0.6, radius2=0.3, depth=0.8
-        ),
-    )
-    solid.location, solid.rotation_euler = (0.3, -0.4, 2.4), (0.5, 0.3, 0.2)
-    solid.data.materials.append(_glow("Solid"))
-    return solid
-
-
 def _shining_principled():
     ball = _shining_ball()
     ball.data.materials[0] = things.material(
@@ -249,8 +236,6 @@ SHINING = {
     ),
     "disk that shines": _shining_disk,
     "disk that shines and moves": lambda: _blurred(_shining_disk()),
-    "solid that shines": _shining_solid,
-    "solid of many faces that shines": lambda: _shining_solid(11),
     "Principled that shines, and a lamp": _shining_principled,
     "ball that shines and moves": lambda: _blurred(_shining_ball()),
     "plane that shines and moves": lambda: _blurred(_shining_plane()),
