@@ -232,7 +232,7 @@ class ExactRender:
             frame.count_unseen(contrast)
         self._take_goal(frame, inside)
         if not frame.any_lit(inside):
-            for _ in self._search_light(frame, inside):
+            for _ in self._search_light(own, frame, inside):
                 yield 0.0
         elif not self.plan.motion:
             self.stage = "Shading outlines"
@@ -335,16 +335,21 @@ class ExactRender:
                     done += pixels.size
                 yield (done + self.work.in_progress) / max(count, 1)
 
-    def _search_light(self, frame: Frame, inside: Mask) -> Generator[None, None, None]:
-        """If no pixel centre is lit, search for light first and set the goal from what is found."""
+    def _search_light(self, own: Frame, frame: Frame, inside: Mask) -> Generator[None, None, None]:
+        """If no pixel centre is lit, search for light first and set the goal from what is found.
+
+        Without a goal, sampled pixels that are black would be sampled up to the limit.
+        """
         rows = frame.region_pixels(inside)
         color, error, cut = columns(frame.color, rows), frame.error[rows], frame.outline[rows]
         goal = make_goal(UNLIT_TOLERANCE, color, error, error, cut)
         rows = rows[(cut | (error > goal.error)) & ~frame.sampled[rows]]
-        if not rows.size:
-            return
-        tasks = frame.tasks(rows, goal, self.work.pixels_per_call(rows.size))
-        found: list[tuple[Ints, Array]] = []
+        dark = frame.sampled.any()
+        for each in {id(one): one for one in (own, frame)}.values():
+            for _ in self._sample(each, each.unsettled_sampled(goal), goal):
+                yield
+        tasks = frame.tasks(rows, goal, self.work.pixels_per_call(rows.size)) if rows.size else []
+        found: list[tuple[Ints, Array]] = [(rows[:0], np.zeros((3, 0)))]
         with closing(self.work.run(refine, tasks)) as outcomes:
             for outcome in outcomes:
                 if outcome is not None:
@@ -354,8 +359,11 @@ class ExactRender:
                 yield
         index = np.concatenate([pixels for pixels, _ in found])
         color = np.concatenate([part for _, part in found], axis=1)
-        # if no light is found, the picture is too dark to be resolved
-        self.goal = frame.goal(inside, (index, color)) if color.any() else Goal(np.inf, 1.0)
+        if color.any() or frame.any_lit(inside):
+            self.goal = frame.goal(inside, (index, color))
+        elif rows.size or dark:
+            # if no light is found, the picture is too dark to be resolved
+            self.goal = Goal(np.inf, 1.0)
 
     # --- step 7: pixels smooth in time -------------------------------------------------------
 

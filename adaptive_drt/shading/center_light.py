@@ -37,6 +37,13 @@ MIXED = -1
 objects."""
 
 
+FEW_RAYS = 256
+"""Number of rays that points send to a light before lines across it are tried, where a rough
+fraction will do. They take as long as a fifth of the lines (300 µs, before 100,000 faces) ..."""
+FEW_RAYS_ERROR = 3e-3
+"""... and this error of the fraction is about the least that they reach."""
+
+
 @dataclass(frozen=True)
 class CenterLight:
     """Light that n points send to the camera: of lights, and their own.
@@ -149,19 +156,41 @@ class _Fractions:
         some[self.pairs.pixel] = True
         rows = some.nonzero()[0]
         if allowed is not None:
+            rough = some & (size * FEW_RAYS_ERROR <= allowed)
+            few = rays[0], FEW_RAYS
+            left = self._by_rays(rough.nonzero()[0], few, size, allowed, share, errors)
+            rows = np.sort(np.concatenate([left, (some & ~rough).nonzero()[0]]))
             rows = self._by_lines(rows, size, allowed, share, errors)
+        self._by_rays(rows, rays, size, allowed, share, errors)
+
+    def _by_rays(
+        self,
+        rows: Ints,
+        rays: tuple[int, int],
+        size: Array,
+        allowed: Array | None,
+        share: Array,
+        errors: Array,
+    ) -> Ints:
+        """Enter fractions and errors of the points `rows`; see `sample`.
+
+        Returns the points whose errors are above those allowed.
+        """
         first, end, sums = 0, rays[0], None
+        extended = self.plan.as_shadow_caster(self._light).extended
         while rows.size:
             new = self._sums(rows, first, end)
             sums = new if sums is None else sums.joined(new)
             share[rows], errors[0, rows] = _mean_and_spread(sums)
-            extended = self.plan.as_shadow_caster(self._light).extended
             errors[1, rows] = UNSEEN_SHARE / end if extended else 0.0
-            first, end = end, 2 * end
-            if allowed is None or end > rays[1]:
-                return
+            if allowed is None:
+                break
             more = (size * errors.max(axis=0) > allowed)[rows].nonzero()[0]
             rows, sums = rows[more], sums.take(more)
+            first, end = end, 2 * end
+            if end > rays[1]:
+                break
+        return rows
 
     def _by_lines(
         self, rows: Ints, size: Array, allowed: Array, share: Array, errors: Array

@@ -119,6 +119,28 @@ def _torus():
     torus.data.materials.append(things.matt("Torus", 0.3, 0.6, 0.8))
 
 
+def _monkey():
+    """A coarse smooth mesh whose terminator is seen, in place of the balls."""
+    for name in "ABC":
+        bpy.data.objects.remove(bpy.data.objects[name])
+    bpy.ops.mesh.primitive_monkey_add(size=3.0, location=(0.0, 0.0, 1.6), rotation=(-0.8, 0.1, 0.4))
+    monkey = bpy.context.object
+    monkey.data.shade_smooth()
+    monkey.data.materials.append(things.matt("Monkey", 0.7, 0.6, 0.5))
+
+
+def _monkey_before(light):
+    _monkey()
+    light()
+
+
+def _monkey_in_world():
+    _world()
+    for name in ("Box", "Wall"):
+        bpy.data.objects.remove(bpy.data.objects[name])
+    _monkey()
+
+
 def _wall():
     things.plane("Wall", size=6.0).data.materials.append(things.matt("Wall", 0.7, 0.7, 0.7))
     wall = bpy.data.objects["Wall"]
@@ -223,6 +245,9 @@ SCENES = {
     "area": _area,
     "cube": _cube,
     "torus": _torus,
+    "monkey before an area": lambda: _monkey_before(_area),
+    "monkey before a spot": lambda: _monkey_before(lambda: _spot(0.3)),
+    "monkey in a world": _monkey_in_world,
     "soft point": _soft_point,
     "sphere point": lambda: _soft_point(False),
     "point": lambda: setattr(things.light("POINT", energy=200.0), "location", (2.5, -2.0, 4.0)),

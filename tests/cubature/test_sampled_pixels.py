@@ -14,6 +14,7 @@ from adaptive_drt.scene.settings import Settings
 from adaptive_drt.tracing.compile import make_plan
 from adaptive_drt.tracing.intersect import Pairs
 from adaptive_drt.tracing.occluder_culling import Occluders
+from mesh_shapes import ball_mesh
 from random_scenes import look_at
 
 FLOOR = Quad((-6.0, -6.0, 0.0), (12.0, 0.0, 0.0), (0.0, 12.0, 0.0), Material((0.8, 0.7, 0.6)))
@@ -91,3 +92,14 @@ def test_a_transparent_background_gives_coverage():
     done = sampled(scene, 2e-3)
     assert np.abs(done.alpha - exact.alpha.ravel()).mean() < 0.02
     assert ((done.alpha >= 0.0) & (done.alpha <= 1.0)).all()
+
+
+@pytest.mark.parametrize("smooth", [False, True])
+def test_pixels_tell_where_a_smooth_surface_turns_away_from_a_light(smooth):
+    ball = ball_mesh(10, 6, radius=2.0, center=(0.0, 0.0, 0.6), smooth=smooth)
+    lamp = replace(LAMP, center=(9.0, 0.0, 0.6), half_u=(0.0, 0.5, 0.0), half_v=(0.0, 0.0, -0.5))
+    camera = look_at((0.0, -6.0, 0.6), (0.0, 0.0, 0.6), resolution=SIZE)
+    row = 7 * SIZE[0] + np.arange(5, 15)
+    done = sampled(Scene(camera, (ball,), (lamp,)), np.inf, rows=row)
+    # the light is to the right; on flat faces nothing varies that points might miss
+    assert (done.dusk[:2] == smooth).all() and not done.dusk[-2:].any()

@@ -6,14 +6,26 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from adaptive_drt.scene.description import PointLight, QuadLight, Sphere, SphereLight
+from adaptive_drt.scene.description import (
+    PointLight,
+    QuadLight,
+    Scene,
+    SkyLight,
+    Sphere,
+    SphereLight,
+)
+from adaptive_drt.scene.settings import Settings
 from adaptive_drt.shading.ratio_estimator import (
     LightSums,
     gather_light,
     light_points,
     ratio_estimate,
 )
+from adaptive_drt.tracing.compile import make_plan
+from adaptive_drt.tracing.intersect import Pairs, intersect_pairs, surface
 from adaptive_drt.tracing.occluder_culling import Occluders
+from mesh_shapes import ball_mesh
+from random_scenes import look_at
 from shaded import patches_at, plan_of
 
 COLOR = (1.0, 1.0, 1.0)
@@ -86,3 +98,25 @@ def test_batches_of_more_rays_are_joined_two_and_two():
     single = LightSums(*np.ones((3, 2, 1)))
     assert single.joined(single).visible.tolist() == [[1.0], [1.0]]
     assert joined.take(np.array([1])).total.shape == (1, 4)
+
+
+@pytest.mark.parametrize("light", [SkyLight(COLOR), SphereLight((6.0, 0.0, 1.2), 0.5, COLOR)])
+def test_rays_to_a_uniform_sky_leave_the_facets_of_smooth_meshes(light):
+    """Cycles samples no uniform world as a light, and lifts shadow rays to lights only."""
+    camera = look_at((0.0, -4.0, 1.2), (0.0, 0.0, 1.2), resolution=(40, 40))
+    ball = ball_mesh(10, 6, smooth=True)
+    plan = make_plan(Scene(camera, (ball,), (light,)), Settings())
+    x, y = np.random.default_rng(4).uniform(12.0, 28.0, (2, 200))
+    w, item = plan.lens.directions(x, y), np.zeros(200, dtype=np.int64)
+    hits = surface(plan, w, intersect_pairs(plan, w, item), item)
+    pairs = Pairs(np.arange(200), item)
+    spots = light_points(plan, np.arange(200), 0, 1, 64)
+    lifted, flat = (
+        gather_light(plan, each, plan.lights[0], pairs, spots, 0.0).visible
+        for each in (hits, hits.without_smooth())
+    )
+    assert flat.sum() < hits.item.size * np.pi
+    if isinstance(light, SkyLight):
+        np.testing.assert_array_equal(lifted, flat)
+    else:
+        assert lifted.sum() > 1.01 * flat.sum()
