@@ -89,7 +89,7 @@ def by_lines(mesh, lines, count=60, lamp=LAMP):
 def compared(mesh, lines, count=60):
     """Shares by lines, their errors, and the shares by brute force."""
     points, share, error, _ = by_lines(mesh, lines, count)
-    corners, _, _, moves, _ = triangles_of(Scene(CAMERA, (mesh,), (LAMP,)))
+    corners, _, _, moves = triangles_of(Scene(CAMERA, (mesh,), (LAMP,)))
     edges = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     plain = np.concatenate([corners[:, 0], *edges, moves], axis=1)
     light = np.array([0.0, *LAMP.center, *LAMP.half_u, *LAMP.half_v, *LAMP.radiance])
