@@ -192,7 +192,7 @@ class _CutPixels:
         numbers = self.index[row], first[hit]
         unseen = np.zeros(n)
         for number in range(len(plan.lights)):
-            sampler = LightSampler(plan, occluders, number, None)
+            sampler = LightSampler(plan, occluders, number, False)
             found = sampler.sample(hits, row, np.zeros(row.size), numbers)
             part, bright = _ratio_estimates(found.colors, row, share, n)
             color[:, hit] += part

@@ -257,7 +257,7 @@ class _Points:
         dusk = np.zeros(shape[0], dtype=np.bool_)
         time = self.time[row, point]
         for number in range(len(plan.lights)):
-            sampler = LightSampler(plan, occluders, number, len(self.offset))
+            sampler = LightSampler(plan, occluders, number, True)
             numbers = self.index[row], self.first + point
             found = sampler.sample(hits, row, time, numbers)
             for values, part in zip((closed, total, visible), found.colors, strict=True):

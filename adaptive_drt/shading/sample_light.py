@@ -55,14 +55,14 @@ class LightSampler:
     Attributes
     ----------
     plan, occluders : the compiled scene.  number : the light's, among those of the plan.
-    axes : number of dimensions of the sequences of points: see `hashed_subpoints`; or None where
-        points are no sequence: their rays then are consecutive points of one of the pixel.
+    sequence : whether points are those of a sequence: see `hashed_subpoints`. If not, their rays
+        are consecutive points of one sequence of the pixel.
     """
 
     plan: Plan
     occluders: Occluders
     number: int
-    axes: int | None
+    sequence: bool
 
     def sample(
         self, hits: Surface, row: Ints, time: Array, numbers: tuple[Ints, Ints]
@@ -99,9 +99,9 @@ class LightSampler:
     def _spots(self, pixel: Ints, index: Ints) -> tuple[Array, Array]:
         """Points on the light, two (m, `LIGHT_RAYS`), of points (m,) by pixel and number in it."""
         seed, stream = self.plan.settings.seed, LIGHT_STREAM + self.number
-        if self.axes is None:
+        if not self.sequence:
             return hashed_kronecker_points(seed, pixel, stream, index * LIGHT_RAYS, LIGHT_RAYS)
-        return hashed_subpoints(seed, pixel, stream, index, self.axes)
+        return hashed_subpoints(seed, pixel, stream, index)
 
     def _occluders(
         self, shape: Emitter, hits: Surface, row: Ints, time: Array | float, whole: Array

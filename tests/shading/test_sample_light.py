@@ -28,7 +28,7 @@ def test_rays_see_the_share_of_the_light_that_is_visible():
     normal[2] = 1.0
     item = np.ones(x.size, dtype=np.int64)
     hits = Surface(place, normal, item, np.zeros(x.size, dtype=bool))
-    sampler = LightSampler(plan, occluders, 0, 2)
+    sampler = LightSampler(plan, occluders, 0, True)
     row = np.repeat(np.arange(41), count)
     light = sampler.sample(hits, row, np.zeros(x.size), (row, np.tile(np.arange(count), 41)))
     closed, total, visible = light.colors
