@@ -121,8 +121,7 @@ def gather_light(
     -------
     Sums with (n, k) entries.
     """
-    surface = _shadow_starts(surface, light)
-    count = surface.item.size
+    surface, count = _shadow_starts(surface, light), surface.item.size
     samples = time.shape[1] if isinstance(time, np.ndarray) else 1
     rays = 1 if spots is None else spots[0].shape[1] // samples
     parts = []

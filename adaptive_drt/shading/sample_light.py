@@ -59,8 +59,8 @@ class LightSampler:
     Attributes
     ----------
     plan, occluders : the compiled scene.  number : the light's, among those of the plan.
-    axes : number of dimensions of the sequences of points: see `hashed_subpoints`; or None where
-        points are no sequence: their rays then are consecutive points of one of the pixel.
+    axes : number of dimensions of the sequences of points; or None where points are no sequence:
+        their rays then are consecutive points of one sequence of the pixel.
     """
 
     plan: Plan
@@ -113,7 +113,7 @@ class LightSampler:
         if self.axes is None:
             return hashed_kronecker_points(seed, pixel, stream, index * self.rays, self.rays)
         if self.plan.traced is None:
-            return hashed_subpoints(seed, pixel, stream, index, self.axes)
+            return hashed_subpoints(seed, pixel, stream, index)
         axes = (self.axes, self.axes + 1)
         net = net_points(seed, pixel, stream, index[:, None], axes)[..., 0]
         a, b = stratified_copies(net, self.rays)

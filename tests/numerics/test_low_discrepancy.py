@@ -117,7 +117,7 @@ def test_points_on_lights_fill_the_space_with_those_of_the_pixel(axes):
     count, pixel = 4_096, np.array([3])
     spots = hashed_sequence_points(5, pixel, 7, (0, count), axes)[:, 0]
     index = np.arange(count)
-    a, b = hashed_subpoints(5, np.full(count, 3), 9, index, axes)
+    a, b = hashed_subpoints(5, np.full(count, 3), 9, index)
     assert a.shape == (count, 8) and min(a.min(), b.min()) >= 0.0 and max(a.max(), b.max()) < 1.0
     for one in range(1, 17):
         for axis in spots:

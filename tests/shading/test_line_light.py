@@ -14,7 +14,7 @@ from adaptive_drt.shading.line_light import line_fractions, points_for_lines
 from adaptive_drt.tracing.compile import make_plan
 from adaptive_drt.tracing.intersect import Pairs, Surface
 from mesh_shapes import ball_mesh, grid_mesh, mesh_of, triangle_soup
-from oracle.mesh_rays import _blocked, _sample, triangles_of
+from oracle.mesh_rays import _blocked, _groups, _sample, triangles_of
 from random_scenes import look_at
 
 FLOOR = Quad((-9.0, -9.0, 0.0), (18.0, 0.0, 0.0), (0.0, 18.0, 0.0), Material((0.8, 0.8, 0.8)))
@@ -51,7 +51,7 @@ MESHES = {
 
 
 @njit
-def shares(plain, light, points, side):
+def shares(plain, groups, light, points, side):
     """Visible share of irradiance at points on a floor z = 0, by side x side rays each."""
     found = np.zeros(len(points))
     for k in range(len(points)):
@@ -61,7 +61,7 @@ def shares(plain, light, points, side):
                 to, weight = _sample(light, points[k], (i + 0.5) / side, (j + 0.5) / side)
                 weight *= to[2] / np.sqrt(to[0] ** 2 + to[1] ** 2 + to[2] ** 2)
                 whole += weight
-                if not _blocked(plain, -1, points[k], to, 0.0):
+                if not _blocked(plain, groups, -1, points[k], to, 0.0):
                     seen += weight
         found[k] = seen / whole
     return found
@@ -89,11 +89,11 @@ def by_lines(mesh, lines, count=60, lamp=LAMP):
 def compared(mesh, lines, count=60):
     """Shares by lines, their errors, and the shares by brute force."""
     points, share, error, _ = by_lines(mesh, lines, count)
-    corners, _, _, moves = triangles_of(Scene(CAMERA, (mesh,), (LAMP,)))
+    corners, _, _, moves, _ = triangles_of(Scene(CAMERA, (mesh,), (LAMP,)))
     edges = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     plain = np.concatenate([corners[:, 0], *edges, moves], axis=1)
     light = np.array([0.0, *LAMP.center, *LAMP.half_u, *LAMP.half_v, *LAMP.radiance])
-    return share, error, shares(plain, light, np.ascontiguousarray(points.T), SIDE)
+    return share, error, shares(plain, _groups(plain), light, np.ascontiguousarray(points.T), SIDE)
 
 
 @pytest.mark.parametrize("name", MESHES)
