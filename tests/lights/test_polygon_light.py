@@ -231,9 +231,7 @@ def with_polygons(seed):
     return replace(scene, lights=tuple(lights))
 
 
-SEEDS = pytest.mark.parametrize(
-    "seed", [pytest.param(s, marks=() if s == 3 else pytest.mark.slow) for s in range(8)]
-)
+SEEDS = pytest.mark.parametrize("seed", range(8))
 
 
 @pytest.mark.slow
@@ -242,6 +240,7 @@ def test_random_scenes_agree_with_brute_force(seed):
     assert_agrees(with_polygons(seed), replace(EXACT, tolerance=3e-3), 256, 6e-3, 1e-9)
 
 
+@pytest.mark.slow
 @SEEDS
 def test_no_pixel_that_depends_is_left_out(seed):
     assert_no_pixel_is_left_out(with_polygons(seed), seed)
