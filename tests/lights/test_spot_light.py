@@ -42,7 +42,10 @@ UNEVEN = {
     for kind in ("disk", "ball", "point", "soft")
 }
 KINDS |= UNEVEN
-ALL = pytest.mark.parametrize("kind", KINDS)
+SLOW = UNEVEN.keys() - {"uneven point"}
+ALL = pytest.mark.parametrize(
+    "kind", [pytest.param(k, marks=pytest.mark.slow if k in SLOW else ()) for k in KINDS]
+)
 AT_REST = LightMotion(np.zeros(3), np.zeros(3))
 
 
