@@ -11,6 +11,7 @@ from adaptive_drt.render import render_image
 from adaptive_drt.scene.description import SceneError
 from adaptive_drt.scene.film import PASSES
 from adaptive_drt.scene.settings import Settings
+from hostile_meshes import hostile_mesh_scene
 from hostile_scenes import HOSTILE, REFUSED, brightest, hostile_scene
 
 pytestmark = pytest.mark.filterwarnings("error")
@@ -103,6 +104,13 @@ def test_random_scenes_with_faults(seed):
     """Each seed by one of the ways."""
     way = list(WAYS)[seed % len(WAYS)]
     check_or_refused(hostile_scene(seed), WAYS[way])
+
+
+@pytest.mark.parametrize("seed", range(1, 9))
+def test_random_meshes_with_faults(seed):
+    """Each seed by one of three ways; `make stress` renders more of them."""
+    way = ("order 2", "everywhere", "exact to 0.1")[seed % 3]
+    check_or_refused(hostile_mesh_scene(seed), WAYS[way])
 
 
 @pytest.mark.parametrize("seed", (1247, 1301, 1306, 1355, 1820))
