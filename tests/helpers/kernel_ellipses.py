@@ -26,6 +26,8 @@ def _lamps(rng, circular):
     """Half axes (3, `LIGHTS`) of ellipses, at right angles and not."""
     a = unit(rng, LIGHTS)
     b = across(rng, a)
+    b = b - dot(a, b) * a  # at right angles to rounding, so that it counts as a circle
+    b = b / length(b)
     if not circular:
         b = b * rng.uniform(0.2, 1.0, LIGHTS) + rng.uniform(-0.5, 0.5, LIGHTS) * a
     return a, b
@@ -56,6 +58,9 @@ def ellipse(circular, cut):
             goal = aim if not cut else side
             up = np.where(wrong, up + 0.5 * goal, up)
             up /= length(up)
+        reach = np.hypot(dot(up, a), dot(up, b))
+        if not cut:  # from as near as this only a point that faces the plane sees all of it
+            up = np.where(dot(up, to) < reach * 1.001, -normal, up)
         return {"to": to, "a": a, "b": b, "up": up}
 
     return sample
@@ -84,7 +89,7 @@ def _true_factor(m, to, a, b, up):
     """Half of n.(p x dp) / |p|^2 along the rim above the horizon, and along its chord."""
     to, a, b, up = map(plain, (to, a, b, up))
     height, p, q = dot(up, to), dot(up, a), dot(up, b)
-    size, middle = np.hypot(p, q), np.arctan2(q, p)
+    size, middle = np.maximum(np.hypot(p, q), 1e-300), np.arctan2(q, p)
     half = np.arccos(np.clip(-height / size, -1.0, 1.0))
     low, step = middle - half, 2.0 * half / PIECES
     total = np.zeros(to.shape[1])
