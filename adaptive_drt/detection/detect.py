@@ -397,7 +397,7 @@ def _prefer_rays(
     """
     by_rays = np.zeros(center.depth.size, dtype=np.bool_)
     skies = [light for light in plan.lights if light.surrounds and light.casts_shadow]
-    if occluders.tracer is None or not skies:
+    if not skies or occluders.tracer is None:
         return by_rays
     # where the centre hits nothing, half of the spheres count
     few = FewOccluders.of(occluders)

@@ -233,7 +233,7 @@ class _Export:
     ) -> None:
         """Take in a mesh where a track places it."""
         thing, instancer = instance.object, instancer_of(instance)
-        seen, names = visibility_of(thing, instancer), names_of(thing, instancer)
+        seen, names = visibility_of(thing, instancer, self.layer), names_of(thing, instancer)
         if any(any(each.emission) for each in worn.values()) and gives_light(thing, instancer):
             self.tell(name, LIGHTS_NOTHING)
         copies = Copies(form, worn, seen, names, [(track, name)])

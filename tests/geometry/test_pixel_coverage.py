@@ -22,6 +22,7 @@ from adaptive_drt.scene.description import Camera, Motion, Quad, Scene, Sphere
 from adaptive_drt.scene.settings import Settings
 from adaptive_drt.tracing.compile import make_plan
 from adaptive_drt.tracing.intersect import Tile, find_candidates, screen_bounds
+from adaptive_drt.tracing.occluder_culling import Occluders
 from shape_sets import quads_of, spheres_of
 from stand_in_shapes import EnclosedSet
 
@@ -258,7 +259,7 @@ def detected(plan):
     tile = Tile.make(plan, 0, 1)
     pairs = find_candidates(plan, screen_bounds(plan), tile)
     center = trace_center_rays(plan, tile.x, tile.y, pairs)
-    flags = detect(plan, None, center, lambda name: None)
+    flags = detect(plan, Occluders(plan), center, lambda name: None)
     reach = patch_reach(plan, center.hits, center.w[:, center.rows])
     return flags.mask, flags.silhouette, center.hits, reach
 

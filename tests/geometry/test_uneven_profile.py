@@ -22,7 +22,7 @@ def unit(rng, count):
 def test_an_even_frame_gives_an_axial_profile():
     rng = np.random.default_rng(1)
     turn, way = turned(rng), 3.0 * unit(rng, 100)
-    axis = turn.T[:, 2:]
+    axis = turn[:, 2:]
     plain, uneven = AxialProfile(axis, 0.5, 0.8), UnevenProfile(axis, 0.5, 0.8, 0.4 * turn.T)
     assert uneven.cosine_along(way) == pytest.approx(plain.cosine_along(way), abs=1e-14)
     assert uneven.stretch == pytest.approx(1.0) and plain.stretch == 1.0
