@@ -169,6 +169,7 @@ def measured_law(watched) -> script.Result:
     return found
 
 
+@pytest.mark.slow
 def test_pixels_end_with_what_the_law_predicts(watched):
     found = measured_law(watched)
     agree("ACHIEVED_ERROR", found.fits["ACHIEVED_ERROR"].value, 1.5)

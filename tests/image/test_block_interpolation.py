@@ -55,6 +55,7 @@ def test_random_scenes_come_out_alike(seed, order, monkeypatch):
     assert_alike(*with_and_without(random_scene(seed), monkeypatch, order=order))
 
 
+@pytest.mark.slow
 def test_floors_behind_many_spheres_under_a_sky(monkeypatch):
     """Blocks are interpolated though a part of the sky is hidden, and are marked as penumbrae."""
     rng = np.random.default_rng(9)

@@ -44,7 +44,7 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", [pytest.param("flat", marks=pytest.mark.slow), *list(CASES)[1:]])
 def test_pictures_keep_their_tolerance_against_brute_force(name):
     lights = (LAMP, BULB) if name in ("flat", "colours") else (LAMP,)
     scene = Scene(CAMERA, CASES[name], lights, SKY)

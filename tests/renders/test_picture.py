@@ -18,7 +18,9 @@ def relative_rmse(a, b):
 
 
 @pytest.mark.parametrize("distribution", ["ADAPTIVE", "EVERYWHERE"])
-@pytest.mark.parametrize("seed", [2, 5, 7, 8, 12, 13, 15])
+@pytest.mark.parametrize(
+    "seed", [2, 5, *(pytest.param(k, marks=pytest.mark.slow) for k in (7, 8, 12, 13, 15))]
+)
 def test_picture_agrees_with_brute_force(seed, distribution):
     """All effects at once. Both errors, by groups and by seeds, are part of the bound."""
     scene = random_scene(seed)
@@ -37,7 +39,9 @@ def test_picture_agrees_with_brute_force(seed, distribution):
     assert one.mean() == pytest.approx(want.mean(), rel=0.01)
 
 
-@pytest.mark.parametrize("seed", [2, 5, 13, 19])
+@pytest.mark.parametrize(
+    "seed", [2, 5, *(pytest.param(k, marks=pytest.mark.slow) for k in (13, 19))]
+)
 def test_penumbrae_alone_agree_pixel_by_pixel(seed):
     """No pixel is off by more than seven standard errors of the oracle and a small bias."""
     scene = random_scene(seed)
