@@ -26,6 +26,8 @@ def emitter(kind, radius=0.0, a=None, b=None):
         normal = cross(a, b)
         normal = normal / np.maximum(length(normal), 1e-300)
         fields["span"] = LinearSpan(a, b, normal)
+    if kind is QuadEmitter:
+        fields["offsets"] = np.hstack([u * a + v * b for u, v in light.QUAD_CORNERS])
     return kind(**fields)
 
 

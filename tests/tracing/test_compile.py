@@ -109,5 +109,6 @@ def test_summaries_are_numbers_and_switches():
     plan = make_plan(SCENE, Settings(threads=3, accelerator="ARRAYS"))
     assert plan.summary() == {
         "spheres": 1, "quads": 1, "triangles": 0, "ellipses": 0, "meshes": 0, "lights": 1,
-        "penumbra": True, "motion": False, "edges": True, "accelerator": ["ARRAYS"], "threads": 3,
+        "penumbra": True, "motion": False, "edges": True, "accelerator": ["ARRAYS"],
+        "threads": 3, "sphere_rays": "none",
     }  # fmt: skip
