@@ -33,7 +33,7 @@ KINDS = {
     "hard": replace(SPOT, blend=0.02),
     "soft": replace(SPOT, blend=1.0),
 }
-EACH = pytest.mark.parametrize("kind", KINDS)
+EACH = pytest.mark.parametrize("kind", list(KINDS))
 SQUEEZED = np.linalg.inv(
     np.array([[1.5, 0.1, 0.2], [0.0, 0.5, -0.3], [0.3, 0.15, 1.0]])  # its Z axis is last
 )
@@ -142,6 +142,7 @@ def test_pictures_of_uneven_spots_agree_with_brute_force(kind):
     assert_both_methods_agree(Scene(CAMERA, (FLOOR, BALL, CARD), (KINDS[kind],)))
 
 
+@pytest.mark.slow
 def test_motion():
     ball = replace(BALL, motion=Motion((0.7, 0.3, 0.2)))
     spot = replace(SPOT, motion=Motion((0.4, 0.0, 0.2)))

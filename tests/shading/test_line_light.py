@@ -126,6 +126,7 @@ def test_parts_of_a_light_add_up(name):
     assert np.abs(same - whole).max() < 1e-3 * whole.max()
 
 
+@pytest.mark.slow
 def test_stated_errors_are_right_on_average():
     measured, stated = [], []
     for name in ("plate", "ball", "open", "soup"):

@@ -95,7 +95,7 @@ def check_form(found, boxes):
 BRUTE = 1e-3  # what brute force itself is off by: 16,384 points, evenly spread
 
 
-@pytest.mark.parametrize("moving", [False, True])
+@pytest.mark.parametrize("moving", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_random_scenes_against_brute_force(moving):
     off, claimed, apart = [], [], []
     accuracy = 1e-2 if moving else 3e-3
