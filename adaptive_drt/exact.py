@@ -31,6 +31,7 @@ from .image.progress_model import LEVEL_SHARES, progress_shares
 from .image.schedule import Scheduler, StageTimer
 from .image.shadow_blocks import SIDES as SHADOW_SIDES
 from .image.shadow_blocks import ShadowBlocks
+from .image.shadow_corners import ShadowCorners
 from .image.shadow_stencil import ShadowStencil
 from .image.stencil_means import StencilMeans
 from .numerics.arrays import Array, Ints, Mask
@@ -315,7 +316,16 @@ class ExactRender:
 
             yield from self._enter_outcomes(outcomes, blocks.enter, rows.size)
             clock.restart()
-            blocks.settle()
+            if isinstance(blocks, ShadowBlocks):
+                blocks.settle()
+            else:
+                corners = ShadowCorners(frame, self.goal, blocks.estimates())
+                tasks = corners.tasks(self.work.pixels_per_call(corners.size))
+                clock("shadow blocks")
+                outcomes = self.work.run(sample_centers, tasks, "shadow nodes")
+                yield from self._enter_outcomes(outcomes, corners.enter, corners.size)
+                clock.restart()
+                corners.settle()
             clock("shadow blocks")
         self.work.add(clock.seconds)
 

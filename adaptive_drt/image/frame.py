@@ -558,14 +558,28 @@ class Frame:
         """Tasks of at most `size` pixels that sample the light at the centres of the pixels
         `rows`, up to an error `limit`.
         """
-        parts = interleaved_parts(rows, size) if rows.size else []
-        return [(part, self._center_task(part, limit)) for part in parts]
-
-    def _center_task(self, part: Ints, limit: float) -> CenterTask:
         assert self.centers is not None
-        x, y, _ = self._pixel_centers(part)
-        item = self.centers.item[part]
-        return CenterTask(x, y, self._picture_numbers(x, y), item, np.full(part.size, limit))
+        tasks = self._light_tasks(rows, 0.0, self.centers.item[rows], limit, size)
+        return [(rows[part], task) for part, task in tasks]
+
+    def corner_tasks(self, corners: Ints, items: Ints, limit: float, size: int) -> CenterTasks:
+        """Tasks of at most `size` corners of pixels, with their positions among all `corners`.
+
+        corners : (n,) indices of the pixels of which they are the lower left ones.
+        items : (n,) the objects that fill the pixels around.  limit : as that of `center_tasks`.
+        """
+        return self._light_tasks(corners, -0.5, items, limit, size)
+
+    def _light_tasks(
+        self, rows: Ints, shift: float, items: Ints, limit: float, size: int
+    ) -> CenterTasks:
+        """Tasks for points at a distance `shift`, in x and in y, from the centres of pixels."""
+        tasks = []
+        for part in interleaved_parts(np.arange(rows.size), size) if rows.size else []:
+            x, y, _ = self._pixel_centers(rows[part])
+            index, limits = self._picture_numbers(x, y), np.full(part.size, limit)
+            tasks.append((part, CenterTask(x + shift, y + shift, index, items[part], limits)))
+        return tasks
 
     def _picture_numbers(self, x: Array, y: Array) -> Ints:
         """Numbers (n,) in the whole picture of pixels with centres x, y (n,)."""

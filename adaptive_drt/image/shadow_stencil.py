@@ -3,6 +3,7 @@
 
 For pixels that no block of `shadow_blocks` has resolved, such as those near outlines and where
 shadows begin. The change of the differences from pixel to pixel gives the error: see `midpoint`.
+What lies between centres is not seen by these: see `shadow_corners`.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from ..numerics.midpoint import (
 from ..numerics.vector import rms
 from .frame import Frame
 from .shadow_blocks import INTERPOLATION_ERROR_SHARE, NODE_ERROR_SHARE
+from .shadow_corners import StencilEstimates
 
 __all__ = ["ShadowStencil"]
 
@@ -61,23 +63,19 @@ class ShadowStencil:
         """Enter the light at centres."""
         self._centers.enter(rows, found.light)
 
-    def settle(self) -> None:
-        """Enter the means of the pixels whose estimated error is small enough."""
+    def estimates(self) -> StencilEstimates:
+        """Means of the pixels whose estimated error is small enough."""
         rows, centers = self._pixels, self._centers
-        if not rows.size:
-            return
         color = centers.unhidden * centers.fraction
         mean, off = columns(color, rows), np.zeros(rows.size)
-        error = centers.error[rows]
         for step in (1, self._frame.width):
             before, bend, after = second_differences(color, rows, step)
             mean = mean + SECOND_DIFFERENCE_WEIGHT * bend
             off = np.maximum(off, self._off(rows, step, before, bend, after))
         off = np.maximum(off, centers.variation[rows])
         sure = (off <= INTERPOLATION_ERROR_SHARE * self._goal.error).nonzero()[0]
-        rows, error = rows[sure], np.hypot(error[sure], off[sure])
-        mean = np.maximum(columns(mean, sure), 0.0)
-        self._frame.settle(rows, mean, np.ones(rows.size), error, error)
+        rows, mean = rows[sure], np.maximum(columns(mean, sure), 0.0)
+        return StencilEstimates(rows, columns(color, rows), mean, centers.error[rows], off[sure])
 
     def _off(self, rows: Ints, step: int, before: Array, bend: Array, after: Array) -> Array:
         """Estimated error of the means due to the variation along one axis: (m,)."""

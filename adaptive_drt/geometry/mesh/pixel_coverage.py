@@ -79,9 +79,10 @@ def pixel_coordinates(w: Array, camera: PinholeCamera) -> tuple[Ints, Ints]:
 def edge_depths(mesh: MeshFaces, camera: PinholeCamera, window: PixelWindow) -> Array:
     """Lower bounds on the depths of edges of the picture in a window's pixels; inf for none."""
     edges = mesh.on_picture(camera).edges
-    edge, pixel = edges.meeting_pixels(window)
     depth = np.full(window.width * window.height, np.inf)
-    np.minimum.at(depth, pixel, edges.near[edge])
+    for part in edges.parts(window):
+        edge, pixel = edges.meeting_pixels(part)
+        np.minimum.at(depth, window.within(part)[pixel], edges.near[edge])
     return depth
 
 
@@ -92,20 +93,38 @@ def depth_bounds(
 
     place : (m,) numbers of the pixels in the window.
     """
-    faces = mesh.on_picture(camera).faces
-    face, pixel = faces.meeting_pixels(window)
-    least, most = faces.near, faces.far
     number = np.full(window.width * window.height, -1)
     number[place] = np.arange(place.size)
+    near, far = np.full(place.size, np.inf), np.full(place.size, -np.inf)
+    faces = mesh.on_picture(camera).faces
+    slack = DEPTH_MARGIN * float((faces.far - faces.near).max(initial=0.0) + np.ptp(faces.near))
+    for part in faces.parts(window):
+        _enter_depths(mesh, camera, part, number[window.within(part)], slack, (near, far))
+    met = np.isfinite(near)
+    return np.where(met, np.maximum(near, 0.0), np.inf), far, met
+
+
+def _enter_depths(
+    mesh: MeshFaces,
+    camera: PinholeCamera,
+    window: PixelWindow,
+    number: Ints,
+    slack: float,
+    bounds: tuple[Array, Array],
+) -> None:
+    """Enter bounds on the depths of the visible sheet in pixels of a window; see `depth_bounds`.
+
+    number : (pixels of the window,) positions in `bounds`, -1 for none.
+    slack : width by which the depths of faces are enlarged.
+    """
+    (near, far), faces = bounds, mesh.on_picture(camera).faces
+    face, pixel = faces.meeting_pixels(window)
     own = number[pixel]
     kept = (own >= 0).nonzero()[0]
     own, face = own[kept], face[kept]
-    slack = DEPTH_MARGIN * float((most - least).max(initial=0.0) + np.ptp(least))
-    low, high = _within_pixels(mesh, camera, window, pixel[kept], face, (least, most))
+    low, high = _within_pixels(mesh, camera, window, pixel[kept], face, (faces.near, faces.far))
     low, high = low - slack, high + slack
-    near, far = np.full(place.size, np.inf), np.full(place.size, -np.inf)
     np.minimum.at(near, own, low)
-    met = np.isfinite(near)
     # the end of the first group of overlapping intervals: raised while an interval begins before it
     order = np.lexsort((low, own))
     own, low, high = own[order], low[order], high[order]
@@ -115,7 +134,6 @@ def depth_bounds(
     group = np.cumsum(begins | gap)
     first = group == group[begins.nonzero()[0]][np.cumsum(begins) - 1] if own.size else gap
     np.maximum.at(far, own[first], high[first])
-    return np.where(met, np.maximum(near, 0.0), np.inf), far, met
 
 
 def _running_max(values: Array, begins: Mask) -> Array:

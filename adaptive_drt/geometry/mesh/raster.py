@@ -31,6 +31,9 @@ PIXEL_MARGIN = 2.0**-16
 """Width by which polygons are enlarged, in pixels: far more than their rounding."""
 COORDINATE_ROUNDING = 2.0**-44
 """The same for pixel coordinates of large magnitude, relative to them."""
+MOST_PAIRS = 1 << 22
+"""Number of pairs of polygons and pixels that are to be found at once: each takes some 150 bytes
+while depths are compared."""
 NEAREST = 2.0**-24
 """Depth at which polygons are cut, as a fraction of the largest depth of a vertex."""
 
@@ -54,6 +57,24 @@ class PixelWindow:
         """The least window that holds some pixels."""
         left, bottom = int(x.min()), int(y.min())
         return cls(left, bottom, int(x.max()) - left + 1, int(y.max()) - bottom + 1)
+
+    def halves(self) -> list[PixelWindow]:
+        """Two halves of a window of several pixels, across its longer side."""
+        left, bottom, width, height = self.left, self.bottom, self.width, self.height
+        if width > height:
+            half = width // 2
+            sides = (left, bottom, half, height), (left + half, bottom, width - half, height)
+        else:
+            half = height // 2
+            sides = (left, bottom, width, half), (left, bottom + half, width, height - half)
+        return [PixelWindow(*each) for each in sides]
+
+    def within(self, part: PixelWindow) -> Ints:
+        """Numbers in this window of the pixels of a part of it, row by row."""
+        first = (part.bottom - self.bottom) * self.width + (part.left - self.left)
+        down, across = np.arange(part.height)[:, None], np.arange(part.width)
+        number: Ints = first + self.width * down + across
+        return number.ravel()
 
 
 def meeting_pixels(
@@ -112,12 +133,32 @@ class ProjectedPolygons:
         last, right = (np.floor(each.max(axis=0) + margin) + 1.0 for each in (ys, xs))
         return cls(seen, xs, ys, margin, first, last, left, right, near, far)
 
+    def parts(self, window: PixelWindow) -> list[PixelWindow]:
+        """Parts of a window in which there are at most `MOST_PAIRS` pairs, or single pixels."""
+        if window.width * window.height <= 1 or self._most_pairs(window) <= MOST_PAIRS:
+            return [window]
+        return [part for half in window.halves() for part in self.parts(half)]
+
+    def _most_pairs(self, window: PixelWindow) -> float:
+        """Number of pairs of polygons' bounding rectangles and pixels of a window."""
+        some = self._near_window(window)
+        end, top = window.left + window.width, window.bottom + window.height
+        wide = np.minimum(self.right[some], end) - np.maximum(self.left[some], window.left)
+        high = np.minimum(self.last[some], top) - np.maximum(self.first[some], window.bottom)
+        return float(wide @ high)
+
+    def _near_window(self, window: PixelWindow) -> Ints:
+        """Those polygons whose bounding rectangles meet a window."""
+        end, top = window.left + window.width, window.bottom + window.height
+        inside = (self.right > window.left) & (self.left < end)
+        some: Ints = (inside & (self.last > window.bottom) & (self.first < top)).nonzero()[0]
+        return some
+
     def meeting_pixels(self, window: PixelWindow) -> tuple[Ints, Ints]:
         """Pairs of polygons and pixels of a window: see the function `meeting_pixels`."""
         end, top = window.left + window.width, window.bottom + window.height
-        inside = (self.right > window.left) & (self.left < end)
-        some = (inside & (self.last > window.bottom) & (self.first < top)).nonzero()[0]
-        first = np.maximum(self.first[some], window.bottom)
+        some = self._near_window(window)
+        first: Array = np.maximum(self.first[some], window.bottom)
         rows = (np.minimum(self.last[some], top) - first).astype(np.int64)
         one = np.repeat(np.arange(some.size), rows)
         y = first[one] + _positions(rows)

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from adaptive_drt.geometry.camera import make_pinhole_camera
+from adaptive_drt.geometry.mesh import raster
 from adaptive_drt.geometry.mesh.bvh import FaceTree
 from adaptive_drt.geometry.mesh.faces import MeshFaces
 from adaptive_drt.geometry.mesh.pixel_coverage import mesh_coverage
@@ -74,3 +75,18 @@ def test_sheets_that_cross_each_other_are_an_edge():
     # the sheets cross in the plane x = 0: in one of two columns of pixels
     assert cut[2:-2, 15:17].any(axis=1).all()
     assert not cut[2:-2, 8:13].any()
+
+
+@pytest.mark.parametrize("most", [1, 500])
+def test_parts_of_a_window_give_the_same_bounds(monkeypatch, most):
+    mesh = bumpy_mesh(40, 30, bumps=0.05, center=(0.0, 0.0, 0.0), smooth=True)
+    camera = make_pinhole_camera(look_at((0.0, -6.0, 0.0), (0.0, 0.0, 0.0), resolution=(32, 24)))
+    faces = MeshFaces.make(mesh.vertices - camera.origin[:, None], mesh.faces, mesh.normals)
+    x, y = (each.ravel() for each in np.meshgrid(np.arange(2, 29), np.arange(1, 18)))
+    w = camera.directions(x + 0.5, y + 0.5)
+    whole = mesh_coverage(faces, w, camera)
+    monkeypatch.setattr(raster, "MOST_PAIRS", most)
+    parts = mesh_coverage(faces, w, camera)
+    assert whole.covers.any() and (whole.may_hit & ~whole.covers).any()
+    for name in whole.__dataclass_fields__:
+        np.testing.assert_array_equal(getattr(parts, name), getattr(whole, name))

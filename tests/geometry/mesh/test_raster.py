@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 
 from adaptive_drt.geometry.camera import make_pinhole_camera
-from adaptive_drt.geometry.mesh.raster import PixelWindow, meeting_pixels
+from adaptive_drt.geometry.mesh import raster
+from adaptive_drt.geometry.mesh.raster import PixelWindow, ProjectedPolygons, meeting_pixels
 from random_scenes import look_at
 
 CAMERA = make_pinhole_camera(look_at((0.0, 0.0, 5.0), (0.0, 0.0, 0.0), resolution=(40, 30)))
@@ -47,3 +48,22 @@ def test_no_pixel_is_missed(corners, spread):
 def test_a_window_holds_its_pixels():
     window = PixelWindow.around(np.array([3, 7, 5]), np.array([-2, 4, 0]))
     assert window == PixelWindow(3, -2, 5, 7)
+
+
+@pytest.mark.parametrize("most", [1, 40, 1_000])
+def test_parts_of_a_window_hold_all_its_pairs(monkeypatch, most):
+    rng = np.random.default_rng(3)
+    middle = rng.normal(size=(3, 60)) * 2.0 - np.array([[0.0], [0.0], [5.0]])
+    u, v = 0.5 * rng.normal(size=(2, 3, 60))
+    polygons = ProjectedPolygons.make([middle, middle + u, middle + v], CAMERA)
+    window = PixelWindow(-3, 2, 41, 23)
+    whole = sorted(zip(*(each.tolist() for each in polygons.meeting_pixels(window)), strict=True))
+    monkeypatch.setattr(raster, "MOST_PAIRS", most)
+    found, pixels = [], []
+    for part in polygons.parts(window):
+        polygon, pixel = polygons.meeting_pixels(part)
+        assert pixel.size <= most or part.width * part.height == 1
+        found += zip(polygon.tolist(), window.within(part)[pixel].tolist(), strict=True)
+        pixels += window.within(part).tolist()
+    assert sorted(found) == whole
+    assert sorted(pixels) == list(range(window.width * window.height))
