@@ -36,6 +36,8 @@ NODES = np.polynomial.legendre.leggauss(16)  # type: ignore[no-untyped-call]
 """Rule from the middle of a light to its outline, for uneven cones."""
 TURNS = 32
 """Number of its nodes around the middle."""
+POINTS_AT_ONCE = 2_048
+"""Number of points whose nodes are integrated in one batch: 25 MB for each vector of them."""
 MIN_BLEND = 2.0**-12
 """Least blend of a spot's cone. Below it the edge of a cone of 45 degrees is narrower than 2 mm at
 a distance of 10 m, and would be a step, which estimates of smooth light do not see."""
@@ -185,9 +187,12 @@ class _UnevenSpotEmitter(_RoundSpotEmitter):
         a = np.repeat(0.5 + 0.5 * NODES[0], TURNS)
         b = np.tile((np.arange(TURNS) + 0.5) / TURNS, NODES[0].size)
         share = np.repeat(0.5 * NODES[1], TURNS) / TURNS
-        spots = (np.broadcast_to(each, (rows.size, each.size)) for each in (a, b))
-        _, weight = self.sample(to[:, :, None], point[:, :, None], normal[:, :, None], *spots)
-        factor: Array = (weight * share).sum(axis=1)
+        factor = np.empty(rows.size)
+        for first in range(0, rows.size, POINTS_AT_ONCE):
+            part = slice(first, first + POINTS_AT_ONCE)
+            places = (each[:, part, None] for each in np.broadcast_arrays(to, point, normal))
+            spots = (np.broadcast_to(each, (factor[part].size, each.size)) for each in (a, b))
+            factor[part] = (self.sample(*places, *spots)[1] * share).sum(axis=1)
         return factor
 
     def has_silhouette(self, to: Array) -> Mask:
