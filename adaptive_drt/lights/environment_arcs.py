@@ -14,8 +14,13 @@ G at the nadir and A the periodic part of its integral over psi. Each term is bo
 used: the arcs are cut so that none comes near both poles.
 
 The integrand is exact, so that the only error is that of the quadrature: by Gauss-Kronrod pairs of
-7 and 15 nodes (Piessens and others 1983, QUADPACK) on pieces of arcs, which are halved while their
-difference is more than allowed. Rules of 3 and 7 nodes are tried first.
+7 and 15 nodes (Piessens and others 1983, QUADPACK) on pieces of arcs, which are cut in two while
+they show an error of more than is allowed. Rules of 3 and 7 nodes are tried first.
+
+At the meridians between columns of texels the slope of the integrand jumps. Three things serve
+that. Pieces are cut there, if they are cut. Where the difference of a pair happens to be small, an
+odd null rule (Berntsen and Espelid 1991) hardly ever is small too. And what the slope changes
+between an outermost node and the end, which no rule sees, is added in closed form.
 """
 
 from __future__ import annotations
@@ -40,18 +45,28 @@ class _Rule:
 
     Attributes
     ----------
-    nodes : (q, 1).  fine, rough : (q, 1) weights of both; those of the latter are 0 at new nodes.
+    nodes : (q, 1).  fine, rough : (q // 2 + 1, 1) weights of both for sums over opposite nodes, the
+        last for twice what the middle one has; those of the latter are 0 at new nodes.
+    odd : (q // 2, 1) weights for differences between opposite nodes, by which polynomials of a
+        degree below q - 2 are 0. Their norm over all nodes is that of `fine` less `rough`.
     """
 
     nodes: Array
     fine: Array
     rough: Array
+    odd: Array
 
     @classmethod
     def make(cls, nodes: list[float], fine: list[float], rough: list[float]) -> _Rule:
         """Return the rule, given what holds at its nodes from 1 to 0."""
         x, k, g = np.array(nodes), np.array(fine), np.array(rough)
-        return cls(*(np.concatenate([a, b[-2::-1]])[:, None] for a, b in ((-x, x), (k, k), (g, g))))
+        # the only weights that are orthogonal to all lower odd powers of the nodes
+        _, _, rows = np.linalg.svd(x[:-1] ** (2 * np.arange(x.size - 2)[:, None] + 1))
+        off = k - g
+        odd = rows[-1] * np.sqrt((off[:-1] ** 2).sum() + 0.5 * off[-1] ** 2)
+        for weights in (k, g):
+            weights[-1] *= 0.5
+        return cls(*(v[:, None] for v in (np.concatenate([-x, x[-2::-1]]), k, g, odd)))
 
 
 ROUGH_RULE = _Rule.make(
@@ -83,12 +98,15 @@ LAST_HALVING = 14
 """Number of halvings of a piece after which its error is left as it is."""
 NODES_AT_A_TIME = 1 << 16
 """Number of nodes evaluated at a time, which bounds memory."""
-ERROR_MARGIN = 2.0
-"""Factor on the root of the sum of the squared differences between both rules of all pieces.
-Measured: see `tests/lights/test_environment.py`."""
+ERROR_MARGIN = 2.0**0.5
+"""Factor on the root of the sum of the squared errors that all pieces show.
+Measured: see `tests/lights/test_environment_arcs.py`."""
 INHERITED_ERROR = 1.0 / 32.0
-"""Least error of a piece, as a fraction of that of the one it was halved from. At a texel's edge,
+"""Least error of a piece, as a fraction of that of the one it was cut from. At a texel's edge,
 where the slope of the integrand jumps, errors fall by 4 on average, but differ by chance."""
+SHORTEST_PART = 1.0 / 256.0
+"""Shortest part, as a fraction of a piece, that is cut off at the edge of a texel: about as much as
+lies beyond the outermost node, where nothing is seen of the edge."""
 ROUNDING = 2.0**-44
 """Least error that is asked for, relative to the largest radiance times a radian."""
 
@@ -130,18 +148,18 @@ def integrate_over_arcs(
         rule = FINE_RULE if halving else ROUGH_RULE
         part, off = _integrate_pieces(environment, n, pieces, rule)
         if halving > 1:
-            off = np.maximum(off, INHERITED_ERROR * before)
+            off = np.maximum(off, before)
         square = off * off
         wrong = _unsettled(square, pieces.point, most - sums[k])
-        if halving == LAST_HALVING:
-            wrong[:] = False
+        wrong &= halving < LAST_HALVING
         _add(sums, pieces.point, np.vstack([part, square]), ~wrong)
         rows = wrong.nonzero()[0]
         if not rows.size:
             break
-        # the better rule first, then halves
-        pieces = _split(pieces, rows, np.full(rows.size, 2)) if halving else pieces.take(rows)
-        before = np.repeat(off[rows], 2)
+        pieces, before = pieces.take(rows), off[rows]
+        if halving:  # the better rule first, then parts
+            pieces = _cut(environment, pieces)
+            before = np.tile(INHERITED_ERROR * before, 2)
     return sums[:k], ERROR_MARGIN * np.sqrt(sums[k])
 
 
@@ -196,6 +214,31 @@ def _split(arcs: BoundaryArcs, rows: Ints, number: Ints) -> BoundaryArcs:
     return replace(pieces, low=low + place * step, high=ends)
 
 
+def _cut(environment: EnvironmentMap, arcs: BoundaryArcs) -> BoundaryArcs:
+    """Return arcs (m,) cut in two, all first parts before all second ones (2 m,).
+
+    Arcs are cut at the edge between columns of texels that is next to their middle, or in the
+    middle if that edge is at an end or beyond it.
+    """
+    middle = 0.5 * (arcs.low + arcs.high)
+    c, s = np.cos(middle), np.sin(middle)
+    ways = zip(arcs.origin[:2], arcs.first[:2], arcs.second[:2], strict=True)
+    x, y = (o + c * a + s * b for o, a, b in ways)
+    width = 2.0 * np.pi / environment.column_count
+    edge = width * np.round(np.arctan2(y, x) / width)
+    # the circle meets the plane of that meridian, if it does, twice
+    c, s = np.cos(edge), np.sin(edge)
+    o, a, b = (c * v[1] - s * v[0] for v in (arcs.origin, arcs.first, arcs.second))
+    size = np.maximum(np.hypot(a, b), TINY)
+    half = np.arccos(np.clip(-o / size, -1.0, 1.0))
+    turn = np.arctan2(b, a) - middle
+    one, two = (d - 2.0 * np.pi * np.round(d / (2.0 * np.pi)) for d in (turn - half, turn + half))
+    aside = np.where(np.abs(one) < np.abs(two), one, two)
+    within = np.abs(aside) < (0.5 - SHORTEST_PART) * (arcs.high - arcs.low)
+    cut = middle + np.where(within, aside, 0.0)
+    return BoundaryArcs.join([replace(arcs, high=cut), replace(arcs, low=cut)])
+
+
 def _integrate_pieces(
     environment: EnvironmentMap, normal: Array, pieces: BoundaryArcs, rule: _Rule
 ) -> tuple[Array, Array]:
@@ -222,10 +265,15 @@ def _integrate_some(
     south = pieces.origin[2] + pieces.first[2] * np.cos(middle) + pieces.second[2] * np.sin(middle)
     south = south < 0.0
     integrand = nodes.integrand(environment, np.tile(south, rule.nodes.size))
-    grid = integrand.reshape(k, rule.nodes.size, m)
-    fine: Array = (grid * rule.fine).sum(axis=1) * half
-    rough: Array = (grid * rule.rough).sum(axis=1) * half
-    error = np.abs(fine - rough).max(axis=0)
+    grid, h = integrand.reshape(k, rule.nodes.size, m), rule.nodes.size // 2
+    even, odd = grid[:, : h + 1] + grid[:, : h - 1 : -1], grid[:, :h] - grid[:, :h:-1]
+    fine: Array = (even * rule.fine).sum(axis=1) * half
+    rough: Array = (even[:, 1::2] * rule.rough[1::2]).sum(axis=1) * half
+    odd = (odd * rule.odd).sum(axis=1) * half
+    error = np.hypot(fine - rough, odd).max(axis=0)
+    gap = (1.0 - rule.nodes[-1]) * half
+    for node, side in ((0, -1.0), (rule.nodes.size - 1, 1.0)):
+        nodes.add_beyond(fine, environment, node, side * gap, south)
     rows = south.nonzero()[0]
     if rows.size:
         fine[:, rows] += _nadir_changes(environment, pieces.take(rows), columns(n, rows))
@@ -244,30 +292,61 @@ class _Nodes:
         along = c * second - s * first
         self.turn = cross(self.way, along)
         self.normal = np.tile(normal, (1, size))
+        x, y, z = self.way
+        square = np.maximum(x * x + y * y, TINY)
+        aside = np.sqrt(square)
+        self.theta, self.psi = np.arctan2(aside, z), np.arctan2(y, x)
+        # of the longitude along the arc, and n.w of the point on the equator
+        self.rate = self.turn[2] / square
+        self.level = (self.normal[0] * x + self.normal[1] * y) / aside
 
     def integrand(self, environment: EnvironmentMap, south: Array) -> Array:
         """Integrand (k, m size) of the boundary integral, but for the changes of A."""
-        (x, y, z), n = self.way, self.normal
-        turn = self.turn[2]
-        square = np.maximum(x * x + y * y, TINY)
-        aside = np.sqrt(square)
-        theta, psi = np.arctan2(aside, z), np.arctan2(y, x)
-        sine, height = environment.antiderivatives(theta, psi)
+        z, n, psi = self.way[2], self.normal, self.psi
+        sine, height = environment.antiderivatives(self.theta, psi)
         rows = south.nonzero()[0]
         if rows.size:
             last = environment.nadir_antiderivatives(psi[rows])
             sine[:, rows] -= last[0]
             height[:, rows] -= last[1]
-        level = (n[0] * x + n[1] * y) / aside
-        value: Array = (sine * level + height * n[2]) * (turn / square)
+        value: Array = (sine * self.level + height * n[2]) * self.rate
         # eta of the pole that is not near, less that of -n
         side = np.where(south, -1.0, 1.0)
-        pole = -side * turn / (1.0 + side * z)
+        pole = -side * self.turn[2] / (1.0 + side * z)
         winding = pole + dot(n, self.turn) / (1.0 + dot(n, self.way))
         total = environment.total.T / (4.0 * np.pi)
         for channel, (a, b, c) in enumerate(total):
             value[channel] += (a * n[0] + b * n[1] + c * n[2]) * winding
         return value
+
+    def add_beyond(
+        self, value: Array, environment: EnvironmentMap, node: int, gap: Array, south: Mask
+    ) -> None:
+        """Add to integrals (k, m), in place, what the integrand's change of slope at an edge of
+        texels makes between a node and the end that is next to it, if one edge is there.
+
+        node : its number.  gap : (m,) radians from the node to the end, below 0 at the beginning.
+        south : (m,) whether the pieces are nearer to the nadir.
+        """
+        at = slice(node * gap.size, (node + 1) * gap.size)
+        psi, move = self.psi[at], self.rate[at] * gap
+        width = 2.0 * np.pi / environment.column_count
+        edge = np.where(move > 0.0, np.ceil(psi / width), np.floor(psi / width))
+        before, move = np.abs(edge * width - psi), np.abs(move)
+        rows = ((before < move) & (move < width)).nonzero()[0]
+        if not rows.size:
+            return
+        below, theta = south[rows].nonzero()[0], self.theta[at][rows]
+        jumps = np.zeros((2, value.shape[0], rows.size))
+        for step, weight in ((-1.0, 1.0), (0.0, -2.0), (1.0, 1.0)):
+            psi = (edge[rows] + step) * width
+            parts = np.array(environment.antiderivatives(theta, psi))
+            parts[..., below] -= environment.nadir_antiderivatives(psi[below])
+            jumps += weight / width * parts
+        rest = gap[rows] * (1.0 - before[rows] / move[rows])
+        rate, level, up = (v[at][rows] for v in (self.rate, self.level, self.normal[2]))
+        slope = (jumps[0] * level + jumps[1] * up) * (rate * np.abs(rate))
+        value[:, rows] += 0.5 * rest * rest * slope
 
 
 def _nadir_changes(environment: EnvironmentMap, pieces: BoundaryArcs, normal: Array) -> Array:
