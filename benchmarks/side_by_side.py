@@ -100,7 +100,7 @@ def molecule_scene() -> None:
         bpy.context.collection.objects.link(other)
     bpy.ops.mesh.primitive_plane_add(size=60.0)
     bpy.context.object.data.materials.append(_diffuse("Floor", (0.62, 0.52, 0.40)))
-    bpy.ops.object.camera_add(location=(0.0, -15.5, 8.5), rotation=(math.radians(66.0), 0.0, 0.0))
+    bpy.ops.object.camera_add(location=(0.0, -24.0, 12.5), rotation=(math.radians(71.0), 0.0, 0.0))
     bpy.context.scene.camera = bpy.context.object
     world = bpy.data.worlds.new("Sky")
     world.use_nodes = True
