@@ -270,7 +270,8 @@ def _integrate_some(
     fine: Array = (even * rule.fine).sum(axis=1) * half
     rough: Array = (even[:, 1::2] * rule.rough[1::2]).sum(axis=1) * half
     odd = (odd * rule.odd).sum(axis=1) * half
-    error = np.hypot(fine - rough, odd).max(axis=0)
+    off = fine - rough
+    error: Array = np.sqrt((off * off + odd * odd).max(axis=0))
     gap = (1.0 - rule.nodes[-1]) * half
     for node, side in ((0, -1.0), (rule.nodes.size - 1, 1.0)):
         nodes.add_beyond(fine, environment, node, side * gap, south)
@@ -329,20 +330,15 @@ class _Nodes:
         south : (m,) whether the pieces are nearer to the nadir.
         """
         at = slice(node * gap.size, (node + 1) * gap.size)
-        psi, move = self.psi[at], self.rate[at] * gap
-        width = 2.0 * np.pi / environment.column_count
-        edge = np.where(move > 0.0, np.ceil(psi / width), np.floor(psi / width))
-        before, move = np.abs(edge * width - psi), np.abs(move)
-        rows = ((before < move) & (move < width)).nonzero()[0]
+        scale = environment.column_count / (2.0 * np.pi)
+        place, move = self.psi[at] * scale, self.rate[at] * gap * scale
+        edge = np.floor(place) + (move > 0.0)
+        before, move = np.abs(edge - place), np.abs(move)
+        rows = ((before < move) & (move < 1.0)).nonzero()[0]
         if not rows.size:
             return
-        below, theta = south[rows].nonzero()[0], self.theta[at][rows]
-        jumps = np.zeros((2, value.shape[0], rows.size))
-        for step, weight in ((-1.0, 1.0), (0.0, -2.0), (1.0, 1.0)):
-            psi = (edge[rows] + step) * width
-            parts = np.array(environment.antiderivatives(theta, psi))
-            parts[..., below] -= environment.nadir_antiderivatives(psi[below])
-            jumps += weight / width * parts
+        theta, low = self.theta[at][rows], south[rows]
+        jumps = environment.slope_changes(theta, edge[rows].astype(np.int64), low)
         rest = gap[rows] * (1.0 - before[rows] / move[rows])
         rate, level, up = (v[at][rows] for v in (self.rate, self.level, self.normal[2]))
         slope = (jumps[0] * level + jumps[1] * up) * (rate * np.abs(rate))

@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from ..numerics.arrays import Array, Ints
+from ..numerics.arrays import Array, Ints, Mask
 from ..scene.description import EnvironmentLight
 from .environment_reduction import MOST_TEXELS, reduced_image
 
@@ -220,6 +220,25 @@ class EnvironmentMap:
         sine: Array = mixed[2 * k : 3 * k] + first * a + slope * b
         height: Array = mixed[3 * k :] + first * c + slope * d
         return sine, height
+
+    def slope_changes(self, theta: Array, column: Ints, south: Mask) -> tuple[Array, Array]:
+        """Changes (k, n) of the slopes of S and C along the longitude at columns (n,) of texels.
+
+        theta : (n,) colatitudes.  south : (n,) where S and C of whole meridians are taken off.
+        """
+        rows, count, k = self.knots.size - 2, self.column_count, self.channel_count
+        row = np.minimum((theta * (rows / np.pi) + 0.5).astype(np.int64), rows)
+        around = [(column + step) % count for step in (-1, 0, 1)]
+        one, two, three = (self._table.take(row * count + c, axis=0) for c in around)
+        mixed = (one - 2.0 * two + three).T
+        (a, b), (c, d) = _moments(theta)
+        first, slope = mixed[:k], mixed[k : 2 * k]
+        sine: Array = mixed[2 * k : 3 * k] + first * a + slope * b
+        height: Array = mixed[3 * k :] + first * c + slope * d
+        one, two, three = (self.nadir[:, c] for c in around)
+        last = np.moveaxis((one - 2.0 * two + three) * south[:, None], -1, 1)
+        width = TWO_PI / count
+        return (sine - last[0]) / width, (height - last[1]) / width
 
     def nadir_antiderivatives(self, psi: Array) -> tuple[Array, Array]:
         """S and C (k, n) of whole meridians at longitudes (n,)."""

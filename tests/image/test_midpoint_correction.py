@@ -30,6 +30,14 @@ def middles(value, foreseen=1.0, shadow=False):
     return PixelCenters(WIDTH, color, item, np.full(X.size, shadow), deviation)
 
 
+def kinked(place):
+    """Pixels across which a slope of 1 begins at a place along x, as a terminator does."""
+    table = middles(np.maximum(X - place, 0.0))
+    table.deviation[:] = 0.0
+    table.deviation[KINK_KIND, 0] = 1.0 / np.sqrt(320.0)
+    return table
+
+
 def corrected(table):
     """What is added at the middle pixel, and what it may be off by then."""
     change = table.correct(np.array([INDEX]))[0, 0]
@@ -93,3 +101,12 @@ def test_a_light_a_pixel_away(eye, height, most):
     y, x = np.divmod(np.arange(28 * 28), 28)
     film = render_image(scene, Settings(tolerance=1e-2, threads=1))
     assert relative_rmse(film.color[:, y, x].T, truth) < most * 1e-2
+
+
+def test_what_is_left_of_kinks_is_foreseen():
+    """A parabola through three centres does not follow a kink between them, as a terminator is."""
+    places = np.linspace(-0.5, 0.5, 101)
+    found = np.array([corrected(kinked(place)) for place in places])
+    off = 0.5 * (0.5 - places) ** 2 - np.maximum(-places, 0.0) - found[:, 0]
+    assert np.sqrt((off**2).mean()) == pytest.approx(0.0331, abs=1e-3)
+    assert 0.9 <= np.sqrt((found[:, 1] ** 2).mean() / (off**2).mean()) <= 1.5
