@@ -160,12 +160,15 @@ def test_it_shines_to_one_side():
     assert light.horizon(to, behind, down)[0][0]
 
 
-@EACH
+@pytest.mark.parametrize(
+    "kind", ["disk", *(pytest.param(k, marks=pytest.mark.slow) for k in ("ellipse", "thin"))]
+)
 def test_pictures_agree_with_brute_force(kind):
     scene = Scene(CAMERA, (FLOOR, BALL, CARD), (LIGHTS[kind],))
     assert_both_methods_agree(scene)
 
 
+@pytest.mark.slow
 def test_motion():
     ball = replace(BALL, motion=Motion((0.7, 0.3, 0.2)))
     light = replace(LIGHTS["ellipse"], motion=Motion((0.4, 0.0, 0.2)))

@@ -134,7 +134,12 @@ def test_floors_and_balls_in_the_open_are_as_bright_as_the_sky():
 
 @pytest.mark.parametrize(
     "shapes",
-    [(FLOOR, BALL), (FLOOR, CARD), (FLOOR, WALL, BALL), (FLOOR, *CUBE, BALL)],
+    [
+        (FLOOR, BALL),
+        (FLOOR, CARD),
+        (FLOOR, WALL, BALL),
+        pytest.param((FLOOR, *CUBE, BALL), marks=pytest.mark.slow),
+    ],
     ids=["ball", "card", "wall", "cube"],
 )
 def test_pictures_agree_with_brute_force(shapes):
@@ -151,9 +156,8 @@ def test_pictures_agree_with_brute_force(shapes):
     assert rays.mean() == pytest.approx(mean, rel=3e-3)
 
 
-@pytest.mark.parametrize(
-    "settings", [EXACT, pytest.param(RAYS, marks=pytest.mark.slow)], ids=["exact", "rays"]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("settings", [EXACT, RAYS], ids=["exact", "rays"])
 def test_motion(settings):
     ball = replace(BALL, motion=Motion((1.5, 0.5, 0.3)))
     scene = scene_of(FLOOR, *CUBE, WALL, ball)
@@ -166,7 +170,7 @@ def with_sky(seed):
     return replace(scene, lights=(SKY, *scene.lights[: seed % 2]))
 
 
-@pytest.mark.parametrize("seed", range(14))
+@pytest.mark.parametrize("seed", [*range(13), pytest.param(13, marks=pytest.mark.slow)])
 def test_no_pixel_that_depends_is_left_out(seed):
     scene = with_sky(seed)
     assert_no_pixel_is_left_out(scene, seed)

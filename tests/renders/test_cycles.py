@@ -79,11 +79,8 @@ def compare(scene, capsys, label):
     assert film.color.mean() == pytest.approx((one.mean() + two.mean()) / 2.0, rel=2e-3)
 
 
-@pytest.mark.parametrize(
-    "moves",
-    [pytest.param(False, marks=pytest.mark.slow), True],
-    ids=["still", "moving"],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("moves", [False, True], ids=["still", "moving"])
 def test_small_picture(moves, capsys):
     compare(scene_of("all", moves, 64), capsys, f"64 x 64, {'moving' if moves else 'still'}")
 

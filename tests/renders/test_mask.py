@@ -24,7 +24,7 @@ brute force looks at single times and places, and misses what is thin and quick.
 INSTANTS = 257
 """At which outlines that move are sought where the mask alone has one: they move by less than a
 pixel between them."""
-QUICK = range(24)
+QUICK = (*range(1, 8), *range(9, 24))
 
 
 def missing(scene, switches, orders=(2, 1)):
@@ -112,7 +112,7 @@ def test_no_more_is_flagged_than_depends():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(24, 200))
+@pytest.mark.parametrize("seed", (0, 8, *range(24, 200)))
 def test_no_pixel_is_left_out_of_many_scenes(seed):
     check(seed)
 

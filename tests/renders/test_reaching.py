@@ -40,7 +40,7 @@ def errors(seed, tolerance):
     return (film.stats["error_estimate"], *truth.relative_error(film.color))
 
 
-@pytest.mark.parametrize("seed", [4, 6])
+@pytest.mark.parametrize("seed", [pytest.param(4, marks=pytest.mark.slow), 6])
 def test_the_true_error_is_within_the_stated_one(seed):
     stated, true, spread = errors(seed, 1e-2)
     assert stated <= 1e-2

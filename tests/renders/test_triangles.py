@@ -183,7 +183,7 @@ def cut(scene):
 
 
 @pytest.mark.parametrize(
-    "seed", [1, 3, 5, 12, 17, 19, *(pytest.param(k, marks=pytest.mark.slow) for k in (8, 26))]
+    "seed", [1, 3, 5, 12, *(pytest.param(k, marks=pytest.mark.slow) for k in (8, 17, 19, 26))]
 )
 def test_the_mask_leaves_nothing_out(seed):
     scene, count = cut(random_scene(seed))

@@ -138,6 +138,7 @@ def test_stated_errors_are_right_on_average():
     assert 0.2 < np.sqrt((measured**2).mean() / (stated**2).mean()) < 1.3
 
 
+@pytest.mark.slow
 def test_more_lines_are_nearer_the_truth():
     exact = compared(MESHES["ball"], 729)[0]
     off = [np.sqrt(((compared(MESHES["ball"], n)[0] - exact) ** 2).mean()) for n in (9, 27, 81)]

@@ -29,7 +29,7 @@ def shape(rng):
 
 
 @pytest.mark.parametrize(
-    "seed", [*range(4), *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(4, 40))]
+    "seed", [0, 2, 3, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (1, *range(4, 40)))]
 )
 def test_smooth_boxes_have_no_kinks(seed):
     """Fourth differences of a smooth length fall; a kink's are as large as its second's."""

@@ -26,7 +26,11 @@ def plates(way):
 
 
 @pytest.mark.parametrize("kind", LIGHTS)
-@pytest.mark.parametrize("half", [(0.5, 0.5, 0.0), (3.0, 3.0, 0.0), (0.5, 0.5, 0.5)], ids=str)
+@pytest.mark.parametrize(
+    "half",
+    [(0.5, 0.5, 0.0), (3.0, 3.0, 0.0), pytest.param((0.5, 0.5, 0.5), marks=pytest.mark.slow)],
+    ids=str,
+)
 def test_deviations_are_foreseen_and_not_much_too_large(kind, half):
     plan = plan_of(*plates(WAY if half[2] else None), light=LIGHTS[kind])
     x, y = np.random.default_rng(4).uniform((60, 30), (140, 100), (250, 2)).T

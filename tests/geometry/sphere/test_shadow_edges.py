@@ -20,7 +20,11 @@ WAY = Motion((0.5, 0.2, 0.1))
 
 
 @pytest.mark.parametrize("kind", LIGHTS)
-@pytest.mark.parametrize("half", [(0.5, 0.5, 0.0), (3.0, 3.0, 0.0), (0.5, 0.5, 0.5)], ids=str)
+@pytest.mark.parametrize(
+    "half",
+    [(0.5, 0.5, 0.0), (3.0, 3.0, 0.0), pytest.param((0.5, 0.5, 0.5), marks=pytest.mark.slow)],
+    ids=str,
+)
 def test_deviations_are_foreseen_and_not_much_too_large(kind, half):
     way = WAY if half[2] else None
     balls = (Sphere((0.2, 0.1, 2.5), 0.5, motion=way), Sphere((-0.9, 0.4, 1.0), 0.3))
