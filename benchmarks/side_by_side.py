@@ -45,6 +45,8 @@ GROWTH = 4.0
 """The next render of a series is taken to cost this many times the last one's time."""
 BOND = 1.43
 """Mean distance of neighbours in C60, angstroms (Hedberg et al., Science 254, 1991, table 1)."""
+SUN_PLACE = (math.radians(38.0), math.radians(135.0))
+"""Elevation and rotation of the sun, radians."""
 BALL = 0.95
 """Radius of the balls that show its atoms, angstroms."""
 
@@ -85,11 +87,15 @@ def carbon_atoms() -> np.ndarray:
 
 
 def molecule_scene() -> None:
-    """C60 on a floor under a sky with its sun."""
+    """C60 on a floor under a sky, and a sun of 4 degrees.
+
+    The balls are cut so finely that Cycles' picture of them is that of spheres. The sun is a lamp,
+    since we render that of a Sky Texture as bright alike all over.
+    """
     bpy.ops.wm.read_factory_settings(use_empty=True)
     atoms = carbon_atoms()
     atoms[:, 2] += BALL - atoms[:, 2].min()
-    bpy.ops.mesh.primitive_uv_sphere_add(segments=48, ring_count=24, radius=BALL)
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=192, ring_count=96, radius=BALL)
     first = bpy.context.object
     first.data.materials.append(_diffuse("Carbon", (0.55, 0.56, 0.60)))
     first.data.shade_smooth()
@@ -105,8 +111,10 @@ def molecule_scene() -> None:
     world = bpy.data.worlds.new("Sky")
     world.use_nodes = True
     sky = world.node_tree.nodes.new("ShaderNodeTexSky")
-    sky.sun_elevation, sky.sun_rotation = math.radians(38.0), math.radians(135.0)
-    sky.sun_size = math.radians(4.0)
+    sky.sun_disc = False
+    sky.sun_elevation, sky.sun_rotation = SUN_PLACE
+    bpy.ops.object.light_add(type="SUN", rotation=(0.5 * math.pi - SUN_PLACE[0], 0.0, math.pi / 4))
+    bpy.context.object.data.energy, bpy.context.object.data.angle = 2.5, math.radians(4.0)
     background = world.node_tree.nodes["Background"]
     background.inputs["Strength"].default_value = 0.05
     world.node_tree.links.new(sky.outputs[0], background.inputs["Color"])
