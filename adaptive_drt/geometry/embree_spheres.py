@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import ctypes
 import threading
-import time
 from collections import deque
 from functools import cache
 from importlib.util import find_spec
@@ -143,7 +142,6 @@ class SphereScene:
         self._ball = 0.5 * float(np.sqrt((((high - low) / self.size) ** 2).sum()))
         self._lock = threading.Lock()
         self._scene: int | None = None
-        self.build_seconds = 0.0
 
     @property
     def rounding(self) -> float:
@@ -262,9 +260,7 @@ class SphereScene:
         """Embree's scene, built once."""
         with self._lock:
             if self._scene is None:
-                began = time.perf_counter()
                 self._scene = self._build()
-                self.build_seconds = time.perf_counter() - began
         return self._scene
 
     def _build(self) -> int:

@@ -100,11 +100,8 @@ class QuadEmitter(PolygonEmitter):
     def sample(
         self, to: Array, point: Array, normal: Array, a: Array, b: Array
     ) -> tuple[Array, Array]:
-        """Sample the light, uniformly over its area."""
-        half_u, half_v = self.span.half_u[:, :, None], self.span.half_v[:, :, None]
-        to = to + ((2.0 * a - 1.0) * half_u + (2.0 * b - 1.0) * half_v)
-        edge = cross(half_u, half_v)
-        return to, self._sample_weights(to, point, normal, 4.0 * np.sqrt(dot(edge, edge)))
+        """Sample the light, uniformly over its area: it fills the parallelogram of its lines."""
+        return self.line_sample(to, point, normal, a, b)
 
     @property
     def probe_sides(self) -> tuple[Array, Array]:
@@ -114,12 +111,6 @@ class QuadEmitter(PolygonEmitter):
     def chords(self, b: Array) -> tuple[Array, Array]:
         """Lines run from one side to the other: see `Emitter.chords`."""
         return np.zeros_like(b), np.ones_like(b)
-
-    def line_sample(
-        self, to: Array, point: Array, normal: Array, a: Array, b: Array
-    ) -> tuple[Array, Array]:
-        """Sample the light, which fills the parallelogram."""
-        return self.sample(to, point, normal, a, b)
 
 
 def make_quad_emitter(light: QuadLight, motion: LightMotion) -> QuadEmitter:

@@ -40,6 +40,21 @@ class Motions:
     deforming: Deforming
 
 
+@dataclass(frozen=True)
+class Entry:
+    """What an instance has come to.
+
+    Attributes
+    ----------
+    place : its index among all entries.  shape : a record, or copies of a mesh.
+    form : what its mesh stands for.
+    """
+
+    place: int
+    shape: ShapeRecord | Copies
+    form: Any
+
+
 @dataclass
 class _Group:
     """Instances that differ only in where they are.
@@ -97,35 +112,36 @@ class BallInstances:
         found: list[bool] = (shown & (self._scales > 0.0)).tolist()
         return found
 
-    def take(self, number: int, instance: Any) -> bool:
-        """Whether an instance is another one of a group, which then has it."""
-        if not self._groups or not instance.is_instance:
-            return False
-        group = self._groups.get(_group_key(instance))
+    def take(self, number: int, instance: Any, key: Hashable) -> bool:
+        """Whether an instance is another one of a group, which then has it.
+
+        key : its `repetition_of`.
+        """
+        group = self._groups.get(key)
         return group is not None and self._regular[number] and self._enter(group, number, instance)
 
     def start(
-        self, number: int, instance: Any, shape: Any, place: int, form: Any, moves: bool
+        self, number: int, instance: Any, key: Hashable | None, entry: Entry, moves: bool
     ) -> None:
         """Let an instance that has been read be the first of a group, if it is a ball.
 
         Parameters
         ----------
-        shape : the instance's only entry.  place : its index among all entries.
-        form : what its mesh stands for.
+        key : its `repetition_of`.  entry : its only one.
         moves : whether motion blur is on for it and for its instancer.
         """
-        is_plain = isinstance(shape, Sphere) and isinstance(form, MeshSphere)
-        if not (is_plain and instance.is_instance and self._regular[number]):
+        shape, form = entry.shape, entry.form
+        if not (isinstance(shape, Sphere) and isinstance(form, MeshSphere)):
             return
-        assert isinstance(shape, Sphere)
-        if any(shape.material.emission) or _group_key(instance) in self._groups:
+        if key is None or not self._regular[number]:
+            return
+        if any(shape.material.emission) or key in self._groups:
             return  # what shines is a light of its own; what has a group was read by itself
         motions = self._motions if moves else None
         deforms = motions is not None and motions.deforming.concerns(instance)
-        group = _Group(place, shape, form, motions is not None, deforms)
+        group = _Group(entry.place, shape, form, motions is not None, deforms)
         if self._enter(group, number, instance):
-            self._groups[_group_key(instance)] = group
+            self._groups[key] = group
 
     def _enter(self, group: _Group, number: int, instance: Any) -> bool:
         """Enter an instance into a group; returns False where it must be read by itself."""
@@ -175,17 +191,6 @@ class BallInstances:
             np.ascontiguousarray(place.T), radius, slot, (ball.material,), None, ball.name,
             ball.visibility, displacement=way,
         )  # fmt: skip
-
-
-def _group_key(instance: Any) -> Hashable:
-    """Return what instances share that differ only in where they are."""
-    thing = instance.object
-    # the evaluated object may be one that the depsgraph uses for each instance in turn
-    return (
-        thing.original.as_pointer(),
-        thing.data.as_pointer() if thing.data is not None else 0,
-        instance.parent.as_pointer() if instance.parent is not None else 0,
-    )
 
 
 def _uniform_scales(matrices: Matrix) -> Matrix:

@@ -14,6 +14,19 @@ def key_of(instance: Any) -> Hashable:
     return (instance.object.original.name_full, parent, place)
 
 
+def repetition_of(instance: Any) -> Hashable | None:
+    """Return what is equal for all instances of a mesh by one instancer; None for other things."""
+    if not instance.is_instance or instance.parent is None:
+        return None
+    thing = instance.object
+    if thing.type != "MESH":
+        return None
+    # the evaluated object may be one that the depsgraph uses for each instance in turn
+    parent = instance.parent.original.as_pointer()
+    own = thing.original.as_pointer(), thing.data.as_pointer()
+    return parent, *own, instance.show_self
+
+
 def name_of(instance: Any) -> str:
     """Return the name a person knows an instance by."""
     thing = instance.object.original

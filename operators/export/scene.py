@@ -24,7 +24,7 @@ from ...adaptive_drt.scene.description import (
 )
 from ...adaptive_drt.scene.primitive_recognition import UNUSABLE, Facets, MeshSphere
 from .animated import Animated, Key
-from .ball_instances import BallInstances, Motions
+from .ball_instances import BallInstances, Entry, Motions
 from .camera import camera_of
 from .checklist import ObjectIssues, instancer_of, scene_issues
 from .clipping import clipped
@@ -33,7 +33,7 @@ from .components import Components, holds_smoke
 from .copies import Copies, placed_shapes
 from .deforming import Deforming, mesh_of, snapshot
 from .exposure import brightened, exposed, exposure_of
-from .instances import key_of, name_of, owner_of
+from .instances import key_of, name_of, owner_of, repetition_of
 from .layer_filter import lets_through
 from .light import Lamp, gives_light, is_seen, lamp_of, light_of
 from .material import color_attribute, material_of, slot_material
@@ -128,7 +128,7 @@ class _Export:
     materials, colored : by their names; what points have colours of their own wear.
     entries : shapes, and copies of meshes, with those names, in the order of the instances; what
         they come to are the `shapes`.
-    repeated : copies of what an instancer repeats, by `_repetition_of`.
+    repeated : copies of what an instancer repeats, by `repetition_of`.
     links : what each light is linked to, by its name.
     owners : the objects to select, by the names of their instances.
     lit_around : whether the world lights everything from all sides.
@@ -238,13 +238,15 @@ class _Export:
             self.tell(name, LIGHTS_NOTHING)
         copies = Copies(form, worn, seen, names, [(track, name)])
         self.entries.append((copies, names))
-        if (key := _repetition_of(instance)) is not None:
+        if (key := repetition_of(instance)) is not None:
             self.repeated[key] = copies
 
-    def add_repetition(self, instance: Any) -> bool:
-        """Whether an instance repeats a mesh that has been read, which then has another place."""
-        key = _repetition_of(instance)
-        if key is None or key not in self.repeated:
+    def add_repetition(self, instance: Any, key: Hashable) -> bool:
+        """Whether an instance repeats a mesh that has been read, which then has another place.
+
+        key : its `repetition_of`.
+        """
+        if key not in self.repeated:
             return False
         copies = self.repeated[key]
         name = copies.places[0][1]
@@ -437,7 +439,10 @@ def _gather(depsgraph: Any, gathered: _Export, draws_strokes: bool) -> None:
     balls = BallInstances(depsgraph, gathered.motions())
     # an instance is valid only until the next one, so all of it is copied here
     for number, instance in enumerate(depsgraph.object_instances):
-        if balls.take(number, instance) or gathered.add_repetition(instance):
+        key = repetition_of(instance)
+        if key is not None and (
+            balls.take(number, instance, key) or gathered.add_repetition(instance, key)
+        ):
             continue
         thing = instance.object
         name = gathered.called(instance)
@@ -459,7 +464,8 @@ def _gather(depsgraph: Any, gathered: _Export, draws_strokes: bool) -> None:
         if len(gathered.entries) == before + 1 and thing.type == "MESH":
             known = gathered.meshes[thing.data.as_pointer()]
             moves = gathered.opens is not None and blurs(thing, instancer_of(instance))
-            balls.start(number, instance, gathered.entries[before][0], before, known.form, moves)
+            first = Entry(before, gathered.entries[before][0], known.form)
+            balls.start(number, instance, key, first, moves)
     gathered.issues.extend(balls.finish(gathered.entries, PASSING))
     gathered.place()
     gathered.issues.extend(objects)
@@ -555,18 +561,6 @@ def _gather_faces(instance: Any, name: str, gathered: _Export) -> None:
         return
     found = shapes_of(form, track, worn, name, gathered.issues)
     gathered.add_shapes(found, instance, name, closed)
-
-
-def _repetition_of(instance: Any) -> Hashable | None:
-    """Return what is equal for all instances of a mesh by one instancer; None for other things."""
-    if not instance.is_instance or instance.parent is None:
-        return None
-    thing = instance.object
-    if thing.type != "MESH":
-        return None
-    parent = instance.parent.original.as_pointer()
-    own = thing.original.as_pointer(), thing.data.as_pointer()
-    return parent, *own, instance.show_self
 
 
 def _read(mesh: Any, gathered: _Export) -> _Known:

@@ -30,6 +30,7 @@ from adaptive_drt.scene.description import (
     SunLight,
 )
 
+from .directions_jit import balanced, turned
 from .rays_jit import candidates, first_hit, pack
 from .sampled import UNIT, render_samples
 from .vectors_jit import add, cross, dot, jit, less, times, vector
@@ -270,7 +271,7 @@ def _from_light(balls, quads, sky, light, hides, spot, a, b):
     power = vector(light, 18)
     none = (0.0, 0.0, 0.0)
     if kind == SKY or kind == ENVIRONMENT:
-        w = _turned(n, math.sqrt(1.0 - a), 2.0 * math.pi * b)
+        w = turned(n, math.sqrt(1.0 - a), 2.0 * math.pi * b)
         if _blocked(balls, quads, light, hides, spot, times(math.inf, w), w):
             return none
         return times(math.pi, power if kind == SKY else _sky_radiance(sky, w))
@@ -278,7 +279,7 @@ def _from_light(balls, quads, sky, light, hides, spot, a, b):
         w, weight = vector(light, 0), 1.0
         if kind == SUN:
             opening = light[12] ** 2 / (1.0 + math.sqrt(1.0 - light[12] ** 2))
-            w, weight = _turned(w, 1.0 - a * opening, 2.0 * math.pi * b), 2.0 * math.pi * opening
+            w, weight = turned(w, 1.0 - a * opening, 2.0 * math.pi * b), 2.0 * math.pi * opening
         cosine = dot(n, w)
         if cosine <= 0.0 or _blocked(balls, quads, light, hides, spot, times(math.inf, w), w):
             return none
@@ -297,7 +298,7 @@ def _from_light(balls, quads, sky, light, hides, spot, a, b):
             lowest = math.sqrt((d - r) * (d + r)) / d
             opening = r * r / dd / (1.0 + lowest)
         height, weight = 1.0 - a * opening, 2.0 * math.pi * opening
-        w = _turned(w, height, 2.0 * math.pi * b)
+        w = turned(w, height, 2.0 * math.pi * b)
         reach = d / height
         if kind == BALL:
             along = dot(w, c)
@@ -332,34 +333,15 @@ def _from_flat(balls, quads, light, hides, spot, c, a, b):
     w = times(1.0 / math.sqrt(dd), to)
     cosine = dot(n, w)
     if cosine > 0.0 and not _blocked(balls, quads, light, hides, spot, to, w):
-        total += _profile(light, w) * _balanced(cosine, ahead, dd, area)
-    w = _turned(n, math.sqrt(1.0 - a), 2.0 * math.pi * b)
+        total += _profile(light, w) * balanced(cosine, ahead, dd, area)
+    w = turned(n, math.sqrt(1.0 - a), 2.0 * math.pi * b)
     slope = -dot(front, w)
     if slope > 0.0:
         to = times(ahead / slope, w)
         if _within(kind, light, less(to, c)):
             if not _blocked(balls, quads, light, hides, spot, to, w):
-                total += _profile(light, w) * _balanced(dot(n, w), ahead, dot(to, to), area)
+                total += _profile(light, w) * balanced(dot(n, w), ahead, dot(to, to), area)
     return total
-
-
-@jit
-def _balanced(cosine, ahead, dd, area):
-    """Cosine over the sum of the densities, over solid angle, of both ways to find a direction."""
-    by_area = dd * math.sqrt(dd) / (ahead * area)
-    return cosine / (by_area + cosine / math.pi)
-
-
-@jit
-def _turned(axis, height, turn):
-    """Unit vector of a given cosine to an axis, turned about it."""
-    helper = (1.0, 0.0, 0.0) if abs(axis[0]) < 0.5 else (0.0, 1.0, 0.0)
-    first = cross(axis, helper)
-    first = times(1.0 / math.sqrt(dot(first, first)), first)
-    second = cross(axis, first)
-    side = math.sqrt(max(1.0 - height * height, 0.0))
-    across = add(times(side * math.cos(turn), first), times(side * math.sin(turn), second))
-    return add(times(height, axis), across)
 
 
 @jit

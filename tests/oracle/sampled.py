@@ -25,6 +25,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import qmc
 
+from .directions_jit import balanced, turned
 from .light_jit import DISK, POINT, QUAD
 from .rays_jit import candidates, first_hit, pack
 from .vectors_jit import add, cross, dot, jit, less, times, vector
@@ -228,7 +229,7 @@ def _from_light(balls, quads, light, spot, a, b):
         lowest = math.sqrt((d - r) * (d + r)) / d
         opening = r * r / dd / (1.0 + lowest)
     height = 1.0 - a * opening
-    w = _turned(axis, height, 2.0 * math.pi * b)
+    w = turned(axis, height, 2.0 * math.pi * b)
     cosine = dot(w, n)
     if cosine <= 0.0:
         return 0.0
@@ -263,7 +264,7 @@ def _from_quad(balls, quads, light, spot, c, a, b):
     dd = dot(to, to)
     cosine = dot(n, to) / math.sqrt(dd)
     if cosine > 0.0 and not _blocked(balls, quads, light, spot, to):
-        total += _balanced(cosine, ahead, dd, area)
+        total += balanced(cosine, ahead, dd, area)
     w = _around_normal(n, a, b)
     slope = -dot(front, w)
     if slope > 0.0:
@@ -274,33 +275,14 @@ def _from_quad(balls, quads, light, spot, c, a, b):
         det = uu * vv - uv * uv
         inner = abs(au * vv - av * uv) <= det and abs(av * uu - au * uv) <= det
         if inner and not _blocked(balls, quads, light, spot, to):
-            total += _balanced(dot(n, w), ahead, dot(to, to), area)
+            total += balanced(dot(n, w), ahead, dot(to, to), area)
     return total
-
-
-@jit
-def _balanced(cosine, ahead, dd, area):
-    """Cosine over the sum of the densities, over solid angle, of both ways to find a direction."""
-    by_area = dd * math.sqrt(dd) / (ahead * area)
-    return cosine / (by_area + cosine / math.pi)
 
 
 @jit
 def _around_normal(n, a, b):
     """A direction over the horizon with a density of cosine over pi."""
-    return _turned(n, math.sqrt(1.0 - a), 2.0 * math.pi * b)
-
-
-@jit
-def _turned(axis, height, turn):
-    """Unit vector of a given cosine to an axis, turned about it."""
-    helper = (1.0, 0.0, 0.0) if abs(axis[0]) < 0.5 else (0.0, 1.0, 0.0)
-    first = cross(axis, helper)
-    first = times(1.0 / math.sqrt(dot(first, first)), first)
-    second = cross(axis, first)
-    side = math.sqrt(max(1.0 - height * height, 0.0))
-    across = add(times(side * math.cos(turn), first), times(side * math.sin(turn), second))
-    return add(times(height, axis), across)
+    return turned(n, math.sqrt(1.0 - a), 2.0 * math.pi * b)
 
 
 @jit
