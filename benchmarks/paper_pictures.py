@@ -4,14 +4,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from paper_rows import Row
 from pictures import overlay_picture, result_picture, save, sheet
 
 from adaptive_drt.scene.film import Film
-
-if TYPE_CHECKING:
-    from paper import Row
 
 __all__ = ["write"]
 

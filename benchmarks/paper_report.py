@@ -4,14 +4,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+from paper_rows import Row
 
 from adaptive_drt.cost_model import predicted_ratio
-
-if TYPE_CHECKING:
-    from paper import Row
 
 __all__ = ["compose"]
 
