@@ -19,6 +19,7 @@ from adaptive_drt.scene.description import (
 )
 
 __all__ = [
+    "lights_spanned",
     "look_at",
     "random_camera",
     "random_floor",
@@ -184,3 +185,13 @@ def scaled(scene, factor):
         fields["motion"] = Motion(vector_of(move))
     shapes, lights = (tuple(grow(x) for x in group) for group in (scene.shapes, scene.lights))
     return Scene(Camera(**fields), shapes, lights, scene.background, scene.transparent)
+
+
+def lights_spanned(scene, rng):
+    """Each light of a scene with two vectors at right angles that span a flat light in its place,
+    which shines roughly towards the origin."""
+    for light in scene.lights:
+        down = -np.array(light.center) + rng.normal(size=3)
+        u = np.cross(down, rng.normal(size=3))
+        v = np.cross(down, u)
+        yield (light, *(x / np.linalg.norm(x) * rng.uniform(0.2, 0.8) for x in (u, v)))

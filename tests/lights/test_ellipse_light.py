@@ -24,7 +24,7 @@ from light_checks import (
     assert_no_pixel_is_left_out,
     assert_tolerance_is_kept,
 )
-from random_scenes import random_scene
+from random_scenes import lights_spanned, random_scene
 
 CARD = Quad((0.7, -0.9, 1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.3))
 DISK = EllipseLight((1.0, -1.0, 3.5), (0.5, 0.0, 0.0), (0.0, -0.5, 0.0), (9.0, 8.0, 7.0))
@@ -180,11 +180,7 @@ def with_ellipses(seed):
     """A random scene whose lights are ellipses of any place and size."""
     scene, rng = random_scene(seed), np.random.default_rng(seed)
     lights = []
-    for light in scene.lights:
-        down = -np.array(light.center) + rng.normal(size=3)
-        u = np.cross(down, rng.normal(size=3))
-        v = np.cross(down, u)
-        u, v = (x / np.linalg.norm(x) * rng.uniform(0.2, 0.8) for x in (u, v))
+    for light, u, v in lights_spanned(scene, rng):
         axes = (tuple(u), tuple(v))
         lights.append(EllipseLight(light.center, *axes, (9.0,) * 3, light.motion))
     return replace(scene, lights=tuple(lights))

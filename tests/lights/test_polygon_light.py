@@ -31,7 +31,7 @@ from light_checks import (
     assert_tolerance_is_kept,
     rms,
 )
-from random_scenes import look_at, random_scene
+from random_scenes import lights_spanned, look_at, random_scene
 
 CARD = Quad((0.7, -0.9, 1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.3))
 GLOW = (9.0, 8.0, 7.0)
@@ -218,11 +218,7 @@ def with_polygons(seed):
     """A random scene whose lights are polygons of any place and size."""
     scene, rng = random_scene(seed), np.random.default_rng(seed)
     lights = []
-    for light in scene.lights:
-        down = -np.array(light.center) + rng.normal(size=3)
-        u = np.cross(down, rng.normal(size=3))
-        v = np.cross(down, u)
-        u, v = (x / np.linalg.norm(x) * rng.uniform(0.2, 0.8) for x in (u, v))
+    for light, u, v in lights_spanned(scene, rng):
         turns = np.sort(rng.uniform(0.0, 2.0 * np.pi, rng.integers(3, 8)))
         corners = [np.array(light.center) + np.cos(t) * u + np.sin(t) * v for t in turns]
         lights.append(
