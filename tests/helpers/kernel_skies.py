@@ -38,6 +38,10 @@ MISSED = 1e-6
 """Error of an environment, as a fraction of the mean irradiance, by which it may be beyond the
 stated one, which is an estimate. Over many configurations the RMS error is a tenth of the stated
 one at 1e-6, and a sixth at 1e-4."""
+AXIS_TILTS = (0.4, -0.7, 1.3)
+"""Tangents by which the axes of latitudes are off the one that is given: any that differ do."""
+SAME = 1e-10
+"""Relative difference of two sums over latitudes from which on a third decides."""
 LIGHTS = 16
 """Lights with a profile of their own, for all cases of a call."""
 IMAGES, ROWS = 4, 8
@@ -64,6 +68,28 @@ def _frame(axis):
     x = cross(axis, np.eye(3)[:, least])
     x = x / length(x)
     return np.stack([x, cross(axis, x), axis]).transpose(2, 0, 1)
+
+
+def _uniform_light(circles, up, axis):
+    """Irradiance (n,) of uniform light, summed along the latitudes about two axes near those given.
+
+    Where the sums disagree, the median with a third: a piece whose sum and whose halves' sum agree
+    by chance is not divided, which is off by up to 4e-9 sr in one of 10,000 cases. Latitudes about
+    the normal itself are worse, since the horizon is one of them.
+    """
+    frame = _frame(axis)
+
+    def summed(rows, tilt):
+        way = (frame[rows] * np.array([[tilt], [0.3 * tilt], [1.0]])).sum(axis=1).T
+        return integrals(circles[rows], up.T[rows], _frame(way / length(way)))[:, 0]
+
+    every = np.arange(len(circles))
+    found, other = summed(every, AXIS_TILTS[0]), summed(every, AXIS_TILTS[1])
+    doubtful = (np.abs(found - other) > SAME * np.abs(found)).nonzero()[0]
+    if doubtful.size:
+        third = summed(doubtful, AXIS_TILTS[2])
+        found[doubtful] = np.median([found[doubtful], other[doubtful], third], axis=0)
+    return found
 
 
 def _hiders(place, radius, quads):
@@ -123,7 +149,7 @@ def _true_sun(m, axis, half, up, **hiders):
     axis, half, up = map(plain, (axis, half, up))
     rows = [(up, 0.0, 0), (axis, np.cos(half), 0)]
     circles = _columns(*rows, *_hiders(**{k: plain(v) for k, v in hiders.items()}))
-    return m.lift(integrals(circles, up.T, _frame(axis))[:, 0])
+    return m.lift(_uniform_light(circles, up, axis))
 
 
 HIDDEN_SUN = Family(
@@ -304,7 +330,7 @@ def _open_sky(up, place, radius, quads):
 def _true_sky(m, up, **hiders):
     up = plain(up)
     circles = _columns((up, 0.0, 0), *_hiders(**{k: plain(v) for k, v in hiders.items()}))
-    return m.lift(integrals(circles, up.T, _frame(up))[:, 0])
+    return m.lift(_uniform_light(circles, up, up))
 
 
 def _sky_family(name, balls, sheets, core):

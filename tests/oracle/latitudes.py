@@ -27,7 +27,8 @@ COLUMN_NODES, COLUMN_WEIGHTS = np.polynomial.legendre.leggauss(7)
 SHORTEST = 1e-13
 """Radians of a piece that is left out."""
 ACCURACY, DEEPEST = 2e-12, 30
-"""Difference of a piece and its halves that is small enough, and the most halvings of a piece."""
+"""Difference of a piece and its halves that is small enough, for the sine of the half angle of the
+smallest circle that bounds what is lit; and the most halvings of a piece."""
 NO_IMAGE = np.zeros((0, 0, 3))
 
 
@@ -215,6 +216,10 @@ def _piece(circles, count, frame, n, profile, image, low, high, cuts, value, tot
 def _integral(circles, count, frame, n, profile, image, found, cuts, value, parts, result):
     """Integral (3,) over all latitudes, in `result`: pieces are halved until their halves agree."""
     got = _latitudes(circles, count, frame, profile, image.shape[0], found)
+    enough = ACCURACY
+    for i in range(count):
+        if circles[i, 4] == LIT:
+            enough = min(enough, ACCURACY * math.sqrt(1.0 - circles[i, 3] ** 2))
     stack = np.empty((DEEPEST + 2, 6))
     result[:] = 0.0
     for k in range(got - 1):
@@ -233,7 +238,7 @@ def _integral(circles, count, frame, n, profile, image, found, cuts, value, part
             _piece(*args, low, middle, cuts, value, parts[1])
             _piece(*args, middle, high, cuts, value, parts[2])
             off = np.abs(parts[1] + parts[2] - parts[0]).max()
-            if off <= ACCURACY or depth >= DEEPEST - 1:
+            if off <= enough or depth >= DEEPEST - 1:
                 result += parts[1] + parts[2]
                 continue
             stack[size, 0], stack[size, 1], stack[size, 2] = low, middle, depth + 1.0
