@@ -216,5 +216,5 @@ def test_a_world_is_seen_as_cycles_shows_it(tree, export, tmp_path, build):
     truth = render_cycles(tmp_path, samples=256)
     # a table of 0.7 degrees a row blurs what is sharp
     bound = 0.05 if build is checker else 0.005
-    shown = np.moveaxis(np.asarray(film.color).reshape(3, *truth.shape[:2]), 0, -1)[::-1]
+    shown = np.moveaxis(np.asarray(film.color).reshape(3, *truth.shape[:2]), 0, -1)
     assert np.sqrt(((shown - truth) ** 2).mean()) < bound * truth.mean()
