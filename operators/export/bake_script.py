@@ -21,6 +21,9 @@ import numpy as np
 
 SETTLED = 3e-4
 """Relative error of the irradiance up to which an image of the sphere is fine enough."""
+SHARP = 3e-3
+"""Error of the radiance between the pixels of such an image, RMS and relative to the mean, up to
+which it is fine enough to be seen."""
 
 PASSES = {
     "VALUE": ("ShaderNodeMath", "operation", "ADD"),
@@ -72,9 +75,24 @@ def sphere(order: dict[str, Any], camera: Any) -> tuple[Any, float]:
     while True:
         fine = shot(order, 4 * rows, 2 * rows)
         error, irradiance = quadrature_error(fine)
-        if 2 * rows > order["most"] or error <= SETTLED * irradiance:
+        enough = error <= SETTLED * irradiance and blur(fine) <= SHARP * irradiance / np.pi
+        if 2 * rows > order["most"] or enough:
             return fine, error
         rows *= 2
+
+
+def blur(fine: Any) -> float:
+    """Return by how much means of 2 x 2 pixels, and what lies between these, miss an image: RMS."""
+    rows, columns, _ = fine.shape
+    mean = fine.reshape(rows // 2, 2, columns // 2, 2, 3).mean(axis=(1, 3))
+    upper, lower = np.concatenate([mean[:1], mean[:-1]]), np.concatenate([mean[1:], mean[-1:]])
+    square = np.zeros(3)
+    for row, near in enumerate((upper, lower)):
+        line = 0.75 * mean + 0.25 * near
+        for column, turn in enumerate((1, -1)):
+            off = 0.75 * line + 0.25 * np.roll(line, turn, axis=1) - fine[row::2, column::2]
+            square += (off * off).mean(axis=(0, 1))
+    return float(np.sqrt(square.max() / 4.0))
 
 
 def quadrature_error(fine: Any) -> tuple[float, float]:

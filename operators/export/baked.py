@@ -14,7 +14,7 @@ import subprocess
 import sys
 import tempfile
 from collections import OrderedDict
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -31,6 +31,8 @@ SECONDS = 300.0
 """Time after which the second Blender counts as hanging."""
 LEAST_ROWS, MOST_ROWS = 256, 1_024
 """Rows of the images of the sphere: 0.7 degrees each, and as many as are needed up to 0.18."""
+LIGHT_ERROR = 3e-4
+"""Relative error of the irradiance by an image of fewer pixels than it is seen with."""
 FEWEST_ROWS = 2
 """Rows of an image of one colour: Blender's pictures have at least 4 x 4 pixels, two a row."""
 SUN_PIXELS = 256
@@ -62,6 +64,18 @@ class Baked:
     pixels: Image
     error: float = 0.0
     suns: tuple[SunLight, ...] = ()
+
+    def for_light(self) -> Baked:
+        """Return it with as few pixels as surfaces need that are lit by it."""
+        height = len(self.pixels)
+        mean = np.pi * float(np.abs(self.pixels).mean(axis=(0, 1)).max())
+        rows = LEAST_ROWS
+        while rows < height:
+            pixels, error = reduced_image(self.pixels, 2 * rows * rows)
+            if error <= LIGHT_ERROR * mean:
+                return replace(self, pixels=pixels.astype(np.float32), error=self.error + error)
+            rows *= 2
+        return self
 
     @property
     def color(self) -> Vector | None:

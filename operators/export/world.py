@@ -177,6 +177,7 @@ def _baked(source: Source, known: Known, notes: list[str]) -> Radiance:
     notes : gets what is left out.
     """
     found = baked(graph_of(source, known))
+    found = found if known is _camera_ray else found.for_light()
     said = f"its {_named(source)}"
     if found.suns:
         notes.append(f"the sun of {said} {SUN_IS_NOT_SEEN}")
