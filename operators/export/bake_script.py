@@ -75,8 +75,9 @@ def sphere(order: dict[str, Any], camera: Any) -> tuple[Any, float]:
     while True:
         fine = shot(order, 4 * rows, 2 * rows)
         error, irradiance = quadrature_error(fine)
-        enough = error <= SETTLED * irradiance and blur(fine) <= SHARP * irradiance / np.pi
-        if 2 * rows > order["most"] or enough:
+        # images are shown as fine as they are
+        is_sharp = 0 < order["shown"] <= rows or blur(fine) <= SHARP * irradiance / np.pi
+        if 2 * rows > order["most"] or (is_sharp and error <= SETTLED * irradiance):
             return fine, error
         rows *= 2
 

@@ -148,7 +148,7 @@ def _rendered(graph: Graph, least: int, most: int, folder: Path) -> Baked:
             hand_over(image, entry, folder, index)
             for index, (image, entry) in enumerate(zip(graph.images, entries, strict=True))
         ],
-        "least": min(max(shown, least), most), "most": most,
+        "least": min(max(shown, least), most), "most": most, "shown": shown,
         "suns": suns, "pixels": SUN_PIXELS, "folder": str(folder),
     }  # fmt: skip
     _run(order, folder)
