@@ -237,7 +237,8 @@ def _multi_node_means(
     if round_.size:
         gain = _limb_gains((cosine, centers.cosine), round_, arms, left, axes[round_])
         off = columns(color - center, round_)
-        color[:, round_] = np.maximum(columns(center, round_) + gain * off, 0.0)
+        bent = columns(center, round_) + gain * off
+        color[:, round_] = np.maximum(bent, plan.least_radiance)
     best = MULTI_NODE_ERROR[axes - 1].T
     short = grouped_sums(region, part * (1.0 - left * left), size)
     deviation = foreseen * np.where(star, best + (1.0 - best) * short, 1.0)[:, None]

@@ -117,6 +117,7 @@ class ProfileAtPoints:
     normal : (3, n) unit normals at the points.
     middle, level : (n,) cosines between the axis and the lights' middles, and f there.
     base : (n,) cosine at which G is 0.
+    plain_middle, first_base : (n,) integral of f at the middle, and of f c at the base.
     """
 
     profile: AxialProfile
@@ -124,6 +125,8 @@ class ProfileAtPoints:
     middle: Array
     level: Array
     base: Array
+    plain_middle: Array
+    first_base: Array
 
     @classmethod
     def make(
@@ -134,11 +137,13 @@ class ProfileAtPoints:
         aside = np.sqrt(np.maximum(1.0 - middle * middle, 0.0))
         holds_axis = (middle > 0.0) & (np.arctan2(aside, middle) < AXIS_RATIO * half)
         base = np.where(holds_axis, 1.0, middle)
-        return cls(profile, normal, middle, profile.value(middle), base)
+        ends = profile.integrals(middle)[0], profile.integrals(base)[1]
+        return cls(profile, normal, middle, profile.value(middle), base, *ends)
 
     def take(self, rows: slice | Ints) -> ProfileAtPoints:
         """Return the profile as some of the points see it."""
-        parts = (self.middle[rows], self.level[rows], self.base[rows])
+        own = (self.middle, self.level, self.base, self.plain_middle, self.first_base)
+        parts = (each[rows] for each in own)
         return ProfileAtPoints(self.profile, columns(self.normal, rows), *parts)
 
     def integral_along(self, curve: Circles | GreatCircleArcs, spans: Intervals) -> Array:
@@ -205,10 +210,8 @@ class ProfileAtPoints:
     def antiderivatives(self, cosine: Array) -> tuple[Array, Array]:
         """F and G / (1 - c^2) of f - `level`, at cosines (..., n)."""
         plain, first = self.profile.integrals(cosine)
-        plain_here, _ = self.profile.integrals(self.middle)
-        _, first_base = self.profile.integrals(self.base)
-        f = plain - plain_here - self.level * (cosine - self.middle)
-        g = first_base - first - 0.5 * self.level * (self.base - cosine) * (self.base + cosine)
+        f = plain - self.plain_middle - self.level * (cosine - self.middle)
+        g = self.first_base - first - 0.5 * self.level * (self.base - cosine) * (self.base + cosine)
         square = (1.0 - cosine) * (1.0 + cosine)
         return f, g / np.maximum(square, UNIFORM_TOLERANCE**2)
 

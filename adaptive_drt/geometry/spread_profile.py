@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
@@ -43,13 +44,19 @@ class SpreadProfile(AxialProfile):
     def _tangent(self) -> float:
         return math.sqrt((1.0 - self.outer) * (1.0 + self.outer)) / self.outer
 
+    @cached_property
+    def _rests(self) -> tuple[Array, Array]:
+        """A and B at the half spread."""
+        edge = math.sqrt((1.0 - self.outer) * (1.0 + self.outer))
+        return _tangent_integrals(np.array(edge), np.array(self.outer))
+
     def integrals(self, cosine: Array) -> tuple[Array, Array]:
         """Integrals (...) of f and of f c over the cosine c, from `outer` on."""
         c = np.clip(cosine, self.outer, 1.0)
         s = np.sqrt((1.0 - c) * (1.0 + c))
         edge = math.sqrt((1.0 - self.outer) * (1.0 + self.outer))
         slope = 1.0 / self._tangent
-        rest, first_rest = _tangent_integrals(np.array(edge), np.array(self.outer))
+        rest, first_rest = self._rests
         own, first_own = _tangent_integrals(s, c)
         plain: Array = (c - self.outer) - slope * (rest - own)
         first: Array = 0.5 * (edge * edge - s * s) - slope * (first_rest - first_own)

@@ -460,10 +460,9 @@ class Frame:
         rest = self._corrected
         kept = (~(chosen[rest] | self.settled[rest] | self._in_progress[rest])).nonzero()[0]
         rows = rest[kept]
-        # mean radiance is never below 0, whatever the differences give
-        self.color[:, rows] = np.maximum(
-            columns(self.color, rows) + columns(self._change, kept), 0.0
-        )
+        # whatever the differences give
+        changed = columns(self.color, rows) + columns(self._change, kept)
+        self.color[:, rows] = np.maximum(changed, self.plan.least_radiance)
         self._write_pixels(rows)
 
     def tasks(self, rows: Ints, goal: Goal, size: int) -> Tasks:

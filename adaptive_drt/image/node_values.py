@@ -98,7 +98,8 @@ class NodeValues:
 
     def settle(self, rows: Ints, mean: Array, error: Array, sampling: Array) -> None:
         """Enter means (4, m) of pixels that need no refinement."""
-        color, alpha = np.maximum(mean[:3], 0.0), np.clip(mean[3], 0.0, 1.0)
+        color = np.maximum(mean[:3], self.frame.plan.least_radiance)
+        alpha = np.clip(mean[3], 0.0, 1.0)
         self.frame.settle(rows, color, alpha, error, sampling)
         self.wanted[rows] = False
 

@@ -41,8 +41,8 @@ class EnvironmentMap:
     turn : (3, 3) rows of the rotation from the tracer's axes to those of the map.
     knots : (rows + 2,) colatitudes of the rows of values: the poles, and the texels' centres.
     values : (rows + 2, columns, k) radiance there; columns are equally spaced from longitude 0.
-    reduction_error : error of the irradiance, relative to a radiance of 1, by fewer pixels than
-        those of the image: see `environment_reduction`.
+    reduction_error : error of the irradiance, relative to a radiance of 1, of the image itself, and
+        by fewer pixels than it has: see `environment_reduction`.
     """
 
     turn: Array
@@ -277,10 +277,10 @@ def make_environment_map(light: EnvironmentLight, lights: bool = True) -> Enviro
     lights : whether the map is made for irradiance, so that large images are reduced; else it is
         for what is seen of them, and large ones are kept in float32.
     """
-    image, error = light.pixels, 0.0
+    image, reduction = light.pixels, 0.0
     large = image.shape[0] * image.shape[1] > MOST_TEXELS
     if lights:
-        image, error = reduced_image(image)
+        image, reduction = reduced_image(image)
     kind = np.float32 if large and not lights else np.float64
     pixels: Any = np.asarray(image, dtype=kind)[:, ::-1]
     rows, columns_, _ = pixels.shape
@@ -295,5 +295,5 @@ def make_environment_map(light: EnvironmentLight, lights: bool = True) -> Enviro
         [[np.cos(back), -np.sin(back), 0.0], [np.sin(back), np.cos(back), 0.0], [0.0, 0.0, 1.0]]
     )
     turn: Any = own @ np.array(light.rotation, dtype=np.float64)
-    error *= float(np.abs(light.radiance).max())
+    error = (light.error + reduction) * float(np.abs(light.radiance).max())
     return EnvironmentMap(turn, knots, values, error)

@@ -95,8 +95,11 @@ def cone_directions(
     cosine = 1.0 - drop
     sine = np.sqrt(np.maximum(drop * (2.0 - drop), 0.0))
     u, v = _frame(cone.axis, normal, point)
-    turn = (2.0 * np.pi) * b
-    direction = cosine * cone.axis + (sine * np.cos(turn)) * u + (sine * np.sin(turn)) * v
+    # where all points have the same spots, these are rows without a stride
+    turn = (2.0 * np.pi) * (b[:1] if b.strides[0] == 0 else b)
+    direction = cosine * cone.axis
+    direction += (sine * np.cos(turn)) * u
+    direction += (sine * np.sin(turn)) * v
     return direction, cosine, opening
 
 

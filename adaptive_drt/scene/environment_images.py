@@ -16,7 +16,13 @@ from numpy.typing import NDArray
 from .description import EnvironmentLight
 from .values import ZERO, Vector
 
-__all__ = ["EQUIRECTANGULAR", "MIRROR_BALL", "MappedImage", "make_environment_light"]
+__all__ = [
+    "EQUIRECTANGULAR",
+    "MIRROR_BALL",
+    "MappedImage",
+    "make_environment_light",
+    "tabulated",
+]
 
 Array = NDArray[np.float64]
 
@@ -45,12 +51,14 @@ class MappedImage:
     projection : how unit vectors become places in the image.
     matrix : (3, 4) affine map from unit directions of the world to vectors that are looked up.
     color : factor (RGB) on the pixels, W / m^2 / sr.
+    error : error of the irradiance of the pixels, in units of theirs times sr.
     """
 
     pixels: NDArray[np.float32]
     projection: str
     matrix: Array
     color: Vector
+    error: float = 0.0
 
     def rotation(self) -> Array | None:
         """Return the orthogonal matrix that the map comes to, or None where it is another one."""
@@ -88,7 +96,7 @@ def make_environment_light(
                 # a mirrored sphere is the mirrored image
                 turn, pixels = np.diag([1.0, -1.0, 1.0]) @ turn, pixels[:, ::-1]
             a, b, c = ((float(x), float(y), float(z)) for x, y, z in turn)
-            return EnvironmentLight(pixels, image.color, (a, b, c), name=name)
+            return EnvironmentLight(pixels, image.color, (a, b, c), name=name, error=image.error)
     rows = min(FINER * max(image.pixels.shape[0] for image in images), MOST_ROWS)
 
     def radiance(direction: Array) -> Array:
@@ -97,7 +105,8 @@ def make_environment_light(
             total += image.radiance(direction)
         return total
 
-    return EnvironmentLight(tabulated(radiance, rows), name=name)
+    error = sum(image.error * max(image.color) for image in images)
+    return EnvironmentLight(tabulated(radiance, rows), name=name, error=error)
 
 
 def tabulated(radiance: Callable[[Array], Array], rows: int) -> NDArray[np.float32]:

@@ -347,6 +347,7 @@ class EnvironmentLight(_ColoredLight):
     pixels : (rows, columns, 3) from the top down, not below 0; they must not be changed.
     radiance : W / m^2 / sr (RGB) of a pixel of 1.
     rotation : rows of the rotation from the world's axes to those of the image.
+    error : error of the irradiance by the image, in units of its pixels' radiance times sr.
     """
 
     pixels: NDArray[np.float32] | NDArray[np.float64]
@@ -355,6 +356,7 @@ class EnvironmentLight(_ColoredLight):
     motion: None = None
     casts_shadow: bool = True
     name: str = "World"
+    error: float = 0.0
 
     def defect(self) -> str | None:
         """Return the reason why it cannot be rendered, or None."""
@@ -381,4 +383,5 @@ class EnvironmentLight(_ColoredLight):
         pixels = np.ascontiguousarray(self.pixels)
         digest = hashlib.blake2b(pixels.tobytes(), digest_size=16).hexdigest()
         rest = f"{self.radiance}, {self.rotation}, {self.casts_shadow}, {self.name!r}"
+        rest += f", {self.error}" if self.error else ""
         return f"EnvironmentLight({pixels.shape}, {pixels.dtype}, {digest}, {rest})"

@@ -125,6 +125,12 @@ class Plan:
             raise RenderCancelled
 
     @property
+    def least_radiance(self) -> float:
+        """Radiance below which no pixel may be: 0, unless a light has a negative power."""
+        takes = any((light.power < 0.0).any() for light in (*self.lights, *self.seen_lights))
+        return -np.inf if takes or (self.background < 0.0).any() else 0.0
+
+    @property
     def object_count(self) -> int:
         """Number of objects."""
         return self.albedo.shape[1]

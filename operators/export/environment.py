@@ -24,10 +24,10 @@ STILL_SOURCES = ("FILE", "GENERATED")
 """Sources of images that are the same at all times."""
 
 
-def image_of(source: Source, color: Vector, reasons: list[str]) -> MappedImage | None:
+def image_of(source: Source, color: Vector, unread: list[str]) -> MappedImage | None:
     """Return the image of an Environment Texture, times a colour; None where it is left out.
 
-    reasons : gets what is left out of it.
+    unread : gets what is left out of it.
     """
     node = source.node
     assert node is not None
@@ -41,10 +41,10 @@ def image_of(source: Source, color: Vector, reasons: list[str]) -> MappedImage |
     if why is None and own:
         why = own
     if why is not None:
-        reasons.append(f"{said} {why}; it is left out, and the light that it throws")
+        unread.append(f"{said} {why}; it is left out, and the light that it throws")
         return None
     if node.interpolation != "Linear":
-        reasons.append(f"{said} has the interpolation {node.interpolation}; Linear is used")
+        unread.append(f"{said} has the interpolation {node.interpolation}; Linear is used")
     assert matrix is not None
     return MappedImage(_pixels(image), node.projection, matrix, color)
 

@@ -30,8 +30,9 @@ from ...adaptive_drt.scene.units import (
     point_intensity,
     sphere_radiance,
 )
+from .baked import folding
 from .light_table import BY_TYPE, CYCLES_LIGHT
-from .links import surface_of
+from .links import Input, Source, Value, number_of, surface_of, value_of
 from .listing import left_out
 from .nodes import called, node_called, uses_nodes
 from .shader import EMITTERS, Shader
@@ -173,14 +174,28 @@ def emission_of(light: Any, reasons: list[str]) -> Vector:
     source = surface_of(light.node_tree)
     if source.node is None:  # nor does it shine in Cycles
         return (0.0, 0.0, 0.0)
-    used = "its own power and colour shine"
+    used, known = "its own power and colour shine", folding(_falloff)
     if source.node.bl_idname not in EMITTERS:
-        reasons.append(f"its {node_called(source.node)} is left out; {used}")
-        return WHITE
+        value = known(source)
+        if value is None:
+            reasons.append(f"its {node_called(source.node)} is left out; {used}")
+            return WHITE
+        return vector_of(np.broadcast_to(value, 3))
     linked: list[str] = []
-    factor = Shader(source).emission(linked)
+    factor = Shader(source, known).emission(linked)
     reasons.extend(f"{said}; {used}" for said in linked)
     return WHITE if linked else factor
+
+
+def _falloff(source: Source) -> Value | None:
+    """Return the output of a Light Falloff node that changes nothing of how light falls off."""
+    node, socket = source.node, source.socket
+    if node is None or node.bl_idname != "ShaderNodeLightFalloff" or socket is None:
+        return None
+    inputs = {s.identifier: Input(s, source.groups) for s in node.inputs}
+    if socket.identifier != "Quadratic" or number_of(inputs["Smooth"], folding()) != 0.0:
+        return None
+    return value_of(inputs["Strength"], folding())
 
 
 def _point(

@@ -3,20 +3,32 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
+import numpy as np
+
 from ...adaptive_drt.scene.description import EnvironmentLight, Issue, SkyLight, SunLight, Vector
-from ...adaptive_drt.scene.environment_images import MappedImage, make_environment_light
+from ...adaptive_drt.scene.environment_images import (
+    EQUIRECTANGULAR,
+    MappedImage,
+    make_environment_light,
+)
+from .baked import SKY, baked, folding
 from .environment import TEXTURE, image_of
 from .links import Input, Known, Source, Value, number_of, output_node, own_number, surface_of
 from .listing import left_out
+from .node_graph import NotDescribedError, graph_of
 from .nodes import called, node_called, uses_nodes
 from .shader import EMITTERS, Shader
-from .sky import SKY, sky_of
+from .sky import SUN_IS_NOT_SEEN, sky_of
 from .world_table import CYCLES_WORLD, LIGHTING, MIST, VISIBILITY, WORLD
 
 BLACK: Vector = (0.0, 0.0, 0.0)
+WHITE: Vector = (1.0, 1.0, 1.0)
+
+COARSE = 1e-3
+"""Relative error of the light of a tabulated world from which it is told."""
 
 NOT_DIFFUSE = ("Is Shadow Ray", "Is Glossy Ray", "Is Singular Ray", "Is Transmission Ray")
 """Outputs of a Light Path node that are 0 for the camera's rays, and where a world lights surfaces
@@ -101,27 +113,55 @@ def _settings(world: Any) -> list[str]:
     return [reason for table, owner in tables for reason, _ in left_out(table, owner)]
 
 
+@dataclass(frozen=True)
+class _Found:
+    """What of a world's nodes is not read as it is.
+
+    Attributes
+    ----------
+    linked : inputs that are not constant.
+    missing : names of nodes that are not understood.
+    unread : images that are left out.
+    notes : what is left out of what is read.
+    """
+
+    linked: list[str] = field(default_factory=list)
+    missing: list[str] = field(default_factory=list)
+    unread: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether all nodes are read."""
+        return not (self.linked or self.missing or self.unread)
+
+
 def _shaded(world: Any, reasons: list[str]) -> tuple[Radiance, Radiance]:
     """Return what the camera sees of a world's nodes, and the radiance that they throw."""
     output = output_node(world.node_tree)
     if output is not None:
         reasons.extend(Shader(Source(output, None)).terms())
     source = surface_of(world.node_tree)
-    linked: list[str] = []
-    missing: list[str] = []
-    told: list[str] = []
-    seen = _radiance(source, _camera_ray, linked, missing, told)
-    if missing:
-        said = f"its {missing[0]} is left out, and the light that it throws"
+    found = _Found()
+    seen, thrown = (_radiance(source, folding(known), found) for known in RAYS)
+    if not found.is_whole:
+        try:
+            notes: list[str] = []
+            seen, thrown = (_baked(source, known, notes) for known in RAYS)
+            reasons.extend(dict.fromkeys(notes))
+            return seen, thrown
+        except NotDescribedError as error:
+            reasons.append(f"its nodes are not tabulated: {error}")
+    if found.missing:
+        said = f"its {found.missing[0]} is left out, and the light that it throws"
         reasons.append(f"{said}; black is used")
         return Radiance(), Radiance()
-    thrown = _radiance(source, _light_ray, linked, missing, told)
-    reasons.extend(dict.fromkeys(told))
-    if not linked:
+    reasons.extend(dict.fromkeys([*found.unread, *found.notes]))
+    if not found.linked:
         return seen, thrown
     used = f"what its {_named(source)} is set to is seen, and lights nothing"
     reasons.extend(
-        f"{said}, and the light that it throws; {used}" for said in dict.fromkeys(linked)
+        f"{said}, and the light that it throws; {used}" for said in dict.fromkeys(found.linked)
     )
     return seen, Radiance()
 
@@ -131,55 +171,78 @@ def _named(source: Source) -> str:
     return "world" if source.node is None else node_called(source.node)
 
 
-def _radiance(
-    source: Source, known: Known, linked: list[str], missing: list[str], told: list[str]
-) -> Radiance:
+def _baked(source: Source, known: Known, notes: list[str]) -> Radiance:
+    """Return the radiance of a world's shader for one kind of ray, as Blender evaluates it.
+
+    notes : gets what is left out.
+    """
+    found = baked(graph_of(source, known))
+    found = found if known is _camera_ray else found.for_light()
+    said = f"its {_named(source)}"
+    if found.suns:
+        notes.append(f"the sun of {said} {SUN_IS_NOT_SEEN}")
+    lowest = float(found.pixels.min())
+    pixels, color = np.maximum(found.pixels, np.float32(0.0)), found.color
+    if lowest < 0.0:
+        notes.append(f"{said} is below 0 in some directions; black is used there")
+    if color is not None:
+        r, g, b = (max(x, 0.0) for x in color)
+        return Radiance((r, g, b), suns=found.suns)
+    # the error that matters is relative to the light of the whole sphere
+    height = np.sin((np.arange(len(pixels)) + 0.5) * np.pi / len(pixels))
+    mean = float((pixels.mean(axis=1).T @ height).max() / height.sum())
+    if found.error > COARSE * np.pi * mean:
+        share = found.error / (np.pi * mean)
+        notes.append(
+            f"{said} is finer than the table of {len(pixels)} rows that stands for it: the light "
+            f"that it throws is off by some {100.0 * share:.1g} %"
+        )
+    image = MappedImage(pixels, EQUIRECTANGULAR, np.eye(3, 4), WHITE, found.error)
+    return Radiance(images=(image,), suns=found.suns)
+
+
+def _radiance(source: Source, known: Known, found: _Found) -> Radiance:
     """Return the radiance of a world's shader for one kind of ray.
 
-    Parameters
-    ----------
     known : what the outputs of a Light Path node are for that kind.
-    linked : gets the reasons of inputs that are not constant.  missing : gets the names of the
-        nodes that are not understood.  told : gets what is left out of images.
     """
     node = source.node
     if node is None:  # Cycles shows black, too
         return Radiance()
     if node.bl_idname in EMITTERS:
-        return _emitted(source, known, linked, told)
+        return _emitted(source, known, found)
     if node.bl_idname not in ("ShaderNodeMixShader", "ShaderNodeAddShader"):
-        missing.append(node_called(node))
+        found.missing.append(node_called(node))
         return Radiance()
     *factor, one, two = (Input(socket, source.groups) for socket in node.inputs)
     share = number_of(factor[0], known) if factor else None
     if factor and share is None:
-        linked.append(
+        found.linked.append(
             f"the {node_called(factor[0].source().node)} linked to its Factor is left out"
         )
         share = own_number(factor[0])
-    a = _radiance(one.source(), known, linked, missing, told)
-    b = _radiance(two.source(), known, linked, missing, told)
+    a, b = (_radiance(part.source(), known, found) for part in (one, two))
     if share is None:
         return a.plus(b)
     share = min(max(share, 0.0), 1.0)
     return a.times(1.0 - share).plus(b.times(share))
 
 
-def _emitted(source: Source, known: Known, linked: list[str], told: list[str]) -> Radiance:
+def _emitted(source: Source, known: Known, found: _Found) -> Radiance:
     """Return the radiance of a node that shines: its colour, or its image, times its strength."""
     shader = Shader(source, known)
-    found = shader.source("Color")
-    kind = None if found is None or found.node is None else found.node.bl_idname
-    if found is None or kind not in (TEXTURE, SKY) or found.passed:
-        return Radiance(shader.emission(linked))
-    strength = shader.rendered_number("Strength", linked)
+    fed = shader.source("Color")
+    kind = None if fed is None or fed.node is None else fed.node.bl_idname
+    if fed is None or kind not in (TEXTURE, SKY) or fed.passed:
+        return Radiance(shader.emission(found.linked))
+    strength = shader.rendered_number("Strength", found.linked)
     if not strength:
         return Radiance()
     color = (strength, strength, strength)
     if kind == TEXTURE:
-        image, sun = image_of(found, color, told), None
+        image, sun = image_of(fed, color, found.unread), None
     else:
-        image, sun = sky_of(found, color, told)
+        image, sun = sky_of(fed, color, found.unread, found.notes)
     return Radiance(images=() if image is None else (image,), suns=() if sun is None else (sun,))
 
 
@@ -201,6 +264,10 @@ def _light_ray(source: Source) -> Value | None:
     is the same in both is known.
     """
     return _light_path(source, {"Is Camera Ray": 0.0})
+
+
+RAYS: tuple[Known, Known] = (_camera_ray, _light_ray)
+"""What is known of the rays by which a world is seen, and by which it lights surfaces."""
 
 
 def _light_path(source: Source, kind: dict[str, float]) -> Value | None:

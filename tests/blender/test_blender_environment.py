@@ -90,11 +90,9 @@ def test_a_turn_is_the_one_of_the_node(world, export):
     [
         (lambda node: setattr(node, "image", None), "has no image"),
         (lambda node: setattr(node.image, "source", "SEQUENCE"), "shows a sequence"),
-        (lambda node: setattr(node, "interpolation", "Closest"), "Closest; Linear is used"),
-        (lambda node: setattr(node.texture_mapping, "rotation", (0.0, 0.0, 1.0)), "of its own"),
         (
             lambda node: node.id_data.links.new(
-                node.id_data.nodes.new("ShaderNodeTexNoise").outputs[0], node.inputs["Vector"]
+                node.id_data.nodes.new("ShaderNodeCameraData").outputs[0], node.inputs["Vector"]
             ),
             "a Vector that is not understood",
         ),

@@ -290,11 +290,27 @@ def test_a_light_s_nodes_that_are_left_out_are_told_once(export):
     lamp.data.use_nodes = True
     tree = lamp.data.node_tree
     node = next(n for n in tree.nodes if n.type == "EMISSION")
-    tree.links.new(tree.nodes.new("ShaderNodeLightFalloff").outputs[0], node.inputs["Strength"])
+    falloff = tree.nodes.new("ShaderNodeLightFalloff")
+    tree.links.new(falloff.outputs["Linear"], node.inputs["Strength"])
     scene = export()
     assert [light.intensity for light in scene.lights] == [pytest.approx((1.0, 1.0, 1.0))] * 2
     (issue,) = scene.issues
     assert (issue.name, issue.kind, issue.target) == ('Light "Lamp"', "LIGHT", "Lamp")
+    assert "Light Falloff node linked to its Strength is left out" in issue.reason
+
+
+def test_a_light_that_falls_off_as_all_do_is_as_strong_as_its_nodes_say(export):
+    lamp = things.light("POINT", energy=4.0 * PI, shadow_soft_size=0.0)
+    lamp.data.use_nodes = True
+    tree = lamp.data.node_tree
+    node = next(n for n in tree.nodes if n.type == "EMISSION")
+    falloff = tree.nodes.new("ShaderNodeLightFalloff")
+    falloff.inputs["Strength"].default_value = 3.0
+    tree.links.new(falloff.outputs["Quadratic"], node.inputs["Strength"])
+    scene = export()
+    assert scene.lights[0].intensity == pytest.approx((3.0, 3.0, 3.0)) and scene.issues == ()
+    falloff.inputs["Smooth"].default_value = 1.0
+    (issue,) = export().issues
     assert "Light Falloff node linked to its Strength is left out" in issue.reason
 
 

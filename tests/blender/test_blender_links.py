@@ -252,19 +252,20 @@ def test_other_rays_are_named(export, world):
     _by_camera_ray(tree, _background(tree)[1], "Is Diffuse Ray")
     scene = export()
     assert scene.lights == ()
-    assert "linked to its Factor is left out" in things.reasons(scene)['World "World"'][0]
+    assert "linked to its Factor is left out" in things.reasons(scene)['World "World"'][1]
 
 
 def test_what_is_not_understood_is_named(export, world):
     tree = Tree(world.node_tree)
     node, _ = _background(tree)
-    noise = tree.node("ShaderNodeTexNoise")
-    noise.name = "Clouds"
-    tree.link(noise.outputs[0], node.inputs["Color"])
+    view = tree.node("ShaderNodeCameraData")
+    view.name = "Eye"
+    tree.link(view.outputs[0], node.inputs["Color"])
     scene = export()
     assert scene.background == pytest.approx(OWN[:3])
-    reason = things.reasons(scene)['World "World"'][0]
-    assert 'Noise Texture node "Clouds" linked to its Color is left out' in reason
+    why, reason = things.reasons(scene)['World "World"']
+    assert 'its nodes are not tabulated: the Camera Data node "Eye" depends on the ray' in why
+    assert 'Camera Data node "Eye" linked to its Color is left out' in reason
     assert "and the light that it throws" in reason and scene.lights == ()
 
 

@@ -228,3 +228,14 @@ def test_report_the_largest_differences(capsys):
         for change, (off, case) in WORST.items():
             print(f"\n{change}: relative RMSE at most {off:.1e} (scene {case})", end="")
         print()
+
+
+@pytest.mark.parametrize("light", [LAMP, BULB, DOT])
+def test_a_negative_light_takes_what_a_positive_one_gives(light):
+    name = "intensity" if light is DOT else "radiance"
+    power = tuple(-x for x in getattr(light, name))
+    pictures = [
+        render_image(Scene(CAMERA, (FLOOR, BALL), (one,)), Settings(tolerance=1e-3, threads=1))
+        for one in (light, replace(light, **{name: power}))
+    ]
+    assert np.array_equal(pictures[0].color, -pictures[1].color) and pictures[0].color.any()
