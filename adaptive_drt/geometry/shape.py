@@ -368,7 +368,7 @@ class ShapeSet(ABC):
         """
         return None
 
-    def figures(self) -> dict[str, float]:
+    def figures(self) -> dict[str, Any]:
         """Figures for the statistics, such as numbers of faces; none for most kinds."""
         return {}
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ..geometry.axial_profile import AxialProfile
 from ..geometry.camera import PinholeCamera, make_pinhole_camera
-from ..geometry.embree_spheres import native_version
+from ..geometry.embree_library import native_version
 from ..geometry.registry import SHAPES, kind_of
 from ..geometry.shape_table import ShapeTable
 from ..lights.emitter import Emitter, LightMotion

@@ -11,7 +11,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..geometry.embree_spheres import SphereScene, native_library
+from ..geometry.embree_library import native_library
+from ..geometry.embree_spheres import SphereScene
 from ..geometry.shape_table import ShapeTable
 from ..lights.emitter import Emitter
 from ..numerics.arrays import Array, Ints, Mask

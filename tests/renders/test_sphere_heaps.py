@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from adaptive_drt.geometry.embree_spheres import native_library
+from adaptive_drt.geometry.embree_library import native_library
 from adaptive_drt.render import render_image
 from adaptive_drt.scene.settings import Settings
 from sphere_heaps import moving_heap, sphere_heap

@@ -8,7 +8,7 @@ import pytest
 
 from adaptive_drt.detection.occlusion import classify_light_visibility
 from adaptive_drt.detection.shadow_discontinuities import detect_shadow_edges
-from adaptive_drt.geometry.embree_spheres import native_library
+from adaptive_drt.geometry.embree_library import native_library
 from adaptive_drt.scene.settings import Settings
 from adaptive_drt.tracing.compile import make_plan
 from adaptive_drt.tracing.few_occluders import FewOccluders

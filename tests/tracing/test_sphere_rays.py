@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from adaptive_drt.geometry.embree_spheres import native_library
+from adaptive_drt.geometry.embree_library import native_library
 from adaptive_drt.scene.description import Quad, Sphere
 from adaptive_drt.scene.settings import Settings
 from adaptive_drt.tracing.compile import make_plan

@@ -209,9 +209,12 @@ class MeshFaces:
         """Where outlines seen from points (3, n), near each other, cross lines on a light."""
         return self.outlines.crossings(point, lines)
 
-    def blocked(self, start: Array, to: Array, time: Array | float = 0.0) -> Mask:
-        """Whether a face lies between `start` (3, n) and `start + to`: (n,)."""
-        del time
+    def blocked(self, start: Array, to: Array, time: Array | float = 0.0, group: int = 1) -> Mask:
+        """Whether a face lies between `start` (3, n) and `start + to`: (n,).
+
+        `group` is that of `InstancedFaces.blocked`.
+        """
+        del time, group
         if not self.faces.size:
             return np.zeros(to.shape[1], dtype=np.bool_)
         return self.tracer.blocked(start, to)

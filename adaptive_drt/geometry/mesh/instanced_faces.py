@@ -1,10 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Many instances of one mesh, which is stored once; rays are taken into the mesh's own space.
-
-A ray goes from box to box of the instances. In each it is mapped into the own space of the mesh, at
-its own time where the instance moves, and traced there; the ray parameter stays the same. So what
-float32 rounds away is relative to the mesh, as it is for a mesh that stands alone.
-"""
+"""Many instances of one mesh, which is stored once: rays are taken to them by `instance_tracer`."""
 
 from __future__ import annotations
 
@@ -24,7 +19,7 @@ from ..line_crossings import LightLines, LineCrossings
 from ..pixel_coverage import PixelCoverage
 from ..smooth_surface import SmoothSurface
 from .faces import MeshFaces, smooth_normals
-from .instance_boxes import BoxWalk, InstanceBoxes
+from .instance_tracer import InstanceTracer
 from .instanced_picture import InstancedPicture
 from .placements import Placements, applied, stretch, transposed
 from .tracer import START_OFFSET
@@ -32,8 +27,6 @@ from .tracer import START_OFFSET
 __all__ = ["InstancedFaces"]
 
 
-RAYS_PER_CHUNK = 1 << 15
-"""Number of rays that are followed together; it bounds memory."""
 MOST_CLUSTERS = 4_096
 """Number of balls of clusters of faces of all instances up to which these bound what they hide;
 above it there is one ball for each instance."""
@@ -151,35 +144,34 @@ class InstancedFaces:
         return self.shared.tracer.size * float(stretch(self.placements.linear).max())
 
     @cached_property
-    def boxes(self) -> InstanceBoxes:
-        """Boxes around the instances."""
+    def tracer(self) -> InstanceTracer:
+        """Rays against the instances."""
         center, displacement, radius = self.swept
         reach = radius + 0.5 * np.abs(displacement)
         low, high = center - reach, center + reach
-        if not self.moves:
+        if not self.moves and not self.is_empty:
             least, most = (each(self.shared.vertices, axis=1)[:, None] for each in (np.min, np.max))
             linear, offset = self.placements.linear, self.placements.offset
             place = applied(linear, 0.5 * (least + most)) + offset
             half = applied(np.abs(linear), 0.5 * (most - least))
             low, high = np.maximum(low, place - half), np.minimum(high, place + half)
-        return InstanceBoxes(low, high)
+        return InstanceTracer(self.shared, self.placements, low, high)
 
     def intersect(self, start: Array, w: Array, time: Array | float = 0.0) -> Array:
         """Ray parameters (n,) of the first hits of rays from `start` along w (3, n), or inf."""
-        return self._nearest(start, w, time)[0]
+        return self.tracer.nearest(start, w, time).t
 
     def second_hits(self, w: Array, t: Array) -> Array:
         """See `MeshFaces.second_hits`."""
         start = t + START_OFFSET * self.size / np.sqrt(dot(w, w))
         return start + self.intersect(start * w, w)
 
-    def blocked(self, start: Array, to: Array, time: Array | float = 0.0) -> Mask:
-        """Whether a face lies between `start` (3, n) and `start + to`: (n,)."""
-        found = np.zeros(to.shape[1], dtype=np.bool_)
-        for rows in _chunks(0 if self.is_empty else to.shape[1]):
-            when = time[rows] if isinstance(time, np.ndarray) else time
-            found[rows] = self._blocked_chunk(start[:, rows], to[:, rows], when)
-        return found
+    def blocked(self, start: Array, to: Array, time: Array | float = 0.0, group: int = 1) -> Mask:
+        """Whether a face lies between `start` (3, n) and `start + to`: (n,).
+
+        group : number of consecutive rays whose starts are near each other.
+        """
+        return self.tracer.blocked(start, to, time, group)
 
     def surface(
         self, start: Array, w: Array, point: Array, time: Array | float = 0.0
@@ -187,8 +179,9 @@ class InstancedFaces:
         """Surface points of hits: see `MeshFaces.surface`."""
         # nothing is met before the points, so that rays need not come from their starts
         square = np.maximum(dot(w, w), TINY)
-        back = np.minimum(STEP_BACK * self.size / np.sqrt(square), dot(point - start, w) / square)
-        _, item, face = self._nearest(point - np.maximum(back, 0.0) * w, w, time)
+        step = STEP_BACK * self.size / np.sqrt(square)
+        back = np.maximum(np.minimum(step, dot(point - start, w) / square), 0.0)
+        item, face = self._faces_at(point - back * w, w, back + step, time)
         normal = -normalize(w)
         place = point.copy()
         smooth = None
@@ -297,54 +290,17 @@ class InstancedFaces:
         volume = dot(linear[:, 0], np.cross(linear[:, 1], linear[:, 2], axis=0))
         return lines.crossings(at, (placed[0], placed[1]), np.sign(volume) * change)
 
-    def _nearest(self, start: Array, way: Array, time: Array | float) -> tuple[Array, Ints, Ints]:
-        """First hits of rays: ray parameter (n,), instance and face; inf and -1 for none."""
-        count = way.shape[1]
-        t, item, face = np.full(count, np.inf), np.full(count, -1), np.full(count, -1)
-        for rows in _chunks(0 if self.is_empty else count):
-            when = time[rows] if isinstance(time, np.ndarray) else time
-            found = self._nearest_chunk(start[:, rows], way[:, rows], when)
-            t[rows], item[rows], face[rows] = found
-        return t, item, face
-
-    def _nearest_chunk(
-        self, start: Array, way: Array, time: Array | float
-    ) -> tuple[Array, Ints, Ints]:
-        count = way.shape[1]
-        best, item, face = np.full(count, np.inf), np.full(count, -1), np.full(count, -1)
-        walk = self.boxes.walk(start, way, best)
-        for ray, box, own_start, own_way in self._steps(walk, start, way, time):
-            met = self.shared.tracer.nearest(own_start, own_way)
-            some = (met >= 0).nonzero()[0]
-            ray, box, met = ray[some], box[some], met[some]
-            t = self.shared.depths(own_start[:, some], own_way[:, some], met)
-            nearer = (t < best[ray]) | ((t == best[ray]) & (box < item[ray]))
-            some = nearer.nonzero()[0]
-            ray = ray[some]
-            best[ray], item[ray], face[ray] = t[some], box[some], met[some]
-            walk.shorten(ray, best[ray])
-        return best, item, face
-
-    def _blocked_chunk(self, start: Array, to: Array, time: Array | float) -> Mask:
-        found = np.zeros(to.shape[1], dtype=np.bool_)
-        walk = self.boxes.walk(start, to, np.ones(to.shape[1]))
-        for ray, _, own_start, own_to in self._steps(walk, start, to, time):
-            ray = ray[self.shared.tracer.blocked(own_start, own_to)]
-            found[ray] = True
-            walk.shorten(ray, np.full(ray.size, -1.0))
-        return found
-
-    def _steps(self, walk: BoxWalk, start: Array, way: Array, time: Array | float) -> Any:
-        """Yield the steps of a walk: rays and instances (m,), and the rays in their own spaces."""
-        while (step := walk.step()) is not None:
-            ray, box = step
-            when = time[ray] if isinstance(time, np.ndarray) else time
-            own = self.placements.to_own(box, columns(start, ray), columns(way, ray), when)
-            yield ray, box, *own
-
-
-def _chunks(count: int) -> list[slice]:
-    return [slice(first, first + RAYS_PER_CHUNK) for first in range(0, count, RAYS_PER_CHUNK)]
+    def _faces_at(
+        self, start: Array, w: Array, length: Array, time: Array | float
+    ) -> tuple[Ints, Ints]:
+        """Instances and faces (n,) that rays meet first, which lie within ray parameters `length`
+        (n,) but where rounding decides; -1 for none."""
+        if self.moves:
+            return self.tracer.nearest(start, w, time)[1:]
+        hits = self.tracer.first_within(start, w, length)
+        rows = (hits.item < 0).nonzero()[0]
+        hits.enter(rows, self.tracer.nearest(columns(start, rows), columns(w, rows), 0.0))
+        return hits.item, hits.face
 
 
 def _before_light(

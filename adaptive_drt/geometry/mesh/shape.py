@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar, TypeAlias
+from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
 
@@ -139,7 +139,8 @@ class MeshSet(ShapeSet):
             own = np.broadcast_to(columns(start, rows), part.shape).reshape(3, -1)
             when = _times(time, rows, shape)
             own = own + self._starts(item, own.shape[1], when)
-            found[rows] = mesh.blocked(own, part.reshape(3, -1), when).reshape(part.shape[1:])
+            each = int(np.prod(part.shape[2:]))
+            found[rows] = mesh.blocked(own, part.reshape(3, -1), when, each).reshape(part.shape[1:])
         return found
 
     def coverage(self, index: Ints, w: Array, camera: PinholeCamera, order: int) -> PixelCoverage:
@@ -178,17 +179,22 @@ class MeshSet(ShapeSet):
         """See `ShapeSet.outline_crossings`."""
         return None if self.moves[index] else self.meshes[index].outline_crossings(point, lines)
 
-    def figures(self) -> dict[str, float]:
-        """Number of faces, seconds that embree's trees took, and bytes of the arrays of faces."""
+    def figures(self) -> dict[str, Any]:
+        """Number of faces, seconds that embree's trees took, and bytes of the arrays of faces; the
+        number of instances, and what takes rays to them."""
         if not self.meshes:
             return {}
-        found = {
+        found: dict[str, Any] = {
             "mesh_faces": sum(each.face_count for each in self.meshes),
             "mesh_build_seconds": round(sum(each.build_seconds for each in self.meshes), 6),
             "mesh_bytes": sum(each.bytes for each in self.meshes),
         }
-        counts = [each.placements.count for each in self.meshes if isinstance(each, InstancedFaces)]
-        return {**found, "mesh_instances": sum(counts)} if counts else found
+        placed = [each for each in self.meshes if isinstance(each, InstancedFaces)]
+        if placed:
+            found["mesh_instances"] = sum(each.placements.count for each in placed)
+            engines = {each.tracer.engine for each in placed if not each.moves} or {"boxes"}
+            found["instance_rays"] = ", ".join(sorted(engines))
+        return found
 
     def edges_on_lines(
         self, index: int, camera: PinholeCamera, x: Ints, y: Ints, count: int

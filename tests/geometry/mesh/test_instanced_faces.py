@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from adaptive_drt.geometry.embree import has_embree
+from adaptive_drt.geometry.embree_library import native_library
 from adaptive_drt.geometry.line_crossings import LightLines
-from adaptive_drt.geometry.mesh import instance_boxes, tracer
+from adaptive_drt.geometry.mesh import instance_boxes, instance_tracer, tracer
 from adaptive_drt.geometry.mesh.faces import MeshFaces
 from adaptive_drt.geometry.mesh.instanced_faces import InstancedFaces
 from mesh_shapes import bumpy_mesh, placed, scattered, turned_steps
@@ -40,12 +41,15 @@ def rays(count, seed=0):
     return start, np.array([[0.0], [6.0], [-1.0]]) + 2.0 * rng.normal(size=(3, count)) - start
 
 
-@pytest.mark.parametrize("embree", [False, True])
-def test_rays_find_what_they_find_on_copies(embree, monkeypatch):
-    if embree and not has_embree():
+@pytest.mark.parametrize("engine", ["numpy", "boxes", "embree"])
+def test_rays_find_what_they_find_on_copies(engine, monkeypatch):
+    embree = engine != "numpy"
+    if (embree and not has_embree()) or (engine == "embree" and native_library() is None):
         pytest.skip("needs embree")
     for module in (instance_boxes, tracer):
         monkeypatch.setattr(module, "has_embree", lambda: embree)
+    if engine != "embree":
+        monkeypatch.setattr(instance_tracer, "native_library", lambda: None)
     start, way = rays(3_000)
     own, other = instances(), copied()
     t, expected = own.intersect(start, way), other.intersect(start, way)
