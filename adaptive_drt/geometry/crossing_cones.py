@@ -21,10 +21,11 @@ import numpy as np
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.floats import TINY, UNIT_ROUNDOFF
 from ..numerics.vector import dot
+from .crossing_circles import from_minus_pi, gaps_of_rings, split_at_pi
 from .elliptic_cones import EllipticCones, map_cones
-from .spherical_curves import Intervals
+from .spherical_curves import Intervals, complement_intervals
 
-__all__ = ["cones_inside_each_other", "near_cone_pairs", "sinusoid_zeros"]
+__all__ = ["cones_inside_each_other", "near_cone_pairs", "open_cones", "sinusoid_zeros"]
 
 
 TANGENCY = 2.0**-30
@@ -44,6 +45,74 @@ CUBIC_STEPS = 2
 LARGEST_CUBIC_STEP = 0.1
 """Largest of these steps, where the largest coefficient of f is 1."""
 THIRD = 2.0 * np.pi / 3.0
+
+
+def open_cones(
+    cones: EllipticCones, light: bool, center: Array, half: Array, spans: Intervals | None
+) -> tuple[Ints, Array, Array]:
+    """Parts of the boundaries of cones (k, n) that lie in no other cone, and on a light.
+
+    Of cones that coincide, only the first has such parts.
+
+    Parameters
+    ----------
+    light : whether the last cone is that of a light: the others count inside of it only.
+    center, half : (j, k, n) rad, intervals that do not count.
+    spans : (i, k, n) further such intervals within [-pi, pi], or None.
+
+    Returns
+    -------
+    ring : (m,) indices k n + point of their cones, ascending.  low, high : (m,) radians.
+    """
+    k, n = cones.a.shape
+    rings = np.arange(k * n)
+    hidden, parts = _behind_other_cones(cones, light)
+    low, high = from_minus_pi(center.ravel(), half.ravel())
+    parts.append(split_at_pi(np.tile(rings, center.shape[0]), low, high))
+    if spans is not None:
+        parts.append((np.tile(rings, spans[0].shape[0]), spans[0].ravel(), spans[1].ravel()))
+    ring, low, high = (np.concatenate(each) for each in zip(*parts, strict=True))
+    # a boundary of no visible part needs no intervals, and empty intervals hide nothing
+    kept = ((high > low) & ~hidden.ravel()[ring]).nonzero()[0]
+    ring, low, high = gaps_of_rings(ring[kept], low[kept], high[kept], k * n)
+    live = ((high > low) & ~hidden.ravel()[ring]).nonzero()[0]
+    return ring[live], low[live], high[live]
+
+
+def _behind_other_cones(
+    cones: EllipticCones, light: bool
+) -> tuple[Mask, list[tuple[Ints, Array, Array]]]:
+    """Which boundaries (k, n) do not count, and intervals of them that do not.
+
+    Returns
+    -------
+    hidden : (k, n) bool.  Lists of rings, and of intervals' starts and ends, as `open_cones`.
+    """
+    k, n = cones.a.shape
+    first, second, point = near_cone_pairs(cones)
+    ring, other = first * n + point, second * n + point
+    behind, there = cones_inside_each_other(
+        cones.take_pairs(first, point), cones.take_pairs(second, point)
+    )
+    hidden, parts = cones.empty, [_flat_intervals(other, there)]
+    if light:
+        on_light = second == k - 1
+        lit = np.zeros(k * n, dtype=np.bool_)
+        lit[ring[on_light]] = True
+        lit[(k - 1) * n :] = True
+        hidden |= ~lit.reshape(k, n)
+        around = np.full(int(on_light.sum()), np.pi)
+        inside = behind[0][:, on_light], behind[1][:, on_light]
+        off = complement_intervals(-around, around, inside)
+        parts.append(_flat_intervals(ring[on_light], off))
+        ring, behind = ring[~on_light], (behind[0][:, ~on_light], behind[1][:, ~on_light])
+    parts.append(_flat_intervals(ring, behind))
+    return hidden, parts
+
+
+def _flat_intervals(ring: Ints, spans: Intervals) -> tuple[Ints, Array, Array]:
+    """Rings, starts and ends (j m,) of intervals (j, m) of rings (m,)."""
+    return np.tile(ring, spans[0].shape[0]), spans[0].ravel(), spans[1].ravel()
 
 
 def near_cone_pairs(cones: EllipticCones) -> tuple[Ints, Ints, Ints]:

@@ -36,6 +36,7 @@ __all__ = [
     "arcs_inside_elliptic_cones",
     "cone_antiderivative",
     "cone_boundary_values",
+    "cone_heights",
     "cones_of_circles",
     "cones_of_ellipses",
     "ellipsoid_outline",
@@ -219,6 +220,13 @@ def _perpendicular_pair(z: Array) -> tuple[Array, Array]:
     x = np.stack([1.0 + sign * z[0] * z[0] * p, sign * q, -sign * z[0]])
     y = np.stack([q, sign + z[1] * z[1] * p, -z[1]])
     return x, y
+
+
+def cone_heights(normal: Array, cones: EllipticCones) -> tuple[Array, Array]:
+    """Least and greatest n.r (...) of the boundaries r of cones, for vectors n (3, ...)."""
+    height = dot(normal, cones.z)
+    width = np.hypot(cones.a * dot(normal, cones.x), cones.b * dot(normal, cones.y))
+    return height - width, height + width
 
 
 def whole_cone_factor(normal: Array, cones: EllipticCones) -> Array:

@@ -7,7 +7,6 @@ import mpmath
 import numpy as np
 import pytest
 
-from adaptive_drt.geometry.crossing_cones import cones_inside_each_other, sinusoid_zeros
 from adaptive_drt.geometry.elliptic_cones import (
     EllipticCones,
     arcs_inside_elliptic_cones,
@@ -24,31 +23,9 @@ from adaptive_drt.geometry.spherical_curves import (
     make_circles,
     make_great_circle_arcs,
 )
+from elliptic_outlines import MARGIN, form, random_cones, unit
 
 DIGITS = 50
-MARGIN = 1e-12
-"""How near to the other boundary a point may not be to count as evidence, times 1 / b."""
-
-
-def unit(rng, *shape):
-    vectors = rng.normal(size=(3, *shape))
-    return vectors / np.linalg.norm(vectors, axis=0)
-
-
-def random_cones(rng, count, low, high, middle=None, spread=1.0):
-    """Cones of ellipses of sizes 10^low to 10^high about `middle`, both seen from the origin."""
-    center = (unit(rng, 1) if middle is None else middle) + spread * rng.normal(size=(3, count))
-    size = 10.0 ** rng.uniform(low, high, (2, count))
-    return cones_of_ellipses(
-        center, size[0] * rng.normal(size=(3, count)), size[1] * rng.normal(size=(3, count))
-    )
-
-
-def form(cones, w):
-    """Values that are negative inside, the sum of their positive terms, and heights."""
-    x, y, z = ((axis * w).sum(axis=0) for axis in (cones.x, cones.y, cones.z))
-    scale = (x / cones.a) ** 2 + (y / cones.b) ** 2
-    return scale - z * z, scale, z
 
 
 def precise_cone(center, u, v):
@@ -203,57 +180,3 @@ def test_cones_run_outside_half_spaces_where_their_points_do(seed):
         clear = np.abs(height) > 1e-11 * np.linalg.norm(w, axis=0)
         away = np.abs(np.remainder(phi - center + np.pi, 2.0 * np.pi) - np.pi)
         np.testing.assert_array_equal((away < half)[clear], (height < 0.0)[clear])
-
-
-FAMILIES = (
-    (1.0, -1.0, 0.5),
-    (0.3, -1.0, 0.0),
-    (1.0, -3.0, 2.0),
-    (1.0, -6.0, 2.0),
-    (1e-3, -3.0, -2.5),
-    (1e-6, -6.0, -5.5),
-)
-"""Spread of the ellipses' centres, and the range of their sizes as powers of ten."""
-
-
-@pytest.mark.parametrize(("spread", "low", "high"), FAMILIES)
-def test_boundaries_run_inside_other_cones_where_their_points_do(spread, low, high):
-    rng = np.random.default_rng(7)
-    count = 2_000
-    middle = unit(rng, 1)
-    one, other = (random_cones(rng, count, low, high, middle, spread) for _ in range(2))
-    for (start, end), (cones, outer) in zip(
-        cones_inside_each_other(one, other), ((one, other), (other, one)), strict=True
-    ):
-        assert (start <= end).all() and ((end - start).sum(axis=0) > 0.0).mean() > 0.1
-        for _ in range(20):
-            phi = rng.uniform(-np.pi, np.pi, count)
-            value, scale, height = form(outer, cones.directions(phi))
-            inside = (value < 0.0) & (height > 0.0)
-            clear = np.abs(value) > MARGIN * np.maximum(1.0, 1.0 / outer.b) * scale
-            got = ((start < phi) & (phi < end)).any(axis=0)
-            np.testing.assert_array_equal(got[clear], inside[clear])
-
-
-def test_of_coinciding_cones_the_second_is_inside():
-    rng = np.random.default_rng(8)
-    cones = random_cones(rng, 100, -2.0, 1.0)
-    first, second = cones_inside_each_other(cones, cones)
-    assert ((first[1] - first[0]).sum(axis=0) == 0.0).all()
-    np.testing.assert_allclose((second[1] - second[0]).sum(axis=0), 2.0 * np.pi, atol=1e-12)
-
-
-def test_zeros_of_sinusoids_are_all_found():
-    rng = np.random.default_rng(9)
-    count = 5_000
-    a0, a1, b1, a2, b2 = terms = rng.normal(size=(5, count))
-    phi, found = sinusoid_zeros(terms)
-    companion = np.zeros((count, 4, 4), dtype=complex)
-    last = np.array([a2 + 1j * b2, a1 + 1j * b1, 2.0 * a0, a1 - 1j * b1]) / (a2 - 1j * b2)
-    companion[:, [1, 2, 3], [0, 1, 2]] = 1.0
-    companion[:, :, 3] = -last.T
-    size = np.abs(np.linalg.eigvals(companion))
-    on_circle = np.abs(size - 1.0) < 1e-7
-    np.testing.assert_array_equal(found.sum(axis=0), on_circle.sum(axis=1))
-    value = a0 + a1 * np.cos(phi) + b1 * np.sin(phi) + a2 * np.cos(2 * phi) + b2 * np.sin(2 * phi)
-    assert np.abs(value[found]).max() < 1e-9
