@@ -3,11 +3,11 @@
 
 import numpy as np
 
-from adaptive_drt.scene.description import Ellipsoid, QuadLight, Sphere, Triangle
+from adaptive_drt.scene.description import QuadLight, Sphere, Triangle
 
 from .camera import project, rays
 from .lights import is_area, source
-from .trace import UNIT, dot, flat_of, moved, moves, to_unit
+from .trace import dot, flat_of, moved, moves
 
 __all__ = [
     "camera_rays",
@@ -45,7 +45,7 @@ def light_grid(light, k):
 
 def landmarks(shape):
     """Points (k, 3) of a shape at t = 0 that a grid of rays may miss when it is small or thin."""
-    if isinstance(shape, Sphere | Ellipsoid):
+    if isinstance(shape, Sphere):
         return np.array([shape.center], dtype=float)
     corner, u, v = flat_of(shape)
     a, b = INSET, 1.0 - INSET
@@ -57,11 +57,8 @@ def landmarks(shape):
 
 
 def rim(shape, p, t):
-    """Points (8, n, 3) of a sphere's outline as p (n, 3) sees it, a little outside and inside."""
+    """Points (4, n, 3) of a sphere's outline as p (n, 3) sees it, a little outside and inside."""
     center = moved(shape, shape.center, t)
-    if isinstance(shape, Ellipsoid):
-        inverse = to_unit(shape)[0]
-        return rim(UNIT, (p - center) @ inverse.T, t) @ np.linalg.inv(inverse).T + center
     axis = center - p
     axis = axis / np.maximum(np.linalg.norm(axis, axis=1, keepdims=True), 1e-30)
     side = np.cross(axis, np.eye(3)[np.abs(axis).argmin(axis=1)])
@@ -102,12 +99,6 @@ def _beyond(scene, source, q):
             along = offset @ way
             half2 = shape.radius**2 - ((offset - along * way) ** 2).sum()
             depths = [along - half2**0.5, along + half2**0.5] if half2 > 0.0 else []
-        elif isinstance(shape, Ellipsoid):
-            inverse = to_unit(shape)[0]
-            start, step = inverse @ (source - np.array(shape.center)), inverse @ way
-            a, b, c = step @ step, start @ step, start @ start - 1.0
-            half2 = b * b - a * c
-            depths = [(-b - half2**0.5) / a, (-b + half2**0.5) / a] if half2 > 0.0 else []
         else:
             corner, u, v = flat_of(shape)
             normal = np.cross(u, v)

@@ -6,12 +6,11 @@ from functools import lru_cache
 
 import numpy as np
 
-from adaptive_drt.scene.description import Ellipsoid, Sphere, Triangle
+from adaptive_drt.scene.description import Sphere, Triangle
 
 __all__ = [
     "BLOCKED",
     "OPEN",
-    "UNIT",
     "UNSURE",
     "Hits",
     "extent",
@@ -21,7 +20,6 @@ __all__ = [
     "nearest",
     "norm",
     "states",
-    "to_unit",
 ]
 
 MARGIN = 1e-8
@@ -82,7 +80,7 @@ def extent(scene):
     """Largest coordinate or radius of the scene: the length that margins are a share of."""
     sizes = [1e-300]
     for thing in (*scene.shapes, *scene.lights):
-        for name in (*FLAT, "center", "half_u", "half_v", "half_w", "radius", "vertices"):
+        for name in (*FLAT, "center", "half_u", "half_v", "radius", "vertices"):
             sizes.append(np.abs(getattr(thing, name, 0.0)).max())
     sizes.append(max(abs(row[3]) for row in scene.camera.matrix[:3]))
     return float(max(sizes))
@@ -144,44 +142,6 @@ def _ray_quad(quad, o, d, t, margin):
     return np.where(hit, depth, np.inf), clear, np.broadcast_to(normal, o.shape)
 
 
-UNIT = Sphere((0.0, 0.0, 0.0), 1.0)
-"""What an ellipsoid is in units of its half axes."""
-
-
-@lru_cache(maxsize=256)
-def to_unit(ellipsoid):
-    """Matrix that takes offsets from the centre to units of the half axes; the shortest of these."""
-    axes = np.array([ellipsoid.half_u, ellipsoid.half_v, ellipsoid.half_w], dtype=float).T
-    return np.linalg.inv(axes), np.linalg.svd(axes, compute_uv=False)[-1]
-
-
-def _ray_ellipsoid(ellipsoid, o, d, t, margin):
-    inverse, shortest = to_unit(ellipsoid)
-    start, way = (o - moved(ellipsoid, ellipsoid.center, t)) @ inverse.T, d @ inverse.T
-    length = norm(way)
-    depth, clear, place = _ray_sphere(UNIT, start, way / length[:, None], t, margin / shortest)
-    normals = place @ inverse
-    return depth / length, clear, normals / norm(normals)[:, None]
-
-
-def _segment_ellipsoid(ellipsoid, a, b, t, margin):
-    inverse, shortest = to_unit(ellipsoid)
-    center = moved(ellipsoid, ellipsoid.center, t)
-    start, end = ((x - center) @ inverse.T for x in (a, b))
-    return _segment_sphere(UNIT, start, end, t, margin / shortest)
-
-
-def _own_ellipsoid(ellipsoid, a, b, t, inside, margin):
-    """State against the ellipsoid that a lies on; see `_own_sphere`."""
-    inverse, shortest = to_unit(ellipsoid)
-    start = (a - moved(ellipsoid, ellipsoid.center, t)) @ inverse.T
-    return _own_sphere(UNIT, -start, start, start + (b - a) @ inverse.T, inside, margin / shortest)
-
-
-MEETS = {Sphere: _ray_sphere, Ellipsoid: _ray_ellipsoid}
-"""How rays meet solids; all else is a quad or a triangle."""
-
-
 def nearest(scene, o, d, t):
     """Nearest shape along unit directions d (n, 3) from o at times t (n,): `Hits`."""
     margin = MARGIN * extent(scene)
@@ -190,7 +150,7 @@ def nearest(scene, o, d, t):
     ids, clear = np.full(n, -1), np.ones(n, dtype=bool)
     normals = np.zeros((n, 3))
     for index, shape in enumerate(scene.shapes):
-        meet = MEETS.get(type(shape), _ray_quad)
+        meet = _ray_sphere if isinstance(shape, Sphere) else _ray_quad
         depth, sure, normal = meet(shape, o, d, t, margin)
         clear &= sure
         closer = depth < best
@@ -269,9 +229,6 @@ def states(scene, a, b, t, own, normals, inside, which=None, share=MARGIN):
         if isinstance(shape, Sphere):
             state = _segment_sphere(shape, a, b, t, margin)
             self_state = _own_sphere(shape, normals, a, b, inside, margin)
-        elif isinstance(shape, Ellipsoid):
-            state = _segment_ellipsoid(shape, a, b, t, margin)
-            self_state = _own_ellipsoid(shape, a, b, t, inside, margin)
         else:
             state = _segment_quad(shape, a, b, t, margin)
             self_state = np.full(len(a), OPEN)

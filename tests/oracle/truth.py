@@ -6,7 +6,7 @@ Each function takes pixels (n, 2), their lower left corners, and returns (n,) bo
 
 import numpy as np
 
-from adaptive_drt.scene.description import Ellipsoid, QuadLight, SkyLight, Sphere
+from adaptive_drt.scene.description import QuadLight, SkyLight, Sphere
 
 from .camera import project
 from .lights import aim, facing, is_area, is_dark, place
@@ -70,7 +70,7 @@ def light_samples(scene, light, p, t, k):
     for shape in scene.shapes:
         for q in landmarks(shape):
             columns.append(aim(light, p, t, np.broadcast_to(q, p.shape)))
-        if isinstance(shape, Sphere | Ellipsoid):
+        if isinstance(shape, Sphere):
             for q in rim(shape, p, t):
                 columns.append(aim(light, p, t, q))
     return columns
@@ -167,7 +167,7 @@ def _shifts(shape, camera):
     for thing, sign in ((shape, 1.0), (camera, -1.0)):
         if moves(thing):
             move = move + sign * np.array(thing.motion.displacement)
-    if isinstance(shape, Sphere | Ellipsoid):
+    if isinstance(shape, Sphere):
         return bool(move.any())
     _, u, v = flat_of(shape)
     normal = np.cross(u, v)
