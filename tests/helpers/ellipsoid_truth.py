@@ -23,7 +23,7 @@ UNIT = Sphere((0.0, 0.0, 0.0), 1.0)
 
 @lru_cache(maxsize=256)
 def _to_unit(ellipsoid):
-    """Matrix that takes offsets from the centre to units of half axes, and the shortest of these."""
+    """Matrix that takes offsets from the centre to units of half axes, and the shortest one."""
     axes = np.array([ellipsoid.half_u, ellipsoid.half_v, ellipsoid.half_w], dtype=float).T
     return np.linalg.inv(axes), np.linalg.svd(axes, compute_uv=False)[-1]
 

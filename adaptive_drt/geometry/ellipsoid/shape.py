@@ -28,6 +28,8 @@ from ..occluder_outline import CUT, ELLIPSE, NOTHING, RAYS
 from ..pixel_coverage import PixelCoverage
 from ..quadric_lines import QuadricForms
 from ..receivers import Receivers
+from ..shaded_patches import ShadedPatches
+from ..shadow_edges import ShadowEdges
 from ..shape import ShapeSet
 from ..sphere.kernels import (
     discriminant,
@@ -46,6 +48,7 @@ from .light_occlusion import (
     ellipsoid_hides_from_footprint,
     ellipsoid_occlusion,
 )
+from .shadow_edges import ellipsoid_shadow_edges
 from .unit_space import UnitSpace
 
 __all__ = ["EllipsoidSet"]
@@ -243,6 +246,13 @@ class EllipsoidSet(ShapeSet):
         """See `ShapeSet.hides_from_footprint`."""
         center = columns(self.center, index)
         return ellipsoid_hides_from_footprint(light, receivers, center, self.spaces.take(index))
+
+    def shadow_edges(self, index: Ints, receivers: ShadedPatches, light: AreaLight) -> ShadowEdges:
+        """See `ShapeSet.shadow_edges`."""
+        center = self.centers_at(index, receivers.time)
+        return ellipsoid_shadow_edges(
+            center, self.spaces.take(index), self.displacements(index), receivers, light
+        )
 
     def outline_kind(
         self, index: Ints, point: Array, own: Mask, light: AreaLight, time: Array | float

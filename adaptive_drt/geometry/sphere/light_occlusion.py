@@ -129,7 +129,10 @@ def span_occlusion(
 ) -> tuple[Mask, Mask]:
     """`ball_occlusion` for a light of a linear span, by jets of an order in its two coordinates.
 
-    span : of one light, or (3, m).  radius : metres, of the light, or (m,).  tangent : (m,) metres, of `cone_overlap`.
+    Parameters
+    ----------
+    span : of one light, or (3, m).  radius : metres, of the light, or (m,).
+    tangent : (m,) metres, of `cone_overlap`.
     """
     w = Jet.linear(to, (span.half_u, span.half_v), order)
     d, ww, side = discriminant_and_terms(w, v, r)
