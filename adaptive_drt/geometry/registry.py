@@ -3,9 +3,10 @@
 
 from __future__ import annotations
 
-from ..scene.description import Ellipse, Quad, ShapeBatch, Sphere, Triangle
+from ..scene.description import Ellipse, Ellipsoid, Quad, ShapeBatch, Sphere, Triangle
 from ..scene.triangle_mesh import TriangleMesh
 from .ellipse.shape import EllipseSet
+from .ellipsoid.shape import EllipsoidSet
 from .mesh.shape import MeshSet
 from .polygon.shape import ParallelogramSet
 from .polygon.triangle import TriangleSet
@@ -19,6 +20,7 @@ SHAPES: tuple[tuple[type, type[ShapeSet]], ...] = (
     (Quad, ParallelogramSet),
     (Triangle, TriangleSet),
     (Ellipse, EllipseSet),
+    (Ellipsoid, EllipsoidSet),
     (TriangleMesh, MeshSet),
 )
 """For each kind, the record of the scene description and the set that renders it. Kinds that fill
