@@ -8,7 +8,7 @@ are hard, the error of each of them may exceed the tolerance of the picture.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -24,6 +24,7 @@ from ..numerics.error_coefficients import (
     MOTION_ERROR_SHARE,
     STILL_ACHIEVED_ERROR,
 )
+from .heap_limits import SamplingErrors
 
 __all__ = ["GOAL_GROWTH", "GOAL_POWER", "MIN_GOAL", "Goal", "MotionErrors", "make_goal"]
 
@@ -99,6 +100,7 @@ def make_goal(
     cut: Mask,
     rest: tuple[float, int] = (0.0, 0),
     motion: MotionErrors | None = None,
+    by_rays: SamplingErrors | None = None,
 ) -> Goal:
     """Find the error goal of a picture.
 
@@ -111,6 +113,8 @@ def make_goal(
     cut : (n,) pixels cut by outlines, whose errors are unknown before refinement.
     rest : sum of the squared errors of all other pixels, and their number.
     motion : error terms due to motion, if anything moves.
+    by_rays : of pixels that rays sample in heaps of spheres, which have a law of their own; None in
+        other scenes.
     """
     # where no pixel centre is lit, the estimated errors set the scale
     mean = _mean(color) or UNLIT_MEAN_SHARE * _mean(error)
@@ -131,6 +135,8 @@ def make_goal(
     budget = target * target * (known.size + rest[1]) - rest[0]
     budget -= float((known[small] ** 2).sum())
     left = _ErrorModel.make(known, starred, cut, motion, ~small)
+    if by_rays is not None:
+        left = replace(left, by_rays=by_rays.take(~small))
     if left(scale * GOAL_RATIO ** (high - 1)) <= budget:
         low = high - 1  # nothing has to be refined, as in many still pictures
     while high - low > 1:
@@ -158,12 +164,14 @@ class _ErrorModel:
         is goal n^`GOAL_GROWTH`.
     steps : None where nothing moves; else the remaining step errors (m,), and the values that
         replace `first` where those exceed the goal.
+    by_rays : (m,) see `make_goal`.
     """
 
     error: Array
     uses_motion_law: Mask
     first: Array
     steps: tuple[Array, Array] | None
+    by_rays: SamplingErrors | None = None
 
     @classmethod
     def make(
@@ -203,4 +211,6 @@ class _ErrorModel:
             self.uses_motion_law, reached * limit, STILL_ACHIEVED_ERROR * grown
         )
         left = np.where(self.error > level, after, self.error)
+        if self.by_rays is not None:
+            left = np.where(self.by_rays.sampled, self.by_rays.budgeted(level), left)
         return float((left * left).sum())

@@ -75,11 +75,12 @@ class SamplingTask:
     index : (n,) numbers of the pixels in the whole picture, which their points depend on.
     moves : (n,) whether anything may change during the shutter.
     pairs : pairs of pixels and all objects that may be seen in them, sorted by pixel.
-    limit : (n,) error, as a radiance, at which a pixel is done.
+    limit : (n,) error, as a radiance, at which a pixel is done after its first points.
     contrast : (n,) difference of radiance across outlines in the pixel, or between it and parts of
         it that no point may have met; 0 where there are none.
     agreeing : (n,) number of pixels around and including the pixel from all of which all rays, or
         none, have reached the lights.
+    growth : power of the number of points by which the limit grows.
     """
 
     x: Array
@@ -90,6 +91,7 @@ class SamplingTask:
     limit: Array
     contrast: Array
     agreeing: Array
+    growth: float = 0.0
 
 
 def unseen_error(contrast: Array, points: int) -> Array:
@@ -175,10 +177,11 @@ def _sample_chunk(
         sums = new if sums is None else sums.joined(new)
         found = sums.estimate(points, task.contrast[rows])
         done.enter(rows, found)
+        limit = task.limit[rows] * (points / FIRST_POINTS) ** task.growth
         points *= 2
         if points > LAST_POINTS:
             return
-        more = (found.error(task.agreeing[rows]) > task.limit[rows]).nonzero()[0]
+        more = (found.error(task.agreeing[rows]) > limit).nonzero()[0]
         rows, sums = rows[more], sums.take(more)
 
 

@@ -24,6 +24,7 @@ from ..cubature.error_budget import (
     make_goal,
 )
 from ..cubature.evaluate import multi_node_error
+from ..cubature.heap_limits import LIMIT_GROWTH, SamplingErrors, first_limit
 from ..cubature.regions import Cells
 from ..cubature.sampled_centers import CenterTask
 from ..cubature.sampled_pixels import (
@@ -37,7 +38,7 @@ from ..numerics.axes import TIME
 from ..numerics.gather import columns, place
 from ..numerics.vector import rms
 from ..scene.film import FILM_BORDER, Film
-from ..shading.sample_light import LIGHT_RAYS
+from ..shading.sample_light import LIGHT_RAYS, NET_RAYS
 from ..shading.sampled_occlusion import SAMPLING_ERROR_SHARE
 from ..shading.variation import STEP_KIND, steps_after_shutter, zero_variation
 from ..tracing.compile import Plan
@@ -48,7 +49,7 @@ from .center_values import CenterValues
 from .first_pass import CENTER_RAYS, FilledPixels, FirstPassPixels
 from .midpoint_correction import PixelCenters
 from .pixel_neighbours import UNKNOWN, agreeing_neighbours, largest_around
-from .sampled_budget import raised_tolerance, sampled_limits
+from .sampled_budget import sampled_limits
 from .schedule import CenterTasks, SamplingTasks, Tasks
 from .visibility_key import NO_KEY
 
@@ -304,7 +305,8 @@ class Frame:
 
     def unsettled_sampled(self, goal: Goal) -> Ints:
         """Sampled pixels of the region itself whose error is above the goal: ascending indices."""
-        wanted = self.sampled & self.inner() & ~self.settled & (self.error > goal.error)
+        least = goal.error if self.plan.traced is None else first_limit(goal.error)
+        wanted = self.sampled & self.inner() & ~self.settled & (self.error > least)
         index: Ints = wanted.nonzero()[0]
         return index
 
@@ -345,18 +347,27 @@ class Frame:
             motion = MotionErrors(crowded, self.mask[1, index], hard, left, steps)
         rest = float((done * done).sum()), done.size
         tolerance = self.plan.settings.tolerance
-        if self.plan.traced is not None:
-            tolerance = raised_tolerance(
-                tolerance, float(self.sampled[self.region_pixels(rows)].mean())
-            )
         starred = self._multi_node_errors(index, MIN_GOAL * tolerance * float(np.abs(color).mean()))
         cut = (self._unknown & (self.visibility_key < 0))[index]
-        goal = make_goal(tolerance, color, self.error[index], starred, cut, rest, motion)
+        by_rays = None if self.plan.traced is None else self._sampling_errors(index)
+        goal = make_goal(tolerance, color, self.error[index], starred, cut, rest, motion, by_rays)
         if self.plan.transparent:
             return goal
         # outlines may show a bright background in a dark picture; the accuracy of regions follows
         # from the contrast
         return replace(goal, contrast=max(goal.contrast, float(rms(self.plan.background))))
+
+    def _sampling_errors(self, index: Ints) -> SamplingErrors:
+        """What the errors of pixels (k,) in heaps of spheres follow from: see `SamplingErrors`."""
+        few, blocks = self._usable_centers[index], np.zeros_like(self.sampled)
+        if self.centers is not None:
+            side = STORAGE_ALIGNMENT
+            items = self.centers.item.reshape(self.height // side, side, self.width // side, side)
+            low, high = items.min(axis=(1, 3)), items.max(axis=(1, 3))
+            same = np.repeat(np.repeat((low == high) & (low >= 0), side, axis=0), side, axis=1)
+            blocks = same.ravel() & self._usable_centers
+        rays = np.where(few, CENTER_RAYS, FIRST_POINTS * NET_RAYS)
+        return SamplingErrors(self.sampled[index], self.error[index], rays, blocks[index])
 
     def _multi_node_errors(self, index: Ints, least: float) -> Array:
         """Predicted errors of some pixels under the multi-node rule, where the errors exceed
@@ -545,13 +556,15 @@ class Frame:
     def _sampling_task(self, part: Ints, goal: Goal | None) -> SamplingTask:
         x, y, _ = self._pixel_centers(part)
         index = self._picture_numbers(x, y)
-        limit = np.full(part.size, np.inf)
-        if goal is not None:
+        limit, growth = np.full(part.size, np.inf), 0.0
+        if goal is not None and self.plan.traced is None:
             limit = sampled_limits(self.error[part], goal.error, self.plan.motion)
+        elif goal is not None:
+            limit[:], growth = first_limit(goal.error), LIMIT_GROWTH
         contrast = self._contrasts(part, goal.contrast if goal else 0.0)
         moves, agreeing = self.mask[1, part], self._agreeing[part]
         return SamplingTask(
-            x, y, index, moves, self._candidates_of(part), limit, contrast, agreeing
+            x, y, index, moves, self._candidates_of(part), limit, contrast, agreeing, growth
         )
 
     def center_tasks(self, rows: Ints, limit: float, size: int) -> CenterTasks:

@@ -23,7 +23,7 @@ from ..tracing.occluder_culling import Occluders, find_group_candidates
 from .direct_light import diffuse_brdf
 from .ratio_estimator import gather_light, unoccluded_factor
 
-__all__ = ["LIGHT_RAYS", "LightSampler", "SampledLight"]
+__all__ = ["LIGHT_RAYS", "NET_RAYS", "LightSampler", "SampledLight"]
 
 
 LIGHT_RAYS = LATTICE_SIZE

@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What error pixels may have that rays sample in heaps of spheres: limits, and part of the budget.
+
+There the number of points that a pixel takes is chosen such that the whole picture needs the
+fewest, and what its errors end at is foreseen by the law that they fall by.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..numerics.arrays import Array, Ints, Mask
+from ..numerics.error_coefficients import BUDGETED_SHARE
+from ..numerics.floats import TINY
+from ..shading.sample_light import NET_RAYS
+from ..shading.sampled_occlusion import BATCHES
+
+__all__ = ["LIMIT_GROWTH", "SamplingErrors", "first_limit"]
+
+
+SAMPLED_BUDGET = 0.95
+"""Part of the tolerance that the stated errors of pixels may add up to where rays sample all.
+
+These errors are measured by the spread of the rays, so that less has to be held back for what
+estimates do not see than `error_budget` holds back of the errors of other pixels."""
+ERROR_DECAY = 0.6
+"""Power of the inverse of the number of points by which the error of a pixel in a heap of spheres
+falls (1,000 packed and sparse ones, 8 to 4,096 points)."""
+LIMIT_GROWTH = 0.5
+"""Power of its number of points by which the limit of a pixel grows in heaps of spheres.
+
+Derived: a point more lowers the square of an error by a multiple of error^2 / points, and the
+picture needs the fewest points where that is the same in all pixels."""
+LEVEL_POINTS = 64
+"""Number of points of a pixel whose limit is the picture's goal. So many take about as long as a
+point in closed form."""
+HEAP_END = 0.8
+"""Error at which the sampling of a pixel in a heap ends, as a fraction of its limit at the number
+of points with which the error would fall to it exactly: root mean square."""
+
+
+BLOCK_END, FAILED_SHARE = 0.4, 0.25
+"""Error of pixels in blocks that are interpolated, as a fraction of the goal; and the share of
+blocks that one object fills and that are not interpolated."""
+FIRST_RAYS = BATCHES * NET_RAYS
+"""Number of rays to each light of the first points of a pixel."""
+
+
+def first_limit(goal: float) -> float:
+    """The limit of pixels in heaps after their first points; it grows with `LIMIT_GROWTH`."""
+    return float(goal * (BATCHES / LEVEL_POINTS) ** LIMIT_GROWTH)
+
+
+@dataclass(frozen=True)
+class SamplingErrors:
+    """What the errors of n pixels in heaps of spheres follow from, as far as rays sample them.
+
+    Attributes
+    ----------
+    sampled : (n,) whether rays sample the pixel; the rest holds for such pixels.
+    error : (n,) errors by the first rays.  rays : (n,) number of these to each light.
+    interpolated : (n,) whether the pixel lies in a block that one object fills: most of these
+        are interpolated between nodes.
+    """
+
+    sampled: Mask
+    error: Array
+    rays: Ints
+    interpolated: Mask
+
+    def take(self, rows: Mask) -> SamplingErrors:
+        """Those of some pixels."""
+        return SamplingErrors(
+            self.sampled[rows], self.error[rows], self.rays[rows], self.interpolated[rows]
+        )
+
+    def budgeted(self, goal: float) -> Array:
+        """Errors (n,) at the end of sampling to a goal, as parts of the budget of `make_goal`.
+
+        They are stated errors, times the ratio of what the errors of other pixels and of these may
+        add up to.
+        """
+        limit = first_limit(goal)
+        error = self.error * (self.rays / FIRST_RAYS) ** ERROR_DECAY
+        power = LIMIT_GROWTH / (LIMIT_GROWTH + ERROR_DECAY)
+        end = HEAP_END * limit * (np.maximum(error, limit) / max(limit, TINY)) ** power
+        left = np.where(error > limit, end, error)
+        smooth = (1.0 - FAILED_SHARE) * (BLOCK_END * goal) ** 2 + FAILED_SHARE * left**2
+        left = np.where(self.interpolated, np.minimum(np.sqrt(smooth), left), left)
+        budgeted: Array = left * (BUDGETED_SHARE / SAMPLED_BUDGET)
+        return budgeted
