@@ -266,8 +266,12 @@ class _Points:
         time = self.time[row, point]
         for number in range(len(plan.lights)):
             sampler = LightSampler(plan, occluders, number, len(self.offset))
-            numbers = self.index[row], self.first + point
-            found = sampler.sample(hits, row, time, numbers)
+            if sampler.traces_sky:
+                index = np.arange(self.first, self.first + shape[1])
+                found = sampler.sample_sky(hits, self.index, index, (row, point))
+            else:
+                numbers = self.index[row], self.first + point
+                found = sampler.sample(hits, row, time, numbers)
             for values, part in zip((closed, total, visible), found.colors, strict=True):
                 values[number][:, row, point] = part
             dusk[row[bent & ~found.colors[0].any(axis=0)]] = True

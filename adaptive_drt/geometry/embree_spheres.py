@@ -35,6 +35,8 @@ VERSION_PROPERTY = 0
 """Number of the device's property that holds its version (RTC_DEVICE_PROPERTY_VERSION)."""
 SPHERE_POINTS, VERTICES, FLOAT4, ROBUST = 50, 1, 0x9004, 4
 """Embree's numbers of the kind of shape, the buffer, its format, and the scene's flag."""
+QUADS, INDICES, FLOAT3, UINT4 = 1, 0, 0x9003, 0x5004
+"""The same of quadrilaterals, the buffer of their vertices' numbers, and the formats of both."""
 PACKET = 16
 """Number of rays in one call."""
 RAY_WORDS, HIT_WORDS, ITEM_WORD = 12, 9, 17
@@ -51,6 +53,8 @@ end from the light, as a fraction of the scene's size: more than embree's roundi
 and rays, so that no ray meets the sphere that it leaves."""
 LONGEST_RAY = 1e30
 """Length of rays from which they count as endless, in sizes of the scene; float32 ends at 3e38."""
+COPIES = 4
+"""Number of directions that `SphereScene.open_shares` traces from each point."""
 NEAR_RADII = 2.0
 """Distance from the middle of the scene, in radii of the ball around it, up to which rays begin
 where they do; others begin where they enter the ball, so that their rounding is as small."""
@@ -124,24 +128,39 @@ class SphereScene:
     sphere is decided by rounding; elsewhere the answers are those of exact arithmetic.
     """
 
-    def __init__(self, center: Array, radius: Array, displacement: Array | None = None) -> None:
+    def __init__(
+        self,
+        center: Array,
+        radius: Array,
+        displacement: Array | None = None,
+        faces: Array | None = None,
+    ) -> None:
         """Take n spheres; what embree needs is built when the first ray is traced.
 
         Parameters
         ----------
         center : (3, n) metres, at the middle of the shutter.  radius : (n,) metres.
         displacement : (3, n) metres, over the shutter; None at rest.
+        faces : (3, 4, q) metres, vertices of quadrilaterals that `open_shares` traces as well.
         """
-        path = 0.0 if displacement is None else 0.5 * np.abs(displacement)
-        low, high = (center - path - radius).min(axis=1), (center + path + radius).max(axis=1)
-        self._middle = 0.5 * (low + high)[:, None]
-        self.size = float((high - low).max())
+        self._middle, sides = self.extent(center, radius, displacement)
+        self.size = float(sides.max())
         self._center = (center - self._middle) / self.size
         self._radius = radius / self.size
         self._shift = None if displacement is None else displacement / self.size
-        self._ball = 0.5 * float(np.sqrt((((high - low) / self.size) ** 2).sum()))
+        self._ball = 0.5 * float(np.sqrt(((sides / self.size) ** 2).sum()))
+        self._faces = None
+        if faces is not None and faces.size:
+            self._faces = (faces - self._middle[:, :, None]) / self.size
         self._lock = threading.Lock()
-        self._scene: int | None = None
+        self._scenes: dict[bool, int] = {}
+
+    @staticmethod
+    def extent(center: Array, radius: Array, displacement: Array | None) -> tuple[Array, Array]:
+        """Middle (3, 1) and sides (3,) of the box around spheres over the shutter, metres."""
+        path = 0.0 if displacement is None else 0.5 * np.abs(displacement)
+        low, high = (center - path - radius).min(axis=1), (center + path + radius).max(axis=1)
+        return 0.5 * (low + high)[:, None], high - low
 
     @property
     def rounding(self) -> float:
@@ -150,9 +169,10 @@ class SphereScene:
 
     def __del__(self) -> None:
         """Release embree's scene."""
-        library, scene = native_library(), self.__dict__.get("_scene")
-        if library is not None and scene is not None:
-            library.rtcReleaseScene(scene)
+        library = native_library()
+        for scene in self.__dict__.get("_scenes", {}).values():
+            if library is not None:
+                library.rtcReleaseScene(scene)
 
     def blocked(self, start: Array, normal: Array, to: Array, time: Array | float = 0.0) -> Mask:
         """Whether spheres lie between `start` and `start + to`: (n, k).
@@ -183,6 +203,57 @@ class SphereScene:
             away.reshape(-1) > 0.0
         )
         return found.reshape(to.shape[1:])
+
+    def is_near(self, point: Array) -> Mask:
+        """Whether points (3, n) are so near that `open_shares` may begin rays there: (n,)."""
+        begin = (point - self._middle) / self.size
+        near: Mask = dot(begin, begin) <= (NEAR_RADII * self._ball) ** 2
+        return near
+
+    def open_shares(self, start: Array, normal: Array, a: Array, b: Array) -> Array:
+        """Shares (n,) of `COPIES` directions from points at rest that no sphere or face blocks.
+
+        Parameters
+        ----------
+        start, normal : (3, n) metres, points of surfaces, one at least, that are near (`is_near`),
+            and their unit normals on the rays' side.
+        a, b : (n,) coordinates in the unit square. One direction is that of each point (a, b), by
+            Malley's map: its density is the cosine over pi. The others are those of the same
+            point in the other quarters of the square (`sobol_points.stratified_copies`).
+        """
+        count = a.size
+        packets = -(-count // PACKET)
+        rays = _aligned((COPIES, packets, RAY_WORDS, PACKET))
+
+        def packed(values: Array) -> Any:
+            """Values (..., n) as float32 (p, ..., `PACKET`)."""
+            room = np.zeros((*values.shape[:-1], packets * PACKET), dtype=np.float32)
+            room[..., :count] = values
+            return np.moveaxis(room.reshape(*values.shape[:-1], packets, PACKET), -2, 0)
+
+        n = packed(normal)
+        rays[:, :, 0:3] = packed((start - self._middle) / self.size + START_OFFSET * normal)
+        turn = packed(b) * np.float32(2.0 * np.pi)
+        aside = _tangents(n, np.cos(turn), np.sin(turn))
+        first, pair = packed(a), np.empty_like(n)
+        for half in range(2):
+            part = first if not half else (first + np.float32(0.5)) % np.float32(1.0)
+            np.multiply(n, np.sqrt(1.0 - part)[:, None], out=pair)
+            across = aside * np.sqrt(part)[:, None]
+            # half a turn reverses what is aside of the normal
+            np.add(pair, across, out=rays[2 * half, :, 4:7])
+            np.subtract(pair, across, out=rays[2 * half + 1, :, 4:7])
+        rays[:, :, TIME_WORD] = 0.5
+        rays[:, :, FAR_WORD] = LONGEST_RAY
+        rays[:, :, MASK_WORD].view(np.uint32)[:] = 0xFFFFFFFF
+        count_rays("sphere shadow", COPIES * count)
+        # rays that only fill the last packet are ended
+        rays[:, -1, FAR_WORD, count - packets * PACKET + PACKET :] = -1.0
+        rows = rays.reshape(COPIES * packets, RAY_WORDS, PACKET)
+        self._run("rtcOccluded16", rows, rows.shape[0] * PACKET, True)
+        blocked = (rays[:, :, FAR_WORD] == -np.inf).sum(axis=0, dtype=np.float64)
+        share: Array = 1.0 - blocked.reshape(-1)[:count] * (1.0 / COPIES)
+        return share
 
     def nearest(self, way: Array, time: Array | float = 0.0) -> Ints:
         """The first sphere (m,) that rays from the origin along `way` (3, m) meet, or -1.
@@ -217,10 +288,7 @@ class SphereScene:
     ) -> Any:
         """Rays in packets (p, words, `PACKET`) of float32; those at the end may be unused."""
         count = away.size
-        packets = -(-count // PACKET)
-        room = np.zeros(packets * words * PACKET + ALIGNMENT // 4, dtype=np.float32)
-        skip = -room.ctypes.data % ALIGNMENT // 4
-        rays: Any = room[skip : skip + packets * words * PACKET].reshape(packets, words, PACKET)
+        rays = _aligned((-(-count // PACKET), words, PACKET))
         full, rest = divmod(count, PACKET)
         end = full * PACKET
         moment = (
@@ -237,11 +305,11 @@ class SphereScene:
         rays[:, MASK_WORD].view(np.uint32)[:] = 0xFFFFFFFF
         return rays
 
-    def _run(self, query: str, rays: Any, count: int) -> None:
-        """Trace packets of rays, in place."""
+    def _run(self, query: str, rays: Any, count: int, faces: bool = False) -> None:
+        """Trace packets of rays, in place. faces : against the faces as well."""
         if not count:
             return
-        library, scene = native_library(), self._committed()
+        library, scene = native_library(), self._committed(faces and self._faces is not None)
         call = getattr(library, query)
         used = np.zeros(2 * PACKET + ALIGNMENT // 4, dtype=np.int32)
         skip = -used.ctypes.data % ALIGNMENT // 4
@@ -256,14 +324,14 @@ class SphereScene:
         if rest:
             call(last.ctypes.data, scene, first + full * step, None)
 
-    def _committed(self) -> int:
-        """Embree's scene, built once."""
+    def _committed(self, faces: bool) -> int:
+        """Embree's scene, built once, with or without the faces."""
         with self._lock:
-            if self._scene is None:
-                self._scene = self._build()
-        return self._scene
+            if faces not in self._scenes:
+                self._scenes[faces] = self._build(faces)
+        return self._scenes[faces]
 
-    def _build(self) -> int:
+    def _build(self, faces: bool) -> int:
         library = native_library()
         assert library is not None
         scene: int = library.rtcNewScene(library.device)
@@ -273,16 +341,64 @@ class SphereScene:
         library.rtcSetGeometryTimeStepCount(geometry, len(ends))
         count = self._radius.size
         for slot, end in enumerate(ends):
-            place = library.rtcSetNewGeometryBuffer(
-                geometry, VERTICES, slot, FLOAT4, 4 * ctypes.sizeof(ctypes.c_float), count
-            )
-            floats = (ctypes.c_float * (4 * count)).from_address(place)
-            values = np.ctypeslib.as_array(floats).reshape(count, 4)
+            values = _new_buffer(geometry, (VERTICES, slot, FLOAT4), (count, 4), ctypes.c_float)
             shift = 0.0 if self._shift is None else end * self._shift
             values[:, :3] = (self._center + shift).T
             values[:, 3] = self._radius
-        library.rtcCommitGeometry(geometry)
-        library.rtcAttachGeometry(scene, geometry)
-        library.rtcReleaseGeometry(geometry)
+        _attach(scene, geometry)
+        if faces:
+            assert self._faces is not None
+            geometry = library.rtcNewGeometry(library.device, QUADS)
+            corners = self._faces.T.reshape(-1, 3)
+            _new_buffer(geometry, (VERTICES, 0, FLOAT3), corners.shape, ctypes.c_float)[:] = corners
+            shape = (len(corners) // 4, 4)
+            numbers = _new_buffer(geometry, (INDICES, 0, UINT4), shape, ctypes.c_uint)
+            numbers[:] = np.arange(len(corners)).reshape(shape)
+            _attach(scene, geometry)
         library.rtcCommitScene(scene)
         return scene
+
+
+def _new_buffer(
+    geometry: int, kind: tuple[int, int, int], shape: tuple[int, ...], number: Any
+) -> Any:
+    """A new buffer of a geometry: its kind, slot and format, and its shape, of 4-byte numbers."""
+    library = native_library()
+    assert library is not None
+    place = library.rtcSetNewGeometryBuffer(geometry, *kind, 4 * shape[1], shape[0])
+    numbers = (number * (shape[0] * shape[1])).from_address(place)
+    return np.ctypeslib.as_array(numbers).reshape(shape)
+
+
+def _attach(scene: int, geometry: int) -> None:
+    """Give a geometry to a scene."""
+    library = native_library()
+    assert library is not None
+    library.rtcCommitGeometry(geometry)
+    library.rtcAttachGeometry(scene, geometry)
+    library.rtcReleaseGeometry(geometry)
+
+
+def _aligned(shape: tuple[int, ...]) -> Any:
+    """An array of float32 zeros that is aligned as embree requires."""
+    size = int(np.prod(shape))
+    room = np.zeros(size + ALIGNMENT // 4, dtype=np.float32)
+    skip = -room.ctypes.data % ALIGNMENT // 4
+    return room[skip : skip + size].reshape(shape)
+
+
+def _tangents(n: Any, cosine: Any, sine: Any) -> Any:
+    """Unit vectors (p, 3, k) across unit vectors n (p, 3, k), at angles given by cosine and sine.
+
+    The frame is that of Duff and others 2017, "Building an orthonormal basis, revisited".
+    """
+    x, y, z = n[:, 0], n[:, 1], n[:, 2]
+    sign = np.copysign(np.float32(1.0), z)
+    a = -1.0 / (sign + z)
+    b = x * y * a
+    out = np.empty_like(n)
+    signed = sign * cosine
+    out[:, 0] = cosine + x * x * a * signed + b * sine
+    out[:, 1] = b * signed + (sign + y * y * a) * sine
+    out[:, 2] = -(x * signed + y * sine)
+    return out

@@ -103,6 +103,52 @@ class LightSampler:
         return SampledLight((weight * whole, weight * every, weight * visible), sampled)
 
     @property
+    def traces_sky(self) -> bool:
+        """Whether `sample_sky` samples the light."""
+        shape = self.plan.as_shadow_caster(self.plan.lights[self.number])
+        tracer = self.occluders.tracer
+        if tracer is None or self.axes is None or self.plan.motion:
+            return False
+        free = shape.passes is None and shape.casts_shadow
+        return free and shape.uniform_hemisphere and tracer.holds_all
+
+    def sample_sky(
+        self, hits: Surface, pixel: Ints, index: Ints, place: tuple[Ints, Ints]
+    ) -> SampledLight:
+        """Light of a uniform sky at m points of which all is at rest.
+
+        Parameters
+        ----------
+        hits : the points.  pixel : (n,) numbers of the pixels in the picture.
+        index : (k,) numbers of points in the sequences of pixels.
+        place : rows (m,) of `pixel` and of `index` that tell of each point, in order.
+        """
+        tracer, count, light = self.occluders.tracer, hits.item.size, self.plan.lights[self.number]
+        assert tracer is not None and self.axes is not None
+        weight = diffuse_brdf(self.plan, hits.item) * (light.power[:, None] * np.pi)
+        sampled = np.ones(count, dtype=np.bool_)
+        near = tracer.is_near(hits.point)
+        if not near.all():
+            colors = weight.copy(), weight.copy(), weight.copy()
+            for rows, close in ((near.nonzero()[0], True), ((~near).nonzero()[0], False)):
+                part, own = hits.take(rows), (place[0][rows], place[1][rows])
+                if close:
+                    found = self.sample_sky(part, pixel, index, own)
+                else:
+                    numbers = pixel[own[0]], index[own[1]]
+                    found = self.sample(part, own[0], np.zeros(rows.size), numbers)
+                sampled[rows] = found.sampled
+                for values, some in zip(colors, found.colors, strict=True):
+                    values[:, rows] = some
+            return SampledLight(colors, sampled)
+        axes, stream = (self.axes, self.axes + 1), LIGHT_STREAM + self.number
+        net = net_points(self.plan.settings.seed, pixel, stream, index, axes)
+        whole = count == pixel.size * index.size
+        a, b = net.reshape(2, -1) if whole else net[:, place[0], place[1]]
+        share = tracer.open_shares(hits.point, hits.normal, a, b) if count else np.zeros(0)
+        return SampledLight((weight, weight, weight * share), sampled)
+
+    @property
     def rays(self) -> int:
         """Number of rays from each point."""
         return LIGHT_RAYS if self.axes is None or self.plan.traced is None else NET_RAYS

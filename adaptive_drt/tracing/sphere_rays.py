@@ -12,6 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..geometry.embree_spheres import SphereScene, native_library
+from ..geometry.polygon.shape import PolygonSet
 from ..geometry.shape_table import ShapeTable
 from ..lights.emitter import Emitter
 from ..numerics.arrays import Array, Ints, Mask
@@ -30,6 +31,11 @@ MAX_OTHERS = 24
 LARGE = 64.0
 """Radius from which a sphere is tested as the other objects are, in median radii: it would set the
 size of the scene, and with it what float32 rounds away of the small ones."""
+QUAD_CORNERS = 4
+"""Largest number of corners of the faces that embree traces with the spheres."""
+MAX_FACE_SIZE = 16.0
+"""Largest distance of their corners from the middle of the spheres along each axis, as a multiple
+of the spheres' extent: embree rounds them by a sixteenth of what rays begin above surfaces."""
 MAX_ROUNDING = 2.0**-9
 """Largest rounding of embree's rays as a fraction of the radius of the smallest sphere. Errors of
 single rays near outlines have random signs and are this small a part of the outline's sphere."""
@@ -61,31 +67,53 @@ def find_traced_spheres(
             return None
     if not any(light.extended and light.casts_shadow for light in lights):
         return None
-    scene = _scene(table, traced.nonzero()[0])
+    scene, _ = _scene(table, traced)
     if scene.rounding > MAX_ROUNDING * float(radius[traced].min()):
         return None
     return traced
 
 
-def _scene(table: ShapeTable, item: Ints) -> SphereScene:
-    """The spheres among the objects `item`, in embree."""
+def _scene(table: ShapeTable, traced: Mask) -> tuple[SphereScene, Mask]:
+    """The traced spheres in embree with some faces, and which objects (n,) are in it."""
+    item, held = traced.nonzero()[0], traced.copy()
     (center, radius), d = table.bounding_spheres, table.displacement
     shift = None if d is None else columns(d, item)
-    return SphereScene(columns(center, item), radius[item], shift)
+    center, radius = columns(center, item), radius[item]
+    middle, sides = SphereScene.extent(center, radius, shift)
+    corners = [np.zeros((3, 4, 0))]
+    for shapes, rows, index in table.groups((~traced).nonzero()[0]):
+        if not isinstance(shapes, PolygonSet):
+            continue
+        found = shapes.polygonal_outline(index, np.zeros((3, index.size)), 0.0)
+        if len(found) > QUAD_CORNERS:
+            continue
+        # the last corner of triangles is repeated
+        each = np.stack([found[min(k, len(found) - 1)] for k in range(QUAD_CORNERS)], axis=1)
+        inside = (np.abs(each - middle[:, :, None]) <= MAX_FACE_SIZE * sides.max()).all(axis=(0, 1))
+        inside &= ~shapes.moves[index]
+        corners.append(each[:, :, inside])
+        held[(~traced).nonzero()[0][rows[inside]]] = True
+    faces = np.concatenate(corners, axis=2)
+    return SphereScene(center, radius, shift, faces), held
 
 
 class SphereTracer:
     """Traces rays against those objects that are traced as one set of spheres."""
 
     def __init__(self, table: ShapeTable, traced: Mask) -> None:
-        """Take the objects that `find_traced_spheres` has found."""
+        """Take the objects that `find_traced_spheres` has found.
+
+        `holds_all` then tells whether the few other objects are faces at rest, which `open_shares`
+        traces with them.
+        """
         self.traced = traced
         self._item = traced.nonzero()[0]
         center, radius = table.bounding_spheres
         self._center, self._radius = columns(center, self._item), radius[self._item]
         d = table.displacement
         self._shift = None if d is None else columns(d, self._item)
-        self._scene = _scene(table, self._item)
+        self._scene, held = _scene(table, traced)
+        self.holds_all = bool(held.all())
 
     @property
     def items(self) -> Ints:
@@ -95,6 +123,14 @@ class SphereTracer:
     def blocked(self, point: Array, normal: Array, to: Array, time: Array | float) -> Mask:
         """Whether spheres block segments from points of surfaces: see `SphereScene.blocked`."""
         return self._scene.blocked(point, normal, to, time)
+
+    def is_near(self, point: Array) -> Mask:
+        """Whether `open_shares` may be asked for points (3, n): (n,)."""
+        return self._scene.is_near(point)
+
+    def open_shares(self, point: Array, normal: Array, a: Array, b: Array) -> Array:
+        """Shares (n,) of few directions that are open: see `SphereScene.open_shares`."""
+        return self._scene.open_shares(point, normal, a, b)
 
     def nearest(self, w: Array, time: Array | float) -> tuple[Array, Ints]:
         """Ray parameters (...) and objects of the first hits of rays from the camera, inf and -1.
