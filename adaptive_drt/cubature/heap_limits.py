@@ -17,10 +17,11 @@ from ..numerics.floats import TINY
 from ..shading.sample_light import NET_RAYS
 from ..shading.sampled_occlusion import BATCHES
 
-__all__ = ["LIMIT_GROWTH", "SamplingErrors", "first_limit"]
+__all__ = ["ERROR_DECAY", "LIMIT_GROWTH", "PILOT_PIXELS", "PILOT_RATIO", "PILOT_ROUNDS", "Pilots"]
+__all__ += ["SamplingErrors", "SamplingLaw", "first_limit"]
 
 
-SAMPLED_BUDGET = 0.95
+SAMPLED_BUDGET = 0.9
 """Part of the tolerance that the stated errors of pixels may add up to where rays sample all.
 
 These errors are measured by the spread of the rays, so that less has to be held back for what
@@ -36,12 +37,26 @@ picture needs the fewest points where that is the same in all pixels."""
 LEVEL_POINTS = 64
 """Number of points of a pixel whose limit is the picture's goal. So many take about as long as a
 point in closed form."""
-HEAP_END = 0.8
+HEAP_END = 0.75
 """Error at which the sampling of a pixel in a heap ends, as a fraction of its limit at the number
-of points with which the error would fall to it exactly: root mean square."""
+of points with which the error would fall to it exactly: root mean square. It is corrected by
+pilot pixels."""
+NET_SPREAD = 0.85
+"""Error of the mean of all points of a net, as a fraction of what the spread of its batches gives
+as if they were independent, before pilot pixels tell it.
 
-
-BLOCK_END, FAILED_SHARE = 0.4, 0.25
+Batches of 1 / 8 of the points have errors 8^0.6 times as large (`ERROR_DECAY`), and the mean of
+eight independent ones has a part of 8^-0.5 of that, so that 0.81 is expected."""
+PILOT_PIXELS, LEAST_PILOTS = 400, 50
+"""Number of pixels that are sampled to tell how the errors of a picture end, and the least number
+of them that are believed: the errors of 400 are known to some 5 %."""
+PILOT_RATIO = 2.5
+"""Ratio of the limits of pilot pixels to those of their reference."""
+PILOT_ROUNDS = 2
+"""Number of times that the law is corrected: how errors end depends on the number of points."""
+PILOT_RANGE = 0.4, 1.3
+"""Least and greatest factors that pilot pixels may change expectations by."""
+BLOCK_END, FAILED_SHARE = 0.3, 0.1
 """Error of pixels in blocks that are interpolated, as a fraction of the goal; and the share of
 blocks that one object fills and that are not interpolated."""
 FIRST_RAYS = BATCHES * NET_RAYS
@@ -54,6 +69,51 @@ def first_limit(goal: float) -> float:
 
 
 @dataclass(frozen=True)
+class Pilots:
+    """Pixels that are sampled to learn from: `color` (3, n) and stated errors `error` (n,)."""
+
+    color: Array
+    error: Array
+
+    @property
+    def mean_square(self) -> float:
+        """Mean square of the stated errors."""
+        return float((self.error**2).mean()) if self.error.size else 0.0
+
+
+@dataclass(frozen=True)
+class SamplingLaw:
+    """What pilot pixels tell of the errors of a picture.
+
+    Attributes
+    ----------
+    end : error at which sampling ends, as a fraction of what `HEAP_END` lets expect.
+    spread : see `SamplingTask.spread`.
+    """
+
+    end: float = 1.0
+    spread: float = NET_SPREAD
+
+    def corrected(self, expected: Array, pilots: Pilots, reference: Pilots) -> SamplingLaw:
+        """The law by n pilot pixels.
+
+        Parameters
+        ----------
+        expected : (n,) errors that this law lets expect of the pilots.
+        pilots : by this law.  reference : the same pixels by other and more points.
+        """
+        stated = pilots.mean_square
+        if expected.size < LEAST_PILOTS or not expected.any() or not stated > 0.0:
+            return self
+        # the reference has an error as well
+        square = ((pilots.color - reference.color) ** 2).mean()
+        square /= 1.0 + reference.mean_square / stated
+        true = np.clip(np.sqrt(square / stated), *PILOT_RANGE)
+        end = np.clip(np.sqrt(stated / (expected**2).mean()), *PILOT_RANGE)
+        return SamplingLaw(float(end) * self.end, float(true) * self.spread)
+
+
+@dataclass(frozen=True)
 class SamplingErrors:
     """What the errors of n pixels in heaps of spheres follow from, as far as rays sample them.
 
@@ -63,18 +123,30 @@ class SamplingErrors:
     error : (n,) errors by the first rays.  rays : (n,) number of these to each light.
     interpolated : (n,) whether the pixel lies in a block that one object fills: most of these
         are interpolated between nodes.
+    law : of the picture's errors.
     """
 
     sampled: Mask
     error: Array
     rays: Ints
     interpolated: Mask
+    law: SamplingLaw
 
     def take(self, rows: Mask) -> SamplingErrors:
         """Those of some pixels."""
         return SamplingErrors(
-            self.sampled[rows], self.error[rows], self.rays[rows], self.interpolated[rows]
+            self.sampled[rows], self.error[rows], self.rays[rows], self.interpolated[rows], self.law
         )
+
+    def expected(self, goal: float) -> Array:
+        """Stated errors (n,) at the end of sampling by points to a goal."""
+        limit = first_limit(goal)
+        error = self.error * (self.rays / FIRST_RAYS) ** ERROR_DECAY
+        error *= self.law.spread / NET_SPREAD
+        power = LIMIT_GROWTH / (LIMIT_GROWTH + ERROR_DECAY)
+        end = HEAP_END * limit * (np.maximum(error, limit) / max(limit, TINY)) ** power
+        left: Array = np.where(error > limit, self.law.end * end, error)
+        return left
 
     def budgeted(self, goal: float) -> Array:
         """Errors (n,) at the end of sampling to a goal, as parts of the budget of `make_goal`.
@@ -82,11 +154,7 @@ class SamplingErrors:
         They are stated errors, times the ratio of what the errors of other pixels and of these may
         add up to.
         """
-        limit = first_limit(goal)
-        error = self.error * (self.rays / FIRST_RAYS) ** ERROR_DECAY
-        power = LIMIT_GROWTH / (LIMIT_GROWTH + ERROR_DECAY)
-        end = HEAP_END * limit * (np.maximum(error, limit) / max(limit, TINY)) ** power
-        left = np.where(error > limit, end, error)
+        left = self.expected(goal)
         smooth = (1.0 - FAILED_SHARE) * (BLOCK_END * goal) ** 2 + FAILED_SHARE * left**2
         left = np.where(self.interpolated, np.minimum(np.sqrt(smooth), left), left)
         budgeted: Array = left * (BUDGETED_SHARE / SAMPLED_BUDGET)

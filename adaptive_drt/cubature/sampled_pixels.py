@@ -21,7 +21,7 @@ by brute force).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -41,6 +41,7 @@ from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs, Surface, intersect_pairs, surface
 from ..tracing.occluder_culling import Occluders
 from ..tracing.shadow_rays import batches_by_rank
+from .heap_limits import ERROR_DECAY
 
 __all__ = [
     "FIRST_POINTS",
@@ -81,6 +82,8 @@ class SamplingTask:
     agreeing : (n,) number of pixels around and including the pixel from all of which all rays, or
         none, have reached the lights.
     growth : power of the number of points by which the limit grows.
+    spread : error of the mean of all points of a net, as a fraction of what the spread of its
+        batches gives as if they were independent.
     """
 
     x: Array
@@ -92,6 +95,7 @@ class SamplingTask:
     contrast: Array
     agreeing: Array
     growth: float = 0.0
+    spread: float = 1.0
 
 
 def unseen_error(contrast: Array, points: int) -> Array:
@@ -169,20 +173,36 @@ def _sample_chunk(
     done: SampledPixels,
 ) -> None:
     """Sample some pixels, and enter them in `done`."""
-    sums, points = None, FIRST_POINTS
+    sums, before, points = None, None, FIRST_POINTS
     while rows.size:
         plan.raise_if_cancelled()
         first = 0 if sums is None else points // 2
         new = _sums(plan, occluders, task, rows, moving, (first, points))
         sums = new if sums is None else sums.joined(new)
         found = sums.estimate(points, task.contrast[rows])
+        if plan.traced is not None:
+            found = _with_known_decay(found, task.spread, before)
         done.enter(rows, found)
         limit = task.limit[rows] * (points / FIRST_POINTS) ** task.growth
         points *= 2
         if points > LAST_POINTS:
             return
         more = (found.error(task.agreeing[rows]) > limit).nonzero()[0]
-        rows, sums = rows[more], sums.take(more)
+        rows, sums, before = rows[more], sums.take(more), found.spread[more]
+
+
+def _with_known_decay(found: SampledPixels, part: float, before: Array | None) -> SampledPixels:
+    """Pixels whose points form a net, with errors that follow from what is known of such points.
+
+    part : see `SamplingTask.spread`.
+    before : (n,) errors of half as many points; None for the first ones. The spread of eight
+        batches is known to a quarter only, and sampling ends where it is low by chance. So it is
+        pooled with those before, which are as far off, but not in the same direction.
+    """
+    spread = part * found.spread
+    if before is not None:
+        spread = np.sqrt(0.5 * (spread**2 + (2.0**-ERROR_DECAY * before) ** 2))
+    return replace(found, spread=spread)
 
 
 def _sums(

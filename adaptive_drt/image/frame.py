@@ -24,7 +24,14 @@ from ..cubature.error_budget import (
     make_goal,
 )
 from ..cubature.evaluate import multi_node_error
-from ..cubature.heap_limits import LIMIT_GROWTH, SamplingErrors, first_limit
+from ..cubature.heap_limits import (
+    LIMIT_GROWTH,
+    PILOT_PIXELS,
+    Pilots,
+    SamplingErrors,
+    SamplingLaw,
+    first_limit,
+)
 from ..cubature.regions import Cells
 from ..cubature.sampled_centers import CenterTask
 from ..cubature.sampled_pixels import (
@@ -150,6 +157,7 @@ class Frame:
         (self._spread, self._unseen), self._seen = np.zeros((2, n)), np.full((2, n), UNKNOWN)
         self._agreeing, self._edge_share = np.ones((2, n))
         self._dusk, self._bright_around = np.zeros(n, dtype=np.bool_), np.zeros(n)
+        self.law = SamplingLaw()
         # light at the centres of sampled pixels that one object fills
         sampled = plan.may_sample
         self.centers = CenterValues(self.width, n) if sampled else None
@@ -357,6 +365,26 @@ class Frame:
         # from the contrast
         return replace(goal, contrast=max(goal.contrast, float(rms(self.plan.background))))
 
+    def pilot_pixels(self, rows: Mask, goal: Goal) -> Ints:
+        """Some of the pixels, in the rows given by a mask, that rays will sample: see `SamplingLaw`.
+
+        They are the same whatever part of the picture is rendered.
+        """
+        index = self.region_pixels(rows)
+        errors = self._sampling_errors(index)
+        wanted = errors.sampled & ~errors.interpolated
+        wanted &= errors.expected(goal.error) > first_limit(goal.error)
+        found: Ints = index[wanted]
+        return found[:: -(-found.size // PILOT_PIXELS) or 1]
+
+    def correct_law(self, rows: Ints, goal: Goal, pilots: Pilots, reference: Pilots) -> None:
+        """Correct the law of the errors of sampled pixels by pilot pixels `rows` (n,).
+
+        pilots : the pixels sampled to a goal.  reference : the same by other and more points.
+        """
+        expected = self._sampling_errors(rows).expected(goal.error)
+        self.law = self.law.corrected(expected, pilots, reference)
+
     def _sampling_errors(self, index: Ints) -> SamplingErrors:
         """What the errors of pixels (k,) in heaps of spheres follow from: see `SamplingErrors`."""
         few, blocks = self._usable_centers[index], np.zeros_like(self.sampled)
@@ -367,7 +395,7 @@ class Frame:
             same = np.repeat(np.repeat((low == high) & (low >= 0), side, axis=0), side, axis=1)
             blocks = same.ravel() & self._usable_centers
         rays = np.where(few, CENTER_RAYS, FIRST_POINTS * NET_RAYS)
-        return SamplingErrors(self.sampled[index], self.error[index], rays, blocks[index])
+        return SamplingErrors(self.sampled[index], self.error[index], rays, blocks[index], self.law)
 
     def _multi_node_errors(self, index: Ints, least: float) -> Array:
         """Predicted errors of some pixels under the multi-node rule, where the errors exceed
@@ -564,8 +592,9 @@ class Frame:
         contrast = self._contrasts(part, goal.contrast if goal else 0.0)
         moves, agreeing = self.mask[1, part], self._agreeing[part]
         return SamplingTask(
-            x, y, index, moves, self._candidates_of(part), limit, contrast, agreeing, growth
-        )
+            x, y, index, moves, self._candidates_of(part), limit, contrast, agreeing, growth,
+            1.0 if self.plan.traced is None else self.law.spread,
+        )  # fmt: skip
 
     def center_tasks(self, rows: Ints, limit: float, size: int) -> CenterTasks:
         """Tasks of at most `size` pixels that sample the light at the centres of the pixels
