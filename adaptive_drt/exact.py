@@ -15,10 +15,10 @@ from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 
-from .cubature.adaptive import refine, shade_initial_cells
+from .cubature.adaptive import RefinedPixels, refine, shade_initial_cells
 from .cubature.cut_pixels import sample_cut_pixels
 from .cubature.error_budget import Goal, make_goal
-from .cubature.heap_limits import PILOT_RATIO, PILOT_ROUNDS, Pilots
+from .cubature.heap_limits import CLOSED_RATIO, PILOT_RATIO, PILOT_ROUNDS, Pilots
 from .cubature.sampled_centers import sample_centers
 from .cubature.sampled_pixels import SampledPixels, sample_pixels
 from .geometry.ray_counts import counted_rays, rays_since
@@ -248,6 +248,10 @@ class ExactRender:
                     yield 1.0
             most = MAX_GOAL_RAISE * self.goal.error
             self._take_goal(frame, inside)
+            if self.plan.traced is not None:
+                for _ in self._refine_pilots(frame, inside):
+                    yield 1.0
+                own.law = frame.law
             self.goal = replace(self.goal, error=min(self.goal.error, most))
 
     def _goal_row_step(self) -> int:
@@ -300,6 +304,25 @@ class ExactRender:
             pilots = yield from self._pilots(frame, rows, self.goal, 0)
             frame.correct_law(rows, self.goal, pilots, reference)
             self._take_goal(frame, inside)
+
+    def _refine_pilots(self, frame: Frame, inside: Mask) -> Steps:
+        """Refine a few pixels in closed form far below the goal, to learn what errors are."""
+        rows = frame.closed_pilots(inside, self.goal)
+        found = [frame.corrected_pilots(rows)]
+        for part in (1.0, CLOSED_RATIO):
+            goal = replace(self.goal, error=self.goal.error / part)
+            tasks = frame.tasks(rows, goal, self.work.pixels_per_call(rows.size)) if rows.size else []
+            color, error = np.zeros((3, rows.size)), np.zeros(rows.size)
+
+            def enter(some: Ints, done: RefinedPixels, to: tuple[Array, Array] = (color, error)) -> None:
+                at = np.searchsorted(rows, some)
+                to[0][:, at], to[1][at] = done.color, done.error
+
+            outcomes = self.work.run(refine, tasks, "pilot pixels")
+            yield from self._enter_outcomes(outcomes, enter, rows.size)
+            found.append(Pilots(color, error))
+        frame.law = frame.law.with_closed(found[:2], found[2])
+        self._take_goal(frame, inside)
 
     def _pilots(
         self, frame: Frame, rows: Ints, goal: Goal, other: int

@@ -7,7 +7,7 @@ fewest, and what its errors end at is foreseen by the law that they fall by.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from ..numerics.floats import TINY
 from ..shading.sample_light import NET_RAYS
 from ..shading.sampled_occlusion import BATCHES
 
-__all__ = ["ERROR_DECAY", "LIMIT_GROWTH", "PILOT_PIXELS", "PILOT_RATIO", "PILOT_ROUNDS", "Pilots"]
+__all__ = ["CLOSED_PILOTS", "CLOSED_RATIO", "ERROR_DECAY", "LIMIT_GROWTH", "PILOT_PIXELS", "PILOT_RATIO", "PILOT_ROUNDS", "Pilots"]
 __all__ += ["SamplingErrors", "SamplingLaw", "first_limit"]
 
 
@@ -56,6 +56,12 @@ PILOT_ROUNDS = 2
 """Number of times that the law is corrected: how errors end depends on the number of points."""
 PILOT_RANGE = 0.4, 1.3
 """Least and greatest factors that pilot pixels may change expectations by."""
+CLOSED_PILOTS, LEAST_CLOSED, CLOSED_RATIO = 64, 24, 3.0
+"""Number of pixels in closed form that are refined to tell how their errors end, the least number
+of them that is believed, and the ratio of their goals to that of their reference."""
+CLOSED_MARGIN, LEAST_FACTOR = 1.5, 0.1
+"""Margin on what these pixels tell, which are few and refined in the same way as their reference;
+and the least factor of errors that follows from them."""
 BLOCK_END, FAILED_SHARE = 0.3, 0.1
 """Error of pixels in blocks that are interpolated, as a fraction of the goal; and the share of
 blocks that one object fills and that are not interpolated."""
@@ -89,10 +95,13 @@ class SamplingLaw:
     ----------
     end : error at which sampling ends, as a fraction of what `HEAP_END` lets expect.
     spread : see `SamplingTask.spread`.
+    closed : errors of pixels in closed form, as a fraction of what is foreseen. Most of what moves
+        over a sky in a heap is hidden by other spheres, which `shading.variation` does not know.
     """
 
     end: float = 1.0
     spread: float = NET_SPREAD
+    closed: float = 1.0
 
     def corrected(self, expected: Array, pilots: Pilots, reference: Pilots) -> SamplingLaw:
         """The law by n pilot pixels.
@@ -110,7 +119,24 @@ class SamplingLaw:
         square /= 1.0 + reference.mean_square / stated
         true = np.clip(np.sqrt(square / stated), *PILOT_RANGE)
         end = np.clip(np.sqrt(stated / (expected**2).mean()), *PILOT_RANGE)
-        return SamplingLaw(float(end) * self.end, float(true) * self.spread)
+        return replace(self, end=float(end) * self.end, spread=float(true) * self.spread)
+
+    def with_closed(self, found: list[Pilots], reference: Pilots) -> SamplingLaw:
+        """The law by pilot pixels in closed form.
+
+        Parameters
+        ----------
+        found : the pixels as they are found at several stages.  reference : refined far below.
+        """
+        if reference.error.size < LEAST_CLOSED:
+            return self
+        ratios = [
+            np.sqrt(((each.color - reference.color) ** 2).mean() / each.mean_square)
+            for each in found
+            if each.mean_square > 0.0
+        ]
+        closed = np.clip(CLOSED_MARGIN * max(ratios, default=1.0), LEAST_FACTOR, 1.0)
+        return replace(self, closed=float(closed))
 
 
 @dataclass(frozen=True)

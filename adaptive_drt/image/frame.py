@@ -25,6 +25,7 @@ from ..cubature.error_budget import (
 )
 from ..cubature.evaluate import multi_node_error
 from ..cubature.heap_limits import (
+    CLOSED_PILOTS,
     LIMIT_GROWTH,
     PILOT_PIXELS,
     Pilots,
@@ -358,7 +359,10 @@ class Frame:
         starred = self._multi_node_errors(index, MIN_GOAL * tolerance * float(np.abs(color).mean()))
         cut = (self._unknown & (self.visibility_key < 0))[index]
         by_rays = None if self.plan.traced is None else self._sampling_errors(index)
-        goal = make_goal(tolerance, color, self.error[index], starred, cut, rest, motion, by_rays)
+        scale = self._error_scale[index]
+        goal = make_goal(
+            tolerance, color, self.error[index] * scale, starred * scale, cut, rest, motion, by_rays
+        )
         if self.plan.transparent:
             return goal
         # outlines may show a bright background in a dark picture; the accuracy of regions follows
@@ -384,6 +388,29 @@ class Frame:
         """
         expected = self._sampling_errors(rows).expected(goal.error)
         self.law = self.law.corrected(expected, pilots, reference)
+
+    @property
+    def _error_scale(self) -> Array:
+        """Factors (n,) of the errors that are foreseen of pixels in closed form: see `law`."""
+        if self.law.closed == 1.0:
+            return np.ones(self.error.size)
+        return np.where(self.traced & ~self.sampled, self.law.closed, 1.0)
+
+    def closed_pilots(self, rows: Mask, goal: Goal) -> Ints:
+        """Some of the pixels in closed form, in the rows given by a mask, above the goal."""
+        index = self.region_pixels(rows)
+        wanted = self.traced & ~self.sampled & ~self.settled & (self.error > goal.error)
+        wanted &= ~self._unknown
+        found: Ints = index[wanted[index]]
+        return found[:: -(-found.size // CLOSED_PILOTS) or 1]
+
+    def corrected_pilots(self, rows: Ints) -> Pilots:
+        """Pixels (n,) as they are, with their means by second differences."""
+        color, place_of = columns(self.color, rows), np.full(self.item.size, -1)
+        place_of[self._corrected] = np.arange(self._corrected.size)
+        at = place_of[rows]
+        change = np.where(at >= 0, columns(self._change, at), 0.0) if self._corrected.size else 0.0
+        return Pilots(np.maximum(color + change, 0.0), self.error[rows])
 
     def _sampling_errors(self, index: Ints) -> SamplingErrors:
         """What the errors of pixels (k,) in heaps of spheres follow from: see `SamplingErrors`."""
@@ -436,7 +463,7 @@ class Frame:
 
     def estimate_error(self) -> float:
         """Estimated RMS error of the region, relative to its mean."""
-        return self._relative(self.error)
+        return self._relative(self.error * self._error_scale)
 
     def sampling_error(self) -> tuple[int, float]:
         """Number of pixels of the region whose light is not exact, and the RMS error due to that.
@@ -461,7 +488,8 @@ class Frame:
 
     def chosen(self, goal: Goal) -> Mask:
         """Mask (n,) of pixels to be refined, without those settled or being refined already."""
-        chosen: Mask = (self._unknown | (self.error > goal.error)) & self.inner()
+        above = self.error * self._error_scale > goal.error
+        chosen: Mask = (self._unknown | above) & self.inner()
         chosen &= ~(self.settled | self._in_progress | self.sampled)
         return chosen
 
@@ -517,6 +545,8 @@ class Frame:
 
     def _tasks(self, rows: Ints, goal: Goal, size: int, whole: bool) -> Tasks:
         parts = interleaved_parts(rows, size)
+        if self.law.closed != 1.0:
+            goal = replace(goal, error=goal.error / self.law.closed)
         return [(part, self._task(part, goal, whole)) for part in parts]
 
     def mark_in_progress(self, rows: Ints) -> None:
