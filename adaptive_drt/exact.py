@@ -311,10 +311,14 @@ class ExactRender:
         found = [frame.corrected_pilots(rows)]
         for part in (1.0, CLOSED_RATIO):
             goal = replace(self.goal, error=self.goal.error / part)
-            tasks = frame.tasks(rows, goal, self.work.pixels_per_call(rows.size)) if rows.size else []
+            tasks = (
+                frame.tasks(rows, goal, self.work.pixels_per_call(rows.size)) if rows.size else []
+            )
             color, error = np.zeros((3, rows.size)), np.zeros(rows.size)
 
-            def enter(some: Ints, done: RefinedPixels, to: tuple[Array, Array] = (color, error)) -> None:
+            def enter(
+                some: Ints, done: RefinedPixels, to: tuple[Array, Array] = (color, error)
+            ) -> None:
                 at = np.searchsorted(rows, some)
                 to[0][:, at], to[1][at] = done.color, done.error
 

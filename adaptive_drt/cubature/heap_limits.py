@@ -17,7 +17,17 @@ from ..numerics.floats import TINY
 from ..shading.sample_light import NET_RAYS
 from ..shading.sampled_occlusion import BATCHES
 
-__all__ = ["CLOSED_PILOTS", "CLOSED_RATIO", "ERROR_DECAY", "LIMIT_GROWTH", "PILOT_PIXELS", "PILOT_RATIO", "PILOT_ROUNDS", "Pilots"]
+__all__ = [
+    "CLOSED_PILOTS",
+    "CLOSED_RATIO",
+    "ERROR_DECAY",
+    "LEAST_PILOT_STEP",
+    "LIMIT_GROWTH",
+    "PILOT_PIXELS",
+    "PILOT_RATIO",
+    "PILOT_ROUNDS",
+    "Pilots",
+]
 __all__ += ["SamplingErrors", "SamplingLaw", "first_limit"]
 
 
@@ -50,6 +60,8 @@ eight independent ones has a part of 8^-0.5 of that, so that 0.81 is expected.""
 PILOT_PIXELS, LEAST_PILOTS = 400, 50
 """Number of pixels that are sampled to tell how the errors of a picture end, and the least number
 of them that are believed: the errors of 400 are known to some 5 %."""
+LEAST_PILOT_STEP = 12
+"""Least number of pixels to each pilot: with their reference they take six times the points."""
 PILOT_RATIO = 2.5
 """Ratio of the limits of pilot pixels to those of their reference."""
 PILOT_ROUNDS = 2

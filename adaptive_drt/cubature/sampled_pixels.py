@@ -29,13 +29,13 @@ from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.floats import TINY
 from ..numerics.gather import columns
 from ..numerics.low_discrepancy import hashed_sequence_points
-from ..numerics.sobol_points import net_points
+from ..numerics.sobol_points import MOST_POINTS, net_points
 from ..numerics.vector import cross, dot, rms
 from ..numerics.vector import total as sum_rows
 from ..parallel.call_progress import progress_range, report_progress
 from ..shading.center_light import MIXED, visibility_numbers
 from ..shading.direct_light import emission
-from ..shading.sample_light import LightSampler
+from ..shading.sample_light import LightSampler, SkyRays
 from ..shading.sampled_occlusion import BATCHES, UNSEEN_SHARE
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs, Surface, intersect_pairs, surface
@@ -54,7 +54,8 @@ __all__ = [
 
 
 FIRST_POINTS, LAST_POINTS = BATCHES, 16_384
-"""Number of points that every pixel takes, and the number up to which it is doubled."""
+"""Number of points that every pixel takes, and the number up to which it is doubled; in heaps of
+spheres up to the last point of the net."""
 POINTS_PER_CHUNK = 1 << 14
 """Number of points in one batch of work; it bounds memory."""
 UNSEEN_AREA = 0.3
@@ -185,7 +186,7 @@ def _sample_chunk(
         done.enter(rows, found)
         limit = task.limit[rows] * (points / FIRST_POINTS) ** task.growth
         points *= 2
-        if points > LAST_POINTS:
+        if points > (LAST_POINTS if plan.traced is None else MOST_POINTS):
             return
         more = (found.error(task.agreeing[rows]) > limit).nonzero()[0]
         rows, sums, before = rows[more], sums.take(more), found.spread[more]
@@ -283,12 +284,12 @@ class _Points:
         if hits.smooth is not None:
             bent = hits.smooth.rise.any(axis=0)
         dusk = np.zeros(shape[0], dtype=np.bool_)
-        time = self.time[row, point]
+        time, known = self.time[row, point], SkyRays()
         for number in range(len(plan.lights)):
             sampler = LightSampler(plan, occluders, number, len(self.offset))
             if sampler.traces_sky:
                 index = np.arange(self.first, self.first + shape[1])
-                found = sampler.sample_sky(hits, self.index, index, (row, point))
+                found = sampler.sample_sky(hits, self.index, index, (row, point), known)
             else:
                 numbers = self.index[row], self.first + point
                 found = sampler.sample(hits, row, time, numbers)

@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.vector import dot
@@ -54,7 +55,7 @@ and rays, so that no ray meets the sphere that it leaves."""
 LONGEST_RAY = 1e30
 """Length of rays from which they count as endless, in sizes of the scene; float32 ends at 3e38."""
 COPIES = 4
-"""Number of directions that `SphereScene.open_shares` traces from each point."""
+"""Number of directions that `SphereScene.open_rays` traces from each point."""
 NEAR_RADII = 2.0
 """Distance from the middle of the scene, in radii of the ball around it, up to which rays begin
 where they do; others begin where they enter the ball, so that their rounding is as small."""
@@ -141,7 +142,7 @@ class SphereScene:
         ----------
         center : (3, n) metres, at the middle of the shutter.  radius : (n,) metres.
         displacement : (3, n) metres, over the shutter; None at rest.
-        faces : (3, 4, q) metres, vertices of quadrilaterals that `open_shares` traces as well.
+        faces : (3, 4, q) metres, vertices of quadrilaterals that `open_rays` traces as well.
         """
         self._middle, sides = self.extent(center, radius, displacement)
         self.size = float(sides.max())
@@ -205,13 +206,17 @@ class SphereScene:
         return found.reshape(to.shape[1:])
 
     def is_near(self, point: Array) -> Mask:
-        """Whether points (3, n) are so near that `open_shares` may begin rays there: (n,)."""
+        """Whether points (3, n) are so near that `open_rays` may begin rays there: (n,)."""
         begin = (point - self._middle) / self.size
         near: Mask = dot(begin, begin) <= (NEAR_RADII * self._ball) ** 2
         return near
 
-    def open_shares(self, start: Array, normal: Array, a: Array, b: Array) -> Array:
-        """Shares (n,) of `COPIES` directions from points at rest that no sphere or face blocks.
+    def open_rays(
+        self, start: Array, normal: Array, a: Array, b: Array, ways: bool
+    ) -> tuple[Mask, NDArray[np.float32] | None]:
+        """Which of `COPIES` directions from n points at rest no sphere or face blocks: (k, n).
+
+        With `ways`, the directions (3, k, n) come with it.
 
         Parameters
         ----------
@@ -220,6 +225,7 @@ class SphereScene:
         a, b : (n,) coordinates in the unit square. One direction is that of each point (a, b), by
             Malley's map: its density is the cosine over pi. The others are those of the same
             point in the other quarters of the square (`sobol_points.stratified_copies`).
+        ways : whether the directions are asked for.
         """
         count = a.size
         packets = -(-count // PACKET)
@@ -251,9 +257,11 @@ class SphereScene:
         rays[:, -1, FAR_WORD, count - packets * PACKET + PACKET :] = -1.0
         rows = rays.reshape(COPIES * packets, RAY_WORDS, PACKET)
         self._run("rtcOccluded16", rows, rows.shape[0] * PACKET, True)
-        blocked = (rays[:, :, FAR_WORD] == -np.inf).sum(axis=0, dtype=np.float64)
-        share: Array = 1.0 - blocked.reshape(-1)[:count] * (1.0 / COPIES)
-        return share
+        free: Mask = (rays[:, :, FAR_WORD] != -np.inf).reshape(COPIES, -1)[:, :count]
+        if not ways:
+            return free, None
+        way = np.moveaxis(rays[:, :, 4:7], 2, 0).reshape(3, COPIES, -1)[:, :, :count]
+        return free, way
 
     def nearest(self, way: Array, time: Array | float = 0.0) -> Ints:
         """The first sphere (m,) that rays from the origin along `way` (3, m) meet, or -1.

@@ -26,6 +26,7 @@ from ..cubature.error_budget import (
 from ..cubature.evaluate import multi_node_error
 from ..cubature.heap_limits import (
     CLOSED_PILOTS,
+    LEAST_PILOT_STEP,
     LIMIT_GROWTH,
     PILOT_PIXELS,
     Pilots,
@@ -379,7 +380,7 @@ class Frame:
         wanted = errors.sampled & ~errors.interpolated
         wanted &= errors.expected(goal.error) > first_limit(goal.error)
         found: Ints = index[wanted]
-        return found[:: -(-found.size // PILOT_PIXELS) or 1]
+        return found[:: max(LEAST_PILOT_STEP, -(-found.size // PILOT_PIXELS))]
 
     def correct_law(self, rows: Ints, goal: Goal, pilots: Pilots, reference: Pilots) -> None:
         """Correct the law of the errors of sampled pixels by pilot pixels `rows` (n,).
@@ -402,7 +403,7 @@ class Frame:
         wanted = self.traced & ~self.sampled & ~self.settled & (self.error > goal.error)
         wanted &= ~self._unknown
         found: Ints = index[wanted[index]]
-        return found[:: -(-found.size // CLOSED_PILOTS) or 1]
+        return found[:: max(LEAST_PILOT_STEP, -(-found.size // CLOSED_PILOTS))]
 
     def corrected_pilots(self, rows: Ints) -> Pilots:
         """Pixels (n,) as they are, with their means by second differences."""

@@ -10,6 +10,7 @@ are tested one by one as everywhere else.
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..geometry.embree_spheres import SphereScene, native_library
 from ..geometry.polygon.shape import PolygonSet
@@ -31,6 +32,9 @@ MAX_OTHERS = 24
 LARGE = 64.0
 """Radius from which a sphere is tested as the other objects are, in median radii: it would set the
 size of the scene, and with it what float32 rounds away of the small ones."""
+MIN_COLORED_TOLERANCE = 2e-3
+"""Tolerance down to which spheres are traced as one set under coloured environments: their closed
+form then takes each channel by itself, which is up to three times as long."""
 QUAD_CORNERS = 4
 """Largest number of corners of the faces that embree traces with the spheres."""
 MAX_FACE_SIZE = 16.0
@@ -63,7 +67,8 @@ def find_traced_spheres(
         return None
     for light in lights:
         passes = light.passes is not None and bool(light.passes[traced].any())
-        if light.channel_count > 1 or passes:
+        colored = light.channel_count > 1
+        if passes or (colored and settings.tolerance < MIN_COLORED_TOLERANCE):
             return None
     if not any(light.extended and light.casts_shadow for light in lights):
         return None
@@ -103,7 +108,7 @@ class SphereTracer:
     def __init__(self, table: ShapeTable, traced: Mask) -> None:
         """Take the objects that `find_traced_spheres` has found.
 
-        `holds_all` then tells whether the few other objects are faces at rest, which `open_shares`
+        `holds_all` then tells whether the few other objects are faces at rest, which `open_rays`
         traces with them.
         """
         self.traced = traced
@@ -125,12 +130,14 @@ class SphereTracer:
         return self._scene.blocked(point, normal, to, time)
 
     def is_near(self, point: Array) -> Mask:
-        """Whether `open_shares` may be asked for points (3, n): (n,)."""
+        """Whether `open_rays` may be asked for points (3, n): (n,)."""
         return self._scene.is_near(point)
 
-    def open_shares(self, point: Array, normal: Array, a: Array, b: Array) -> Array:
-        """Shares (n,) of few directions that are open: see `SphereScene.open_shares`."""
-        return self._scene.open_shares(point, normal, a, b)
+    def open_rays(
+        self, point: Array, normal: Array, a: Array, b: Array, ways: bool
+    ) -> tuple[Mask, NDArray[np.float32] | None]:
+        """Which of few directions from points are open: see `SphereScene.open_rays`."""
+        return self._scene.open_rays(point, normal, a, b, ways)
 
     def nearest(self, w: Array, time: Array | float) -> tuple[Array, Ints]:
         """Ray parameters (...) and objects of the first hits of rays from the camera, inf and -1.
