@@ -27,6 +27,12 @@ from .image.chebyshev_blocks import SIDES as SMOOTH_SIDES
 from .image.chebyshev_blocks import PixelBlocks, coarse_bounds, coarse_plan
 from .image.first_pass import FirstPass, trace_first_pass
 from .image.frame import Frame, widened_plan
+from .image.heap_pilots import (
+    closed_pilots,
+    corrected_pilots,
+    sampled_pilots,
+    sampling_errors,
+)
 from .image.node_values import NodeValues
 from .image.progress_model import LEVEL_SHARES, progress_shares
 from .image.schedule import Scheduler, StageTimer
@@ -297,18 +303,19 @@ class ExactRender:
 
     def _sample_pilots(self, frame: Frame, inside: Mask) -> Steps:
         """Sample a few pixels by many points, to learn how the errors of all others will end."""
-        rows = frame.pilot_pixels(inside, self.goal)
+        rows = sampled_pilots(frame, inside, self.goal)
         fine = replace(self.goal, error=self.goal.error / PILOT_RATIO)
         reference = yield from self._pilots(frame, rows, fine, 1)
         for _ in range(PILOT_ROUNDS):
             pilots = yield from self._pilots(frame, rows, self.goal, 0)
-            frame.correct_law(rows, self.goal, pilots, reference)
+            expected = sampling_errors(frame, rows).expected(self.goal.error)
+            frame.law = frame.law.corrected(expected, pilots, reference)
             self._take_goal(frame, inside)
 
     def _refine_pilots(self, frame: Frame, inside: Mask) -> Steps:
         """Refine a few pixels in closed form far below the goal, to learn what errors are."""
-        rows = frame.closed_pilots(inside, self.goal)
-        found = [frame.corrected_pilots(rows)]
+        rows = closed_pilots(frame, inside, self.goal)
+        found = [corrected_pilots(frame, rows)]
         for part in (1.0, CLOSED_RATIO):
             goal = replace(self.goal, error=self.goal.error / part)
             tasks = (

@@ -24,16 +24,7 @@ from ..cubature.error_budget import (
     make_goal,
 )
 from ..cubature.evaluate import multi_node_error
-from ..cubature.heap_limits import (
-    CLOSED_PILOTS,
-    LEAST_PILOT_STEP,
-    LIMIT_GROWTH,
-    PILOT_PIXELS,
-    Pilots,
-    SamplingErrors,
-    SamplingLaw,
-    first_limit,
-)
+from ..cubature.heap_limits import LIMIT_GROWTH, SamplingLaw, first_limit
 from ..cubature.regions import Cells
 from ..cubature.sampled_centers import CenterTask
 from ..cubature.sampled_pixels import (
@@ -47,7 +38,7 @@ from ..numerics.axes import TIME
 from ..numerics.gather import columns, place
 from ..numerics.vector import rms
 from ..scene.film import FILM_BORDER, Film
-from ..shading.sample_light import LIGHT_RAYS, NET_RAYS
+from ..shading.sample_light import LIGHT_RAYS
 from ..shading.sampled_occlusion import SAMPLING_ERROR_SHARE
 from ..shading.variation import STEP_KIND, steps_after_shutter, zero_variation
 from ..tracing.compile import Plan
@@ -56,6 +47,7 @@ from ..visibility.fragments import MAX_REFINED_CANDIDATES
 from .block_interpolation import SmoothBlocks
 from .center_values import CenterValues
 from .first_pass import CENTER_RAYS, FilledPixels, FirstPassPixels
+from .heap_pilots import sampling_errors
 from .midpoint_correction import PixelCenters
 from .pixel_neighbours import UNKNOWN, agreeing_neighbours, largest_around
 from .sampled_budget import sampled_limits
@@ -165,7 +157,7 @@ class Frame:
         self.centers = CenterValues(self.width, n) if sampled else None
         # pixels traced by a ray of their own; predicted errors of the first pass are 0 elsewhere
         self.traced = np.zeros(n, dtype=np.bool_)
-        self._corrected, self._change = np.zeros(0, dtype=np.int64), np.zeros((3, 0))
+        self.corrected, self.change = np.zeros(0, dtype=np.int64), np.zeros((3, 0))
         # a picture made of smooth blocks only has no pixel with candidate objects
         nothing = np.zeros(0, dtype=np.int64)
         self._candidates: list[Pairs] = [Pairs(nothing, nothing)]
@@ -285,8 +277,8 @@ class Frame:
             index = traced[some]
             sharp = self.mask[0] | self.mask[2]
             middles = PixelCenters(self.width, self.color, self.item, sharp, self.deviation)
-            self._corrected = index
-            self._change = middles.correct(index, self.plan.threads)
+            self.corrected = index
+            self.change = middles.correct(index, self.plan.threads)
             self.error[index] = columns(self.deviation, index, -1).sum(axis=(0, 1))
             self.error[index] += self.sampling[index]
 
@@ -301,7 +293,7 @@ class Frame:
         self._write_pixels(rows[self.inner()[rows]])
 
     @property
-    def _usable_centers(self) -> Mask:
+    def usable_centers(self) -> Mask:
         """Mask (n,) of the sampled pixels whose mean follows from centres."""
         if self.centers is None:
             return np.zeros_like(self.sampled)
@@ -322,7 +314,7 @@ class Frame:
 
     def unsettled_centers(self, goal: Goal) -> Mask:
         """Mask (n,) of the pixels whose light is to be interpolated between centres."""
-        wanted: Mask = self._usable_centers & self.inner() & ~self.settled
+        wanted: Mask = self.usable_centers & self.inner() & ~self.settled
         wanted &= self.error > goal.error
         if self.centers is not None:
             wanted &= self.centers.variation <= CENTER_ERROR_SHARE * goal.error
@@ -358,8 +350,8 @@ class Frame:
         rest = float((done * done).sum()), done.size
         tolerance = self.plan.settings.tolerance
         starred = self._multi_node_errors(index, MIN_GOAL * tolerance * float(np.abs(color).mean()))
-        cut = (self._unknown & (self.visibility_key < 0))[index]
-        by_rays = None if self.plan.traced is None else self._sampling_errors(index)
+        cut = (self.unknown & (self.visibility_key < 0))[index]
+        by_rays = None if self.plan.traced is None else sampling_errors(self, index)
         scale = self._error_scale[index]
         goal = make_goal(
             tolerance, color, self.error[index] * scale, starred * scale, cut, rest, motion, by_rays
@@ -370,60 +362,12 @@ class Frame:
         # from the contrast
         return replace(goal, contrast=max(goal.contrast, float(rms(self.plan.background))))
 
-    def pilot_pixels(self, rows: Mask, goal: Goal) -> Ints:
-        """Some of the pixels, in the rows given by a mask, that rays will sample: see `SamplingLaw`.
-
-        They are the same whatever part of the picture is rendered.
-        """
-        index = self.region_pixels(rows)
-        errors = self._sampling_errors(index)
-        wanted = errors.sampled & ~errors.interpolated
-        wanted &= errors.expected(goal.error) > first_limit(goal.error)
-        found: Ints = index[wanted]
-        return found[:: max(LEAST_PILOT_STEP, -(-found.size // PILOT_PIXELS))]
-
-    def correct_law(self, rows: Ints, goal: Goal, pilots: Pilots, reference: Pilots) -> None:
-        """Correct the law of the errors of sampled pixels by pilot pixels `rows` (n,).
-
-        pilots : the pixels sampled to a goal.  reference : the same by other and more points.
-        """
-        expected = self._sampling_errors(rows).expected(goal.error)
-        self.law = self.law.corrected(expected, pilots, reference)
-
     @property
     def _error_scale(self) -> Array:
         """Factors (n,) of the errors that are foreseen of pixels in closed form: see `law`."""
         if self.law.closed == 1.0:
             return np.ones(self.error.size)
         return np.where(self.traced & ~self.sampled, self.law.closed, 1.0)
-
-    def closed_pilots(self, rows: Mask, goal: Goal) -> Ints:
-        """Some of the pixels in closed form, in the rows given by a mask, above the goal."""
-        index = self.region_pixels(rows)
-        wanted = self.traced & ~self.sampled & ~self.settled & (self.error > goal.error)
-        wanted &= ~self._unknown
-        found: Ints = index[wanted[index]]
-        return found[:: max(LEAST_PILOT_STEP, -(-found.size // CLOSED_PILOTS))]
-
-    def corrected_pilots(self, rows: Ints) -> Pilots:
-        """Pixels (n,) as they are, with their means by second differences."""
-        color, place_of = columns(self.color, rows), np.full(self.item.size, -1)
-        place_of[self._corrected] = np.arange(self._corrected.size)
-        at = place_of[rows]
-        change = np.where(at >= 0, columns(self._change, at), 0.0) if self._corrected.size else 0.0
-        return Pilots(np.maximum(color + change, 0.0), self.error[rows])
-
-    def _sampling_errors(self, index: Ints) -> SamplingErrors:
-        """What the errors of pixels (k,) in heaps of spheres follow from: see `SamplingErrors`."""
-        few, blocks = self._usable_centers[index], np.zeros_like(self.sampled)
-        if self.centers is not None:
-            side = STORAGE_ALIGNMENT
-            items = self.centers.item.reshape(self.height // side, side, self.width // side, side)
-            low, high = items.min(axis=(1, 3)), items.max(axis=(1, 3))
-            same = np.repeat(np.repeat((low == high) & (low >= 0), side, axis=0), side, axis=1)
-            blocks = same.ravel() & self._usable_centers
-        rays = np.where(few, CENTER_RAYS, FIRST_POINTS * NET_RAYS)
-        return SamplingErrors(self.sampled[index], self.error[index], rays, blocks[index], self.law)
 
     def _multi_node_errors(self, index: Ints, least: float) -> Array:
         """Predicted errors of some pixels under the multi-node rule, where the errors exceed
@@ -441,7 +385,7 @@ class Frame:
         """Pixels of the region, in the rows given by a mask, of which nothing is known but
         outlines.
         """
-        unknown = self._unknown & ~self.settled & self.inner()
+        unknown = self.unknown & ~self.settled & self.inner()
         if rows is not None:
             unknown &= np.repeat(rows, self.width)
         index: Ints = unknown.nonzero()[0]
@@ -449,7 +393,7 @@ class Frame:
 
     def sampled_pixels(self) -> Ints:
         """Pixels of the region and its border that are to be sampled by several points."""
-        index: Ints = (self.sampled & ~self._usable_centers).nonzero()[0]
+        index: Ints = (self.sampled & ~self.usable_centers).nonzero()[0]
         return index
 
     def any_lit(self, rows: Mask) -> bool:
@@ -490,12 +434,12 @@ class Frame:
     def chosen(self, goal: Goal) -> Mask:
         """Mask (n,) of pixels to be refined, without those settled or being refined already."""
         above = self.error * self._error_scale > goal.error
-        chosen: Mask = (self._unknown | above) & self.inner()
+        chosen: Mask = (self.unknown | above) & self.inner()
         chosen &= ~(self.settled | self._in_progress | self.sampled)
         return chosen
 
     @property
-    def _unknown(self) -> Mask:
+    def unknown(self) -> Mask:
         """Mask (n,) of the pixels of which nothing is known except that outlines cut them."""
         unknown: Mask = self.outline & ~self.regions_shaded
         return unknown
@@ -525,12 +469,12 @@ class Frame:
 
     def apply_corrections(self, chosen: Mask) -> None:
         """Correct the smooth pixels that are not refined; chosen (n,) are those that will be."""
-        rest = self._corrected
+        rest = self.corrected
         kept = (~(chosen[rest] | self.settled[rest] | self._in_progress[rest])).nonzero()[0]
         rows = rest[kept]
         # mean radiance is never below 0, whatever the differences give
         self.color[:, rows] = np.maximum(
-            columns(self.color, rows) + columns(self._change, kept), 0.0
+            columns(self.color, rows) + columns(self.change, kept), 0.0
         )
         self._write_pixels(rows)
 
@@ -591,7 +535,7 @@ class Frame:
             deviation[:, :2] = 0.0
         half[2] = np.where(self.mask[1, part], 0.5, 0.0)
         # what distributed rays leave is reduced by more of them
-        blank = self._unknown[part] | (self.sampling[part] > SAMPLING_ERROR_SHARE * goal.error)
+        blank = self.unknown[part] | (self.sampling[part] > SAMPLING_ERROR_SHARE * goal.error)
         star = self._multi_node[part] | (blank & (goal.error < MULTI_NODE_GOAL * goal.contrast))
         cells = Cells(
             np.arange(part.size), middle - half, middle + half, np.ones(part.size),
@@ -673,7 +617,7 @@ class Frame:
         if not rows.size:
             return
         visibility, items = self._seen
-        weight = np.where(self._usable_centers, 1.0, FIRST_RAYS_RATIO)
+        weight = np.where(self.usable_centers, 1.0, FIRST_RAYS_RATIO)
         agreeing = agreeing_neighbours(visibility, self.width, weight)
         self._agreeing = np.where(agreeing > 1.0, agreeing, LONE_RAYS)
         # where things move, outlines are bounded by balls: most pixels have none

@@ -77,13 +77,12 @@ class SkyRays:
 
     def radiance(self, light: Emitter, way: NDArray[np.float32]) -> Array:
         """Radiance (...) of a light in directions (3, ...) of the rays that were found last."""
-        assert light.environment is not None
-        if light.channel_of is None:
-            return light.environment.map.radiance(way)[0]
-        whole, channel = light.channel_of
-        if self._radiance is None:
-            self._radiance = whole.map.radiance(way)
-        return self._radiance[channel]
+        whole, channel = light.channel_of or (light.environment, 0)
+        assert whole is not None
+        if self._radiance is None or light.channel_of is None:
+            self._radiance = whole.map.radiance(way.astype(np.float64))
+        part: Array = self._radiance[channel]
+        return part
 
 
 def _sky_factors(
