@@ -27,12 +27,7 @@ from .image.chebyshev_blocks import SIDES as SMOOTH_SIDES
 from .image.chebyshev_blocks import PixelBlocks, coarse_bounds, coarse_plan
 from .image.first_pass import FirstPass, trace_first_pass
 from .image.frame import Frame, widened_plan
-from .image.heap_pilots import (
-    closed_pilots,
-    corrected_pilots,
-    sampled_pilots,
-    sampling_errors,
-)
+from .image.heap_pilots import closed_pilots, corrected_pilots, sampled_pilots
 from .image.node_values import NodeValues
 from .image.progress_model import LEVEL_SHARES, progress_shares
 from .image.schedule import Scheduler, StageTimer
@@ -308,7 +303,7 @@ class ExactRender:
         reference = yield from self._pilots(frame, rows, fine, 1)
         for _ in range(PILOT_ROUNDS):
             pilots = yield from self._pilots(frame, rows, self.goal, 0)
-            expected = sampling_errors(frame, rows).expected(self.goal.error)
+            expected = frame.sampling_errors(rows).expected(self.goal.error)
             frame.law = frame.law.corrected(expected, pilots, reference)
             self._take_goal(frame, inside)
 

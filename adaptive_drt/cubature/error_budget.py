@@ -52,6 +52,8 @@ MAX_GOAL = 1e3
 """Largest goal of the grid, as a multiple of the tolerance."""
 MIN_GOAL = 2.0**-6
 """Smallest goal of the grid, as a fraction of the tolerance."""
+LEAST_STEP = int(np.log(MIN_GOAL) / np.log(GOAL_RATIO))
+"""Number of the smallest goal in the grid."""
 UNLIT_MEAN_SHARE = 0.1
 """Mean radiance assumed for a picture of which no sampled pixel centre is lit, as a fraction of the
 mean estimated error. Chosen, not fitted: it only has to set a scale."""
@@ -126,17 +128,19 @@ def make_goal(
         known[cut & motion.crowded] = CROWDED_PIXEL_ERROR * contrast
     target = BUDGETED_SHARE * tolerance * mean
     scale = GOAL_GRID_ORIGIN * tolerance * mean
-    # bisection: the remaining error of the picture grows with the goal
-    low, high = (
-        int(np.log(MIN_GOAL) / np.log(GOAL_RATIO)),
-        int(np.log(MAX_GOAL) / np.log(GOAL_RATIO)),
-    )
-    small = known <= scale * GOAL_RATIO**low
+    small = known <= scale * GOAL_RATIO**LEAST_STEP
     budget = target * target * (known.size + rest[1]) - rest[0]
     budget -= float((known[small] ** 2).sum())
     left = _ErrorModel.make(known, starred, cut, motion, ~small)
     if by_rays is not None:
         left = replace(left, by_rays=by_rays.take(~small))
+    return Goal(_largest_goal(left, scale, budget), contrast)
+
+
+def _largest_goal(left: _ErrorModel, scale: float, budget: float) -> float:
+    """The largest goal of the grid at which the remaining error keeps to a budget."""
+    # bisection: the remaining error of the picture grows with the goal
+    low, high = LEAST_STEP, int(np.log(MAX_GOAL) / np.log(GOAL_RATIO))
     if left(scale * GOAL_RATIO ** (high - 1)) <= budget:
         low = high - 1  # nothing has to be refined, as in many still pictures
     while high - low > 1:
@@ -145,7 +149,7 @@ def make_goal(
             high = middle
         else:
             low = middle
-    return Goal(float(scale * GOAL_RATIO**low), contrast)
+    return float(scale * GOAL_RATIO**low)
 
 
 def _mean(values: Array) -> float:

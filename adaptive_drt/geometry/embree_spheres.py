@@ -230,18 +230,11 @@ class SphereScene:
         count = a.size
         packets = -(-count // PACKET)
         rays = _aligned((COPIES, packets, RAY_WORDS, PACKET))
-
-        def packed(values: Array) -> Any:
-            """Values (..., n) as float32 (p, ..., `PACKET`)."""
-            room = np.zeros((*values.shape[:-1], packets * PACKET), dtype=np.float32)
-            room[..., :count] = values
-            return np.moveaxis(room.reshape(*values.shape[:-1], packets, PACKET), -2, 0)
-
-        n = packed(normal)
-        rays[:, :, 0:3] = packed((start - self._middle) / self.size + START_OFFSET * normal)
-        turn = packed(b) * np.float32(2.0 * np.pi)
+        n = _packed(normal)
+        rays[:, :, 0:3] = _packed((start - self._middle) / self.size + START_OFFSET * normal)
+        turn = _packed(b) * np.float32(2.0 * np.pi)
         aside = _tangents(n, np.cos(turn), np.sin(turn))
-        first, pair = packed(a), np.empty_like(n)
+        first, pair = _packed(a), np.empty_like(n)
         for half in range(2):
             part = first if not half else (first + np.float32(0.5)) % np.float32(1.0)
             np.multiply(n, np.sqrt(1.0 - part)[:, None], out=pair)
@@ -393,6 +386,15 @@ def _aligned(shape: tuple[int, ...]) -> Any:
     room = np.zeros(size + ALIGNMENT // 4, dtype=np.float32)
     skip = -room.ctypes.data % ALIGNMENT // 4
     return room[skip : skip + size].reshape(shape)
+
+
+def _packed(values: Array) -> Any:
+    """Values (..., n) as float32 (p, ..., `PACKET`), with zeros at the end."""
+    count = values.shape[-1]
+    packets = -(-count // PACKET)
+    room = np.zeros((*values.shape[:-1], packets * PACKET), dtype=np.float32)
+    room[..., :count] = values
+    return np.moveaxis(room.reshape(*values.shape[:-1], packets, PACKET), -2, 0)
 
 
 def _tangents(n: Any, cosine: Any, sine: Any) -> Any:

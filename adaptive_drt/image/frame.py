@@ -24,7 +24,7 @@ from ..cubature.error_budget import (
     make_goal,
 )
 from ..cubature.evaluate import multi_node_error
-from ..cubature.heap_limits import LIMIT_GROWTH, SamplingLaw, first_limit
+from ..cubature.heap_limits import LIMIT_GROWTH, SamplingErrors, SamplingLaw, first_limit
 from ..cubature.regions import Cells
 from ..cubature.sampled_centers import CenterTask
 from ..cubature.sampled_pixels import (
@@ -38,7 +38,7 @@ from ..numerics.axes import TIME
 from ..numerics.gather import columns, place
 from ..numerics.vector import rms
 from ..scene.film import FILM_BORDER, Film
-from ..shading.sample_light import LIGHT_RAYS
+from ..shading.sample_light import LIGHT_RAYS, NET_RAYS
 from ..shading.sampled_occlusion import SAMPLING_ERROR_SHARE
 from ..shading.variation import STEP_KIND, steps_after_shutter, zero_variation
 from ..tracing.compile import Plan
@@ -47,7 +47,6 @@ from ..visibility.fragments import MAX_REFINED_CANDIDATES
 from .block_interpolation import SmoothBlocks
 from .center_values import CenterValues
 from .first_pass import CENTER_RAYS, FilledPixels, FirstPassPixels
-from .heap_pilots import sampling_errors
 from .midpoint_correction import PixelCenters
 from .pixel_neighbours import UNKNOWN, agreeing_neighbours, largest_around
 from .sampled_budget import sampled_limits
@@ -351,7 +350,7 @@ class Frame:
         tolerance = self.plan.settings.tolerance
         starred = self._multi_node_errors(index, MIN_GOAL * tolerance * float(np.abs(color).mean()))
         cut = (self.unknown & (self.visibility_key < 0))[index]
-        by_rays = None if self.plan.traced is None else sampling_errors(self, index)
+        by_rays = None if self.plan.traced is None else self.sampling_errors(index)
         scale = self._error_scale[index]
         goal = make_goal(
             tolerance, color, self.error[index] * scale, starred * scale, cut, rest, motion, by_rays
@@ -365,9 +364,14 @@ class Frame:
     @property
     def _error_scale(self) -> Array:
         """Factors (n,) of the errors that are foreseen of pixels in closed form: see `law`."""
-        if self.law.closed == 1.0:
-            return np.ones(self.error.size)
         return np.where(self.traced & ~self.sampled, self.law.closed, 1.0)
+
+    def sampling_errors(self, index: Ints) -> SamplingErrors:
+        """What the errors of pixels (k,) follow from as far as rays sample them."""
+        assert self.centers is not None
+        few, blocks = self.usable_centers[index], self.centers.fill_blocks(STORAGE_ALIGNMENT)
+        rays = np.where(few, CENTER_RAYS, FIRST_POINTS * NET_RAYS)
+        return SamplingErrors(self.sampled[index], self.error[index], rays, blocks[index], self.law)
 
     def _multi_node_errors(self, index: Ints, least: float) -> Array:
         """Predicted errors of some pixels under the multi-node rule, where the errors exceed

@@ -8,8 +8,6 @@ the goal: see `SamplingLaw`. They are the same whatever part of the picture is r
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from ..cubature.error_budget import Goal
@@ -18,43 +16,19 @@ from ..cubature.heap_limits import (
     LEAST_PILOT_STEP,
     PILOT_PIXELS,
     Pilots,
-    SamplingErrors,
     first_limit,
 )
-from ..cubature.sampled_pixels import FIRST_POINTS
 from ..numerics.arrays import Ints, Mask
 from ..numerics.gather import columns
-from ..shading.sample_light import NET_RAYS
-from .first_pass import CENTER_RAYS
+from .frame import Frame
 
-if TYPE_CHECKING:
-    from .frame import Frame
-
-__all__ = ["closed_pilots", "corrected_pilots", "sampled_pilots", "sampling_errors"]
-
-
-BLOCK_SIDE = 8
-"""Side in pixels of the blocks that are most likely to be interpolated between nodes."""
-
-
-def sampling_errors(frame: Frame, index: Ints) -> SamplingErrors:
-    """What the errors of some pixels (k,) of a frame follow from: see `SamplingErrors`."""
-    few, blocks = frame.usable_centers[index], np.zeros_like(frame.sampled)
-    if frame.centers is not None:
-        side = BLOCK_SIDE
-        grid = (frame.height // side, side, frame.width // side, side)
-        items = frame.centers.item.reshape(grid)
-        low, high = items.min(axis=(1, 3)), items.max(axis=(1, 3))
-        same = np.repeat(np.repeat((low == high) & (low >= 0), side, axis=0), side, axis=1)
-        blocks = same.ravel() & frame.usable_centers
-    rays = np.where(few, CENTER_RAYS, FIRST_POINTS * NET_RAYS)
-    return SamplingErrors(frame.sampled[index], frame.error[index], rays, blocks[index], frame.law)
+__all__ = ["closed_pilots", "corrected_pilots", "sampled_pilots"]
 
 
 def sampled_pilots(frame: Frame, rows: Mask, goal: Goal) -> Ints:
     """Some of the pixels that rays will sample by points. rows : (height,) those of the sample."""
     index = frame.region_pixels(rows)
-    errors = sampling_errors(frame, index)
+    errors = frame.sampling_errors(index)
     wanted = errors.sampled & ~errors.interpolated
     wanted &= errors.expected(goal.error) > first_limit(goal.error)
     return _sparse(index[wanted], PILOT_PIXELS)

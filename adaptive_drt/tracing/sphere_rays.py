@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..geometry.embree_spheres import SphereScene, native_library
-from ..geometry.polygon.shape import PolygonSet
 from ..geometry.shape_table import ShapeTable
 from ..lights.emitter import Emitter
 from ..numerics.arrays import Array, Ints, Mask
@@ -35,8 +34,6 @@ size of the scene, and with it what float32 rounds away of the small ones."""
 MIN_COLORED_TOLERANCE = 2e-3
 """Tolerance down to which spheres are traced as one set under coloured environments: their closed
 form then takes each channel by itself, which is up to three times as long."""
-QUAD_CORNERS = 4
-"""Largest number of corners of the faces that embree traces with the spheres."""
 MAX_FACE_SIZE = 16.0
 """Largest distance of their corners from the middle of the spheres along each axis, as a multiple
 of the spheres' extent: embree rounds them by a sixteenth of what rays begin above surfaces."""
@@ -87,13 +84,9 @@ def _scene(table: ShapeTable, traced: Mask) -> tuple[SphereScene, Mask]:
     middle, sides = SphereScene.extent(center, radius, shift)
     corners = [np.zeros((3, 4, 0))]
     for shapes, rows, index in table.groups((~traced).nonzero()[0]):
-        if not isinstance(shapes, PolygonSet):
+        each = shapes.quad_corners(index)
+        if each is None:
             continue
-        found = shapes.polygonal_outline(index, np.zeros((3, index.size)), 0.0)
-        if len(found) > QUAD_CORNERS:
-            continue
-        # the last corner of triangles is repeated
-        each = np.stack([found[min(k, len(found) - 1)] for k in range(QUAD_CORNERS)], axis=1)
         inside = (np.abs(each - middle[:, :, None]) <= MAX_FACE_SIZE * sides.max()).all(axis=(0, 1))
         inside &= ~shapes.moves[index]
         corners.append(each[:, :, inside])
