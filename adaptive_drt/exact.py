@@ -15,17 +15,19 @@ from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 
-from .cubature.adaptive import refine, shade_initial_cells
+from .cubature.adaptive import RefinedPixels, refine, shade_initial_cells
 from .cubature.cut_pixels import sample_cut_pixels
 from .cubature.error_budget import Goal, make_goal
+from .cubature.heap_limits import CLOSED_RATIO, PILOT_RATIO, PILOT_ROUNDS, Pilots
 from .cubature.sampled_centers import sample_centers
-from .cubature.sampled_pixels import sample_pixels
+from .cubature.sampled_pixels import SampledPixels, sample_pixels
 from .geometry.ray_counts import counted_rays, rays_since
 from .image.biquadratic_blocks import SIDES, BiquadraticBlocks
 from .image.chebyshev_blocks import SIDES as SMOOTH_SIDES
 from .image.chebyshev_blocks import PixelBlocks, coarse_bounds, coarse_plan
 from .image.first_pass import FirstPass, trace_first_pass
 from .image.frame import Frame, widened_plan
+from .image.heap_pilots import closed_pilots, corrected_pilots, sampled_pilots
 from .image.node_values import NodeValues
 from .image.progress_model import LEVEL_SHARES, progress_shares
 from .image.schedule import Scheduler, StageTimer
@@ -232,6 +234,10 @@ class ExactRender:
         if frame is not own:
             frame.count_unseen(contrast)
         self._take_goal(frame, inside)
+        if self.plan.traced is not None and frame.any_lit(inside):
+            for _ in self._sample_pilots(frame, inside):
+                yield 0.5
+            own.law = frame.law
         if not frame.any_lit(inside):
             for _ in self._search_light(own, frame, inside):
                 yield 0.0
@@ -243,6 +249,10 @@ class ExactRender:
                     yield 1.0
             most = MAX_GOAL_RAISE * self.goal.error
             self._take_goal(frame, inside)
+            if self.plan.traced is not None:
+                for _ in self._refine_pilots(frame, inside):
+                    yield 1.0
+                own.law = frame.law
             self.goal = replace(self.goal, error=min(self.goal.error, most))
 
     def _goal_row_step(self) -> int:
@@ -285,6 +295,59 @@ class ExactRender:
         tasks = frame.sampling_tasks(rows, goal, self.work.sampled_pixels_per_call(rows.size))
         outcomes = self.work.run(sample_pixels, tasks, "sampled pixels")
         return self._enter_outcomes(outcomes, frame.enter_sampled, rows.size)
+
+    def _sample_pilots(self, frame: Frame, inside: Mask) -> Steps:
+        """Sample a few pixels by many points, to learn how the errors of all others will end."""
+        rows = sampled_pilots(frame, inside, self.goal)
+        fine = replace(self.goal, error=self.goal.error / PILOT_RATIO)
+        reference = yield from self._pilots(frame, rows, fine, 1)
+        for _ in range(PILOT_ROUNDS):
+            pilots = yield from self._pilots(frame, rows, self.goal, 0)
+            expected = frame.sampling_errors(rows).expected(self.goal.error)
+            frame.law = frame.law.corrected(expected, pilots, reference)
+            self._take_goal(frame, inside)
+
+    def _refine_pilots(self, frame: Frame, inside: Mask) -> Steps:
+        """Refine a few pixels in closed form far below the goal, to learn what errors are."""
+        rows = closed_pilots(frame, inside, self.goal)
+        found = [corrected_pilots(frame, rows)]
+        for part in (1.0, CLOSED_RATIO):
+            goal = replace(self.goal, error=self.goal.error / part)
+            tasks = (
+                frame.tasks(rows, goal, self.work.pixels_per_call(rows.size)) if rows.size else []
+            )
+            color, error = np.zeros((3, rows.size)), np.zeros(rows.size)
+
+            def enter(
+                some: Ints, done: RefinedPixels, to: tuple[Array, Array] = (color, error)
+            ) -> None:
+                at = np.searchsorted(rows, some)
+                to[0][:, at], to[1][at] = done.color, done.error
+
+            outcomes = self.work.run(refine, tasks, "pilot pixels")
+            yield from self._enter_outcomes(outcomes, enter, rows.size)
+            found.append(Pilots(color, error))
+        frame.law = frame.law.with_closed(found[:2], found[2])
+        self._take_goal(frame, inside)
+
+    def _pilots(
+        self, frame: Frame, rows: Ints, goal: Goal, other: int
+    ) -> Generator[float, None, Pilots]:
+        """Pixels `rows`, ascending, sampled to a goal; other : number of their set of points."""
+        shift = other * self.plan.resolution[0] * self.plan.resolution[1]
+        size = self.work.sampled_pixels_per_call(rows.size)
+        tasks = [
+            (part, replace(task, index=task.index + shift))
+            for part, task in frame.sampling_tasks(rows, goal, size)
+        ]
+        found = SampledPixels.zeros(rows.size)
+
+        def enter(some: Ints, done: SampledPixels) -> None:
+            found.enter(np.searchsorted(rows, some), done)
+
+        outcomes = self.work.run(sample_pixels, tasks, "pilot pixels")
+        yield from self._enter_outcomes(outcomes, enter, rows.size)
+        return Pilots(found.color, found.spread)
 
     def _sample_cut_pixels(self, frame: Frame) -> Steps:
         """Sample the pixels that edges cut by lines across them, where that is possible."""

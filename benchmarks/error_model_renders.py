@@ -130,7 +130,7 @@ def watch(scene: Scene, settings: Settings, outlines: bool = False) -> Watched |
 
 def first_estimates(render: ExactRender, frame: Frame) -> tuple[Array, Mask]:
     """First estimates of the pixels that outlines cut, over the contrast, and which are crowded."""
-    rows = (frame._unknown & ~frame.settled & frame.inner() & (frame.visibility_key < 0)).nonzero()[
+    rows = (frame.unknown & ~frame.settled & frame.inner() & (frame.visibility_key < 0)).nonzero()[
         0
     ]
     if not rows.size:

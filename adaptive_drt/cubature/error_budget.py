@@ -8,7 +8,7 @@ are hard, the error of each of them may exceed the tolerance of the picture.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -24,6 +24,7 @@ from ..numerics.error_coefficients import (
     MOTION_ERROR_SHARE,
     STILL_ACHIEVED_ERROR,
 )
+from .heap_limits import SamplingErrors
 
 __all__ = ["GOAL_GROWTH", "GOAL_POWER", "MIN_GOAL", "Goal", "MotionErrors", "make_goal"]
 
@@ -51,6 +52,8 @@ MAX_GOAL = 1e3
 """Largest goal of the grid, as a multiple of the tolerance."""
 MIN_GOAL = 2.0**-6
 """Smallest goal of the grid, as a fraction of the tolerance."""
+LEAST_STEP = int(np.log(MIN_GOAL) / np.log(GOAL_RATIO))
+"""Number of the smallest goal in the grid."""
 UNLIT_MEAN_SHARE = 0.1
 """Mean radiance assumed for a picture of which no sampled pixel centre is lit, as a fraction of the
 mean estimated error. Chosen, not fitted: it only has to set a scale."""
@@ -99,6 +102,7 @@ def make_goal(
     cut: Mask,
     rest: tuple[float, int] = (0.0, 0),
     motion: MotionErrors | None = None,
+    by_rays: SamplingErrors | None = None,
 ) -> Goal:
     """Find the error goal of a picture.
 
@@ -111,6 +115,8 @@ def make_goal(
     cut : (n,) pixels cut by outlines, whose errors are unknown before refinement.
     rest : sum of the squared errors of all other pixels, and their number.
     motion : error terms due to motion, if anything moves.
+    by_rays : of pixels that rays sample in heaps of spheres, which have a law of their own; None in
+        other scenes.
     """
     # where no pixel centre is lit, the estimated errors set the scale
     mean = _mean(color) or UNLIT_MEAN_SHARE * _mean(error)
@@ -122,15 +128,19 @@ def make_goal(
         known[cut & motion.crowded] = CROWDED_PIXEL_ERROR * contrast
     target = BUDGETED_SHARE * tolerance * mean
     scale = GOAL_GRID_ORIGIN * tolerance * mean
-    # bisection: the remaining error of the picture grows with the goal
-    low, high = (
-        int(np.log(MIN_GOAL) / np.log(GOAL_RATIO)),
-        int(np.log(MAX_GOAL) / np.log(GOAL_RATIO)),
-    )
-    small = known <= scale * GOAL_RATIO**low
+    small = known <= scale * GOAL_RATIO**LEAST_STEP
     budget = target * target * (known.size + rest[1]) - rest[0]
     budget -= float((known[small] ** 2).sum())
     left = _ErrorModel.make(known, starred, cut, motion, ~small)
+    if by_rays is not None:
+        left = replace(left, by_rays=by_rays.take(~small))
+    return Goal(_largest_goal(left, scale, budget), contrast)
+
+
+def _largest_goal(left: _ErrorModel, scale: float, budget: float) -> float:
+    """The largest goal of the grid at which the remaining error keeps to a budget."""
+    # bisection: the remaining error of the picture grows with the goal
+    low, high = LEAST_STEP, int(np.log(MAX_GOAL) / np.log(GOAL_RATIO))
     if left(scale * GOAL_RATIO ** (high - 1)) <= budget:
         low = high - 1  # nothing has to be refined, as in many still pictures
     while high - low > 1:
@@ -139,7 +149,7 @@ def make_goal(
             high = middle
         else:
             low = middle
-    return Goal(float(scale * GOAL_RATIO**low), contrast)
+    return float(scale * GOAL_RATIO**low)
 
 
 def _mean(values: Array) -> float:
@@ -158,12 +168,14 @@ class _ErrorModel:
         is goal n^`GOAL_GROWTH`.
     steps : None where nothing moves; else the remaining step errors (m,), and the values that
         replace `first` where those exceed the goal.
+    by_rays : (m,) see `make_goal`.
     """
 
     error: Array
     uses_motion_law: Mask
     first: Array
     steps: tuple[Array, Array] | None
+    by_rays: SamplingErrors | None = None
 
     @classmethod
     def make(
@@ -203,4 +215,6 @@ class _ErrorModel:
             self.uses_motion_law, reached * limit, STILL_ACHIEVED_ERROR * grown
         )
         left = np.where(self.error > level, after, self.error)
+        if self.by_rays is not None:
+            left = np.where(self.by_rays.sampled, self.by_rays.budgeted(level), left)
         return float((left * left).sum())

@@ -21,7 +21,7 @@ by brute force).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -29,18 +29,19 @@ from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.floats import TINY
 from ..numerics.gather import columns
 from ..numerics.low_discrepancy import hashed_sequence_points
-from ..numerics.sobol_points import net_points
+from ..numerics.sobol_points import MOST_POINTS, net_points
 from ..numerics.vector import cross, dot, rms
 from ..numerics.vector import total as sum_rows
 from ..parallel.call_progress import progress_range, report_progress
 from ..shading.center_light import MIXED, visibility_numbers
 from ..shading.direct_light import emission
-from ..shading.sample_light import LightSampler
+from ..shading.sample_light import LightSampler, SkyRays
 from ..shading.sampled_occlusion import BATCHES, UNSEEN_SHARE
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs, Surface, intersect_pairs, surface
 from ..tracing.occluder_culling import Occluders
 from ..tracing.shadow_rays import batches_by_rank
+from .heap_limits import ERROR_DECAY
 
 __all__ = [
     "FIRST_POINTS",
@@ -53,7 +54,8 @@ __all__ = [
 
 
 FIRST_POINTS, LAST_POINTS = BATCHES, 16_384
-"""Number of points that every pixel takes, and the number up to which it is doubled."""
+"""Number of points that every pixel takes, and the number up to which it is doubled; in heaps of
+spheres up to the last point of the net."""
 POINTS_PER_CHUNK = 1 << 14
 """Number of points in one batch of work; it bounds memory."""
 UNSEEN_AREA = 0.3
@@ -75,11 +77,14 @@ class SamplingTask:
     index : (n,) numbers of the pixels in the whole picture, which their points depend on.
     moves : (n,) whether anything may change during the shutter.
     pairs : pairs of pixels and all objects that may be seen in them, sorted by pixel.
-    limit : (n,) error, as a radiance, at which a pixel is done.
+    limit : (n,) error, as a radiance, at which a pixel is done after its first points.
     contrast : (n,) difference of radiance across outlines in the pixel, or between it and parts of
         it that no point may have met; 0 where there are none.
     agreeing : (n,) number of pixels around and including the pixel from all of which all rays, or
         none, have reached the lights.
+    growth : power of the number of points by which the limit grows.
+    spread : error of the mean of all points of a net, as a fraction of what the spread of its
+        batches gives as if they were independent.
     """
 
     x: Array
@@ -90,6 +95,8 @@ class SamplingTask:
     limit: Array
     contrast: Array
     agreeing: Array
+    growth: float = 0.0
+    spread: float = 1.0
 
 
 def unseen_error(contrast: Array, points: int) -> Array:
@@ -167,19 +174,36 @@ def _sample_chunk(
     done: SampledPixels,
 ) -> None:
     """Sample some pixels, and enter them in `done`."""
-    sums, points = None, FIRST_POINTS
+    sums, before, points = None, None, FIRST_POINTS
     while rows.size:
         plan.raise_if_cancelled()
         first = 0 if sums is None else points // 2
         new = _sums(plan, occluders, task, rows, moving, (first, points))
         sums = new if sums is None else sums.joined(new)
         found = sums.estimate(points, task.contrast[rows])
+        if plan.traced is not None:
+            found = _with_known_decay(found, task.spread, before)
         done.enter(rows, found)
+        limit = task.limit[rows] * (points / FIRST_POINTS) ** task.growth
         points *= 2
-        if points > LAST_POINTS:
+        if points > (LAST_POINTS if plan.traced is None else MOST_POINTS):
             return
-        more = (found.error(task.agreeing[rows]) > task.limit[rows]).nonzero()[0]
-        rows, sums = rows[more], sums.take(more)
+        more = (found.error(task.agreeing[rows]) > limit).nonzero()[0]
+        rows, sums, before = rows[more], sums.take(more), found.spread[more]
+
+
+def _with_known_decay(found: SampledPixels, part: float, before: Array | None) -> SampledPixels:
+    """Pixels whose points form a net, with errors that follow from what is known of such points.
+
+    part : see `SamplingTask.spread`.
+    before : (n,) errors of half as many points; None for the first ones. The spread of eight
+        batches is known to a quarter only, and sampling ends where it is low by chance. So it is
+        pooled with those before, which are as far off, but not in the same direction.
+    """
+    spread = part * found.spread
+    if before is not None:
+        spread = np.sqrt(0.5 * (spread**2 + (2.0**-ERROR_DECAY * before) ** 2))
+    return replace(found, spread=spread)
 
 
 def _sums(
@@ -260,11 +284,15 @@ class _Points:
         if hits.smooth is not None:
             bent = hits.smooth.rise.any(axis=0)
         dusk = np.zeros(shape[0], dtype=np.bool_)
-        time = self.time[row, point]
+        time, known = self.time[row, point], SkyRays()
         for number in range(len(plan.lights)):
             sampler = LightSampler(plan, occluders, number, len(self.offset))
-            numbers = self.index[row], self.first + point
-            found = sampler.sample(hits, row, time, numbers)
+            if sampler.traces_sky:
+                index = np.arange(self.first, self.first + shape[1])
+                found = sampler.sample_sky(hits, self.index, index, (row, point), known)
+            else:
+                numbers = self.index[row], self.first + point
+                found = sampler.sample(hits, row, time, numbers)
             for values, part in zip((closed, total, visible), found.colors, strict=True):
                 values[number][:, row, point] = part
             dusk[row[bent & ~found.colors[0].any(axis=0)]] = True

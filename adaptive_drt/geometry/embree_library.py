@@ -27,13 +27,17 @@ __all__ = [
     "INSTANCE_WORD",
     "ITEM_WORD",
     "LONGEST_RAY",
+    "MASK_WORD",
     "NEAR_WORD",
+    "PACKET",
     "RAY_WORDS",
-    "ROBUST",
+    "TIME_WORD",
+    "aligned_words",
     "geometry_buffer",
     "native_library",
     "native_version",
     "ray_packets",
+    "scene_of",
     "trace_packets",
     "word_of_rays",
 ]
@@ -140,6 +144,28 @@ def geometry_buffer(
     return np.ctypeslib.as_array(words).view(dtype).reshape(shape)
 
 
+def scene_of(*geometries: int) -> int:
+    """A scene that owns geometries; no ray passes between faces that share an edge."""
+    library = native_library()
+    assert library is not None
+    scene: int = library.rtcNewScene(library.device)
+    library.rtcSetSceneFlags(scene, ROBUST)
+    for geometry in geometries:
+        library.rtcCommitGeometry(geometry)
+        library.rtcAttachGeometry(scene, geometry)
+        library.rtcReleaseGeometry(geometry)
+    library.rtcCommitScene(scene)
+    return scene
+
+
+def aligned_words(shape: tuple[int, ...]) -> Any:
+    """An array of float32 zeros that is aligned as embree requires of packets."""
+    size = int(np.prod(shape))
+    room = np.zeros(size + ALIGNMENT // 4, dtype=np.float32)
+    skip = -room.ctypes.data % ALIGNMENT // 4
+    return room[skip : skip + size].reshape(shape)
+
+
 def ray_packets(
     origin: Array,
     unit: Array,
@@ -157,10 +183,7 @@ def ray_packets(
     time : shutter times, n of them or one number.
     """
     count = away.size
-    packets = -(-count // PACKET)
-    room = np.zeros(packets * words * PACKET + ALIGNMENT // 4, dtype=np.float32)
-    skip = -room.ctypes.data % ALIGNMENT // 4
-    rays: Any = room[skip : skip + packets * words * PACKET].reshape(packets, words, PACKET)
+    rays = aligned_words((-(-count // PACKET), words, PACKET))
     full, rest = divmod(count, PACKET)
     end = full * PACKET
     moment = np.asarray(time).reshape(-1) + 0.5
@@ -183,9 +206,7 @@ def trace_packets(query: str, scene: int, rays: Any, count: int) -> None:
     if not count:
         return
     call = getattr(native_library(), query)
-    used = np.zeros(2 * PACKET + ALIGNMENT // 4, dtype=np.int32)
-    skip = -used.ctypes.data % ALIGNMENT // 4
-    every, last = used[skip : skip + PACKET], used[skip + PACKET : skip + 2 * PACKET]
+    every, last = aligned_words((2, PACKET)).view(np.int32)
     every[:] = -1
     full, rest = divmod(count, PACKET)
     last[:rest] = -1

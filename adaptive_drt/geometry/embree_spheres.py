@@ -11,8 +11,10 @@ it rounds away is relative to the scene's size: see `SphereScene`.
 from __future__ import annotations
 
 import threading
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.vector import dot
@@ -21,11 +23,15 @@ from .embree_library import (
     HIT_WORDS,
     ITEM_WORD,
     LONGEST_RAY,
+    MASK_WORD,
+    PACKET,
     RAY_WORDS,
-    ROBUST,
+    TIME_WORD,
+    aligned_words,
     geometry_buffer,
     native_library,
     ray_packets,
+    scene_of,
     trace_packets,
     word_of_rays,
 )
@@ -36,12 +42,16 @@ __all__ = ["SphereScene"]
 
 SPHERE_POINTS, VERTICES, FLOAT4 = 50, 1, 0x9004
 """Embree's numbers of the kind of shape, of the buffer and of its format."""
+QUADS, INDICES, FLOAT3, UINT4 = 1, 0, 0x9003, 0x5004
+"""The same of quadrilaterals, the buffer of their vertices' numbers, and the formats of both."""
 FLOAT32_ROUNDOFF = 2.0**-24
 """Largest relative rounding error of a float32 operation."""
 START_OFFSET = 16.0 * FLOAT32_ROUNDOFF
 """Distance of the start of rays from the surface that they leave, along its normal, and of their
 end from the light, as a fraction of the scene's size: more than embree's rounding of centres, radii
 and rays, so that no ray meets the sphere that it leaves."""
+COPIES = 4
+"""Number of directions that `SphereScene.open_rays` traces from each point."""
 NEAR_RADII = 2.0
 """Distance from the middle of the scene, in radii of the ball around it, up to which rays begin
 where they do; others begin where they enter the ball, so that their rounding is as small."""
@@ -54,24 +64,39 @@ class SphereScene:
     sphere is decided by rounding; elsewhere the answers are those of exact arithmetic.
     """
 
-    def __init__(self, center: Array, radius: Array, displacement: Array | None = None) -> None:
+    def __init__(
+        self,
+        center: Array,
+        radius: Array,
+        displacement: Array | None = None,
+        faces: Array | None = None,
+    ) -> None:
         """Take n spheres; what embree needs is built when the first ray is traced.
 
         Parameters
         ----------
         center : (3, n) metres, at the middle of the shutter.  radius : (n,) metres.
         displacement : (3, n) metres, over the shutter; None at rest.
+        faces : (3, 4, q) metres, vertices of quadrilaterals that `open_rays` traces as well.
         """
-        path = 0.0 if displacement is None else 0.5 * np.abs(displacement)
-        low, high = (center - path - radius).min(axis=1), (center + path + radius).max(axis=1)
-        self._middle = 0.5 * (low + high)[:, None]
-        self.size = float((high - low).max())
+        self._middle, sides = self.extent(center, radius, displacement)
+        self.size = float(sides.max())
         self._center = (center - self._middle) / self.size
         self._radius = radius / self.size
         self._shift = None if displacement is None else displacement / self.size
-        self._ball = 0.5 * float(np.sqrt((((high - low) / self.size) ** 2).sum()))
+        self._ball = 0.5 * float(np.sqrt(((sides / self.size) ** 2).sum()))
+        self._faces = None
+        if faces is not None and faces.size:
+            self._faces = (faces - self._middle[:, :, None]) / self.size
         self._lock = threading.Lock()
-        self._scene: int | None = None
+        self._scenes: dict[bool, int] = {}
+
+    @staticmethod
+    def extent(center: Array, radius: Array, displacement: Array | None) -> tuple[Array, Array]:
+        """Middle (3, 1) and sides (3,) of the box around spheres over the shutter, metres."""
+        path = 0.0 if displacement is None else 0.5 * np.abs(displacement)
+        low, high = (center - path - radius).min(axis=1), (center + path + radius).max(axis=1)
+        return 0.5 * (low + high)[:, None], high - low
 
     @property
     def rounding(self) -> float:
@@ -80,9 +105,10 @@ class SphereScene:
 
     def __del__(self) -> None:
         """Release embree's scene."""
-        library, scene = native_library(), self.__dict__.get("_scene")
-        if library is not None and scene is not None:
-            library.rtcReleaseScene(scene)
+        library = native_library()
+        for scene in self.__dict__.get("_scenes", {}).values():
+            if library is not None:
+                library.rtcReleaseScene(scene)
 
     def blocked(self, start: Array, normal: Array, to: Array, time: Array | float = 0.0) -> Mask:
         """Whether spheres lie between `start` and `start + to`: (n, k).
@@ -114,6 +140,58 @@ class SphereScene:
         )
         return found.reshape(to.shape[1:])
 
+    def is_near(self, point: Array) -> Mask:
+        """Whether points (3, n) are so near that `open_rays` may begin rays there: (n,)."""
+        begin = (point - self._middle) / self.size
+        near: Mask = dot(begin, begin) <= (NEAR_RADII * self._ball) ** 2
+        return near
+
+    def open_rays(
+        self, start: Array, normal: Array, a: Array, b: Array, ways: bool
+    ) -> tuple[Mask, NDArray[np.float32] | None]:
+        """Which of `COPIES` directions from n points at rest no sphere or face blocks: (k, n).
+
+        With `ways`, the directions (3, k, n) come with it.
+
+        Parameters
+        ----------
+        start, normal : (3, n) metres, points of surfaces, one at least, that are near (`is_near`),
+            and their unit normals on the rays' side.
+        a, b : (n,) coordinates in the unit square. One direction is that of each point (a, b), by
+            Malley's map: its density is the cosine over pi. The others are those of the same
+            point in the other quarters of the square (`sobol_points.stratified_copies`).
+        ways : whether the directions are asked for.
+        """
+        count = a.size
+        packets = -(-count // PACKET)
+        rays = aligned_words((COPIES, packets, RAY_WORDS, PACKET))
+        n = _packed(normal)
+        rays[:, :, 0:3] = _packed((start - self._middle) / self.size + START_OFFSET * normal)
+        turn = _packed(b) * np.float32(2.0 * np.pi)
+        aside = _tangents(n, np.cos(turn), np.sin(turn))
+        first, pair = _packed(a), np.empty_like(n)
+        for half in range(2):
+            part = first if not half else (first + np.float32(0.5)) % np.float32(1.0)
+            np.multiply(n, np.sqrt(1.0 - part)[:, None], out=pair)
+            across = aside * np.sqrt(part)[:, None]
+            # half a turn reverses what is aside of the normal
+            np.add(pair, across, out=rays[2 * half, :, 4:7])
+            np.subtract(pair, across, out=rays[2 * half + 1, :, 4:7])
+        rays[:, :, TIME_WORD] = 0.5
+        rays[:, :, FAR_WORD] = LONGEST_RAY
+        rays[:, :, MASK_WORD].view(np.uint32)[:] = 0xFFFFFFFF
+        count_rays("sphere shadow", COPIES * count)
+        # rays that only fill the last packet are ended
+        rays[:, -1, FAR_WORD, count - packets * PACKET + PACKET :] = -1.0
+        rows = rays.reshape(COPIES * packets, RAY_WORDS, PACKET)
+        scene = self._committed(self._faces is not None)
+        trace_packets("rtcOccluded16", scene, rows, rows.shape[0] * PACKET)
+        free: Mask = (rays[:, :, FAR_WORD] != -np.inf).reshape(COPIES, -1)[:, :count]
+        if not ways:
+            return free, None
+        way = np.moveaxis(rays[:, :, 4:7], 2, 0).reshape(3, COPIES, -1)[:, :, :count]
+        return free, way
+
     def nearest(self, way: Array, time: Array | float = 0.0) -> Ints:
         """The first sphere (m,) that rays from the origin along `way` (3, m) meet, or -1.
 
@@ -140,19 +218,25 @@ class SphereScene:
         half = np.sqrt(np.maximum(room, 0.0))
         return np.maximum(along - half, 0.0), (room > 0.0) & (along + half > 0.0)
 
-    def _committed(self) -> int:
-        """Embree's scene, built once."""
+    def _committed(self, faces: bool = False) -> int:
+        """Embree's scene, built once, with or without the faces."""
         with self._lock:
-            if self._scene is None:
-                self._scene = self._build()
-        return self._scene
+            if faces not in self._scenes:
+                self._scenes[faces] = self._build(faces)
+        return self._scenes[faces]
 
-    def _build(self) -> int:
+    def _build(self, faces: bool) -> int:
+        geometries = [self._sphere_geometry()]
+        if faces:
+            assert self._faces is not None
+            geometries.append(_quad_geometry(self._faces.T.reshape(-1, 3)))
+        return scene_of(*geometries)
+
+    def _sphere_geometry(self) -> int:
+        """The spheres at both ends of the shutter, or once where they are at rest."""
         library = native_library()
         assert library is not None
-        scene: int = library.rtcNewScene(library.device)
-        library.rtcSetSceneFlags(scene, ROBUST)
-        geometry = library.rtcNewGeometry(library.device, SPHERE_POINTS)
+        geometry: int = library.rtcNewGeometry(library.device, SPHERE_POINTS)
         ends = (0.0,) if self._shift is None else (-0.5, 0.5)
         library.rtcSetGeometryTimeStepCount(geometry, len(ends))
         count = self._radius.size
@@ -161,8 +245,42 @@ class SphereScene:
             shift = 0.0 if self._shift is None else end * self._shift
             values[:, :3] = (self._center + shift).T
             values[:, 3] = self._radius
-        library.rtcCommitGeometry(geometry)
-        library.rtcAttachGeometry(scene, geometry)
-        library.rtcReleaseGeometry(geometry)
-        library.rtcCommitScene(scene)
-        return scene
+        return geometry
+
+
+def _quad_geometry(corners: Array) -> int:
+    """Quadrilaterals of which each has four of the rows of `corners` (4 q, 3)."""
+    library = native_library()
+    assert library is not None
+    geometry: int = library.rtcNewGeometry(library.device, QUADS)
+    geometry_buffer(geometry, VERTICES, FLOAT3, np.float32, (len(corners), 3))[:] = corners
+    shape = (len(corners) // 4, 4)
+    numbers = geometry_buffer(geometry, INDICES, UINT4, np.uint32, shape)
+    numbers[:] = np.arange(len(corners)).reshape(shape)
+    return geometry
+
+
+def _packed(values: Array) -> Any:
+    """Values (..., n) as float32 (p, ..., `PACKET`), with zeros at the end."""
+    count = values.shape[-1]
+    packets = -(-count // PACKET)
+    room = np.zeros((*values.shape[:-1], packets * PACKET), dtype=np.float32)
+    room[..., :count] = values
+    return np.moveaxis(room.reshape(*values.shape[:-1], packets, PACKET), -2, 0)
+
+
+def _tangents(n: Any, cosine: Any, sine: Any) -> Any:
+    """Unit vectors (p, 3, k) across unit vectors n (p, 3, k), at angles given by cosine and sine.
+
+    The frame is that of Duff and others 2017, "Building an orthonormal basis, revisited".
+    """
+    x, y, z = n[:, 0], n[:, 1], n[:, 2]
+    sign = np.copysign(np.float32(1.0), z)
+    a = -1.0 / (sign + z)
+    b = x * y * a
+    out = np.empty_like(n)
+    signed = sign * cosine
+    out[:, 0] = cosine + x * x * a * signed + b * sine
+    out[:, 1] = b * signed + (sign + y * y * a) * sine
+    out[:, 2] = -(x * signed + y * sine)
+    return out

@@ -466,6 +466,12 @@ class ShapeSet(ABC):
         """
         raise NotImplementedError
 
+    def quad_corners(self, index: Ints) -> Array | None:
+        """Corners (3, 4, m) of flat shapes at mid-shutter, in order; of triangles the last one
+        twice. None for kinds that are no such shapes.
+        """
+        return None
+
     def outline_in_plane(
         self, index: Ints, point: Array, time: Array | float, plane: LightPlane, corners: int
     ) -> Array:

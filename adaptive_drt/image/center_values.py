@@ -90,6 +90,18 @@ class CenterValues:
         self.usable[rows] = True
         return rows
 
+    def fill_blocks(self, side: int) -> Mask:
+        """Whether usable pixels (n,) lie in blocks of a side that one object fills.
+
+        Blocks begin at multiples of their side in the frame, which the frame's sides are as well.
+        """
+        items = self.item.reshape(-1, side, self._width // side, side)
+        low, high = items.min(axis=(1, 3)), items.max(axis=(1, 3))
+        same = (low == high) & (low >= 0)
+        wide = np.repeat(np.repeat(same, side, axis=0), side, axis=1)
+        found: Mask = wide.ravel() & self.usable
+        return found
+
     def _alike(self, rows: Ints, reach: int) -> Mask:
         """Whether pixels show the same object as those at a distance on all four sides."""
         across = self.alike_along(rows, reach)

@@ -24,6 +24,7 @@ from ..cubature.error_budget import (
     make_goal,
 )
 from ..cubature.evaluate import multi_node_error
+from ..cubature.heap_limits import LIMIT_GROWTH, SamplingErrors, SamplingLaw, first_limit
 from ..cubature.regions import Cells
 from ..cubature.sampled_centers import CenterTask
 from ..cubature.sampled_pixels import (
@@ -37,7 +38,7 @@ from ..numerics.axes import TIME
 from ..numerics.gather import columns, place
 from ..numerics.vector import rms
 from ..scene.film import FILM_BORDER, Film
-from ..shading.sample_light import LIGHT_RAYS
+from ..shading.sample_light import LIGHT_RAYS, NET_RAYS
 from ..shading.sampled_occlusion import SAMPLING_ERROR_SHARE
 from ..shading.variation import STEP_KIND, steps_after_shutter, zero_variation
 from ..tracing.compile import Plan
@@ -48,7 +49,7 @@ from .center_values import CenterValues
 from .first_pass import CENTER_RAYS, FilledPixels, FirstPassPixels
 from .midpoint_correction import PixelCenters
 from .pixel_neighbours import UNKNOWN, agreeing_neighbours, largest_around
-from .sampled_budget import raised_tolerance, sampled_limits
+from .sampled_budget import sampled_limits
 from .schedule import CenterTasks, SamplingTasks, Tasks
 from .visibility_key import NO_KEY
 
@@ -149,12 +150,13 @@ class Frame:
         (self._spread, self._unseen), self._seen = np.zeros((2, n)), np.full((2, n), UNKNOWN)
         self._agreeing, self._edge_share = np.ones((2, n))
         self._dusk, self._bright_around = np.zeros(n, dtype=np.bool_), np.zeros(n)
+        self.law = SamplingLaw()
         # light at the centres of sampled pixels that one object fills
         sampled = plan.may_sample
         self.centers = CenterValues(self.width, n) if sampled else None
         # pixels traced by a ray of their own; predicted errors of the first pass are 0 elsewhere
         self.traced = np.zeros(n, dtype=np.bool_)
-        self._corrected, self._change = np.zeros(0, dtype=np.int64), np.zeros((3, 0))
+        self.corrected, self.change = np.zeros(0, dtype=np.int64), np.zeros((3, 0))
         # a picture made of smooth blocks only has no pixel with candidate objects
         nothing = np.zeros(0, dtype=np.int64)
         self._candidates: list[Pairs] = [Pairs(nothing, nothing)]
@@ -274,8 +276,8 @@ class Frame:
             index = traced[some]
             sharp = self.mask[0] | self.mask[2]
             middles = PixelCenters(self.width, self.color, self.item, sharp, self.deviation)
-            self._corrected = index
-            self._change = middles.correct(index, self.plan.threads)
+            self.corrected = index
+            self.change = middles.correct(index, self.plan.threads)
             self.error[index] = columns(self.deviation, index, -1).sum(axis=(0, 1))
             self.error[index] += self.sampling[index]
 
@@ -290,7 +292,7 @@ class Frame:
         self._write_pixels(rows[self.inner()[rows]])
 
     @property
-    def _usable_centers(self) -> Mask:
+    def usable_centers(self) -> Mask:
         """Mask (n,) of the sampled pixels whose mean follows from centres."""
         if self.centers is None:
             return np.zeros_like(self.sampled)
@@ -304,13 +306,14 @@ class Frame:
 
     def unsettled_sampled(self, goal: Goal) -> Ints:
         """Sampled pixels of the region itself whose error is above the goal: ascending indices."""
-        wanted = self.sampled & self.inner() & ~self.settled & (self.error > goal.error)
+        least = goal.error if self.plan.traced is None else first_limit(goal.error)
+        wanted = self.sampled & self.inner() & ~self.settled & (self.error > least)
         index: Ints = wanted.nonzero()[0]
         return index
 
     def unsettled_centers(self, goal: Goal) -> Mask:
         """Mask (n,) of the pixels whose light is to be interpolated between centres."""
-        wanted: Mask = self._usable_centers & self.inner() & ~self.settled
+        wanted: Mask = self.usable_centers & self.inner() & ~self.settled
         wanted &= self.error > goal.error
         if self.centers is not None:
             wanted &= self.centers.variation <= CENTER_ERROR_SHARE * goal.error
@@ -345,18 +348,30 @@ class Frame:
             motion = MotionErrors(crowded, self.mask[1, index], hard, left, steps)
         rest = float((done * done).sum()), done.size
         tolerance = self.plan.settings.tolerance
-        if self.plan.traced is not None:
-            tolerance = raised_tolerance(
-                tolerance, float(self.sampled[self.region_pixels(rows)].mean())
-            )
         starred = self._multi_node_errors(index, MIN_GOAL * tolerance * float(np.abs(color).mean()))
-        cut = (self._unknown & (self.visibility_key < 0))[index]
-        goal = make_goal(tolerance, color, self.error[index], starred, cut, rest, motion)
+        cut = (self.unknown & (self.visibility_key < 0))[index]
+        by_rays = None if self.plan.traced is None else self.sampling_errors(index)
+        scale = self._error_scale[index]
+        goal = make_goal(
+            tolerance, color, self.error[index] * scale, starred * scale, cut, rest, motion, by_rays
+        )
         if self.plan.transparent:
             return goal
         # outlines may show a bright background in a dark picture; the accuracy of regions follows
         # from the contrast
         return replace(goal, contrast=max(goal.contrast, float(rms(self.plan.background))))
+
+    @property
+    def _error_scale(self) -> Array:
+        """Factors (n,) of the errors that are foreseen of pixels in closed form: see `law`."""
+        return np.where(self.traced & ~self.sampled, self.law.closed, 1.0)
+
+    def sampling_errors(self, index: Ints) -> SamplingErrors:
+        """What the errors of pixels (k,) follow from as far as rays sample them."""
+        assert self.centers is not None
+        few, blocks = self.usable_centers[index], self.centers.fill_blocks(STORAGE_ALIGNMENT)
+        rays = np.where(few, CENTER_RAYS, FIRST_POINTS * NET_RAYS)
+        return SamplingErrors(self.sampled[index], self.error[index], rays, blocks[index], self.law)
 
     def _multi_node_errors(self, index: Ints, least: float) -> Array:
         """Predicted errors of some pixels under the multi-node rule, where the errors exceed
@@ -374,7 +389,7 @@ class Frame:
         """Pixels of the region, in the rows given by a mask, of which nothing is known but
         outlines.
         """
-        unknown = self._unknown & ~self.settled & self.inner()
+        unknown = self.unknown & ~self.settled & self.inner()
         if rows is not None:
             unknown &= np.repeat(rows, self.width)
         index: Ints = unknown.nonzero()[0]
@@ -382,7 +397,7 @@ class Frame:
 
     def sampled_pixels(self) -> Ints:
         """Pixels of the region and its border that are to be sampled by several points."""
-        index: Ints = (self.sampled & ~self._usable_centers).nonzero()[0]
+        index: Ints = (self.sampled & ~self.usable_centers).nonzero()[0]
         return index
 
     def any_lit(self, rows: Mask) -> bool:
@@ -397,7 +412,7 @@ class Frame:
 
     def estimate_error(self) -> float:
         """Estimated RMS error of the region, relative to its mean."""
-        return self._relative(self.error)
+        return self._relative(self.error * self._error_scale)
 
     def sampling_error(self) -> tuple[int, float]:
         """Number of pixels of the region whose light is not exact, and the RMS error due to that.
@@ -422,12 +437,13 @@ class Frame:
 
     def chosen(self, goal: Goal) -> Mask:
         """Mask (n,) of pixels to be refined, without those settled or being refined already."""
-        chosen: Mask = (self._unknown | (self.error > goal.error)) & self.inner()
+        above = self.error * self._error_scale > goal.error
+        chosen: Mask = (self.unknown | above) & self.inner()
         chosen &= ~(self.settled | self._in_progress | self.sampled)
         return chosen
 
     @property
-    def _unknown(self) -> Mask:
+    def unknown(self) -> Mask:
         """Mask (n,) of the pixels of which nothing is known except that outlines cut them."""
         unknown: Mask = self.outline & ~self.regions_shaded
         return unknown
@@ -457,11 +473,11 @@ class Frame:
 
     def apply_corrections(self, chosen: Mask) -> None:
         """Correct the smooth pixels that are not refined; chosen (n,) are those that will be."""
-        rest = self._corrected
+        rest = self.corrected
         kept = (~(chosen[rest] | self.settled[rest] | self._in_progress[rest])).nonzero()[0]
         rows = rest[kept]
         # whatever the differences give
-        changed = columns(self.color, rows) + columns(self._change, kept)
+        changed = columns(self.color, rows) + columns(self.change, kept)
         self.color[:, rows] = np.maximum(changed, self.plan.least_radiance)
         self._write_pixels(rows)
 
@@ -477,6 +493,8 @@ class Frame:
 
     def _tasks(self, rows: Ints, goal: Goal, size: int, whole: bool) -> Tasks:
         parts = interleaved_parts(rows, size)
+        if self.law.closed != 1.0:
+            goal = replace(goal, error=goal.error / self.law.closed)
         return [(part, self._task(part, goal, whole)) for part in parts]
 
     def mark_in_progress(self, rows: Ints) -> None:
@@ -520,7 +538,7 @@ class Frame:
             deviation[:, :2] = 0.0
         half[2] = np.where(self.mask[1, part], 0.5, 0.0)
         # what distributed rays leave is reduced by more of them
-        blank = self._unknown[part] | (self.sampling[part] > SAMPLING_ERROR_SHARE * goal.error)
+        blank = self.unknown[part] | (self.sampling[part] > SAMPLING_ERROR_SHARE * goal.error)
         star = self._multi_node[part] | (blank & (goal.error < MULTI_NODE_GOAL * goal.contrast))
         cells = Cells(
             np.arange(part.size), middle - half, middle + half, np.ones(part.size),
@@ -544,14 +562,17 @@ class Frame:
     def _sampling_task(self, part: Ints, goal: Goal | None) -> SamplingTask:
         x, y, _ = self._pixel_centers(part)
         index = self._picture_numbers(x, y)
-        limit = np.full(part.size, np.inf)
-        if goal is not None:
+        limit, growth = np.full(part.size, np.inf), 0.0
+        if goal is not None and self.plan.traced is None:
             limit = sampled_limits(self.error[part], goal.error, self.plan.motion)
+        elif goal is not None:
+            limit[:], growth = first_limit(goal.error), LIMIT_GROWTH
         contrast = self._contrasts(part, goal.contrast if goal else 0.0)
         moves, agreeing = self.mask[1, part], self._agreeing[part]
         return SamplingTask(
-            x, y, index, moves, self._candidates_of(part), limit, contrast, agreeing
-        )
+            x, y, index, moves, self._candidates_of(part), limit, contrast, agreeing, growth,
+            1.0 if self.plan.traced is None else self.law.spread,
+        )  # fmt: skip
 
     def center_tasks(self, rows: Ints, limit: float, size: int) -> CenterTasks:
         """Tasks of at most `size` pixels that sample the light at the centres of the pixels
@@ -599,7 +620,7 @@ class Frame:
         if not rows.size:
             return
         visibility, items = self._seen
-        weight = np.where(self._usable_centers, 1.0, FIRST_RAYS_RATIO)
+        weight = np.where(self.usable_centers, 1.0, FIRST_RAYS_RATIO)
         agreeing = agreeing_neighbours(visibility, self.width, weight)
         self._agreeing = np.where(agreeing > 1.0, agreeing, LONE_RAYS)
         # where things move, outlines are bounded by balls: most pixels have none

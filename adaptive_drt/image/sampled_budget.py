@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What error sampled pixels may have: their own limits, and their part of the tolerance."""
+"""What error sampled pixels may have."""
 
 from __future__ import annotations
 
@@ -9,21 +9,14 @@ from ..cubature.error_budget import GOAL_POWER
 from ..numerics.arrays import Array
 from ..numerics.error_coefficients import (
     ACHIEVED_ERROR,
-    BUDGETED_SHARE,
     MOTION_ERROR_SHARE,
     STILL_ACHIEVED_ERROR,
 )
 from ..numerics.floats import TINY
 
-__all__ = ["raised_tolerance", "sampled_limits"]
+__all__ = ["sampled_limits"]
 
 
-SAMPLED_BUDGET = 0.9
-"""Part of the tolerance that the errors of pixels may add up to where all are sampled by rays."""
-SHARE_POWER = 3
-"""Power of the share of sampled pixels that the rest is raised by: other pixels need their reserve.
-With a power of 1, a heap of which rays sampled half at 0.1 % ended at 1.4 of the tolerance, by
-pixels in closed form."""
 SAMPLED_END = 0.75
 """Error at which the sampling of a pixel ends on average, as a fraction of its limit: the number of
 points is doubled, and the error then falls to about half."""
@@ -39,12 +32,3 @@ def sampled_limits(error: Array, goal: float, motion: bool) -> Array:
     grown = np.maximum(share * error / max(goal, TINY), 1.0) ** GOAL_POWER
     limits: Array = end / SAMPLED_END * goal * grown
     return limits
-
-
-def raised_tolerance(tolerance: float, share: float) -> float:
-    """The tolerance that a goal is set for, where a share of the pixels is sampled by rays.
-
-    The errors of these are measured by the spread of their rays, so that less has to be held back
-    for what estimates do not see than `error_budget` holds back.
-    """
-    return tolerance * (1.0 + share**SHARE_POWER * (SAMPLED_BUDGET / BUDGETED_SHARE - 1.0))

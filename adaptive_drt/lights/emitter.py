@@ -358,6 +358,11 @@ class Emitter(LightBounds, ABC):
         return 1 if self.environment is None else self.environment.map.channel_count
 
     @property
+    def channel_of(self) -> tuple[Environment, int] | None:
+        """Return the environment of which the light is a channel and its number, or None."""
+        return None
+
+    @property
     def factor_error(self) -> float:
         """Return the error of the irradiance factors of the unhidden light; 0 for closed forms."""
         return 0.0

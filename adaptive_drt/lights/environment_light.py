@@ -77,12 +77,25 @@ class AmbientEnvironmentEmitter(_MapEmitter, UnboundedEmitter, PointEmitter):
 
 @dataclass(frozen=True, kw_only=True)
 class EnvironmentEmitter(_MapEmitter, SkyEmitter):
-    """An environment."""
+    """An environment.
+
+    Attributes
+    ----------
+    of_channels : the environment of all channels and the number of this one in it; None for lights
+        that are no channels of others.
+    """
+
+    of_channels: tuple[Environment, int] | None = None
 
     @property
     def uniform_hemisphere(self) -> bool:
         """Return False: the radiance depends on the direction."""
         return False
+
+    @property
+    def channel_of(self) -> tuple[Environment, int] | None:
+        """Return `of_channels`."""
+        return self.of_channels
 
     def as_point(self) -> Emitter:
         """Return the same light without shadows."""
@@ -109,7 +122,11 @@ class EnvironmentEmitter(_MapEmitter, SkyEmitter):
             power = np.where(np.arange(3) == index, self.power, 0.0)
             part = Environment(self.environment.map.channel(index))
             if power.any() and part.map.values.any():
-                parts.append(replace(self, surrounding=part, power=power))
+                parts.append(
+                    replace(
+                        self, surrounding=part, power=power, of_channels=(self.surrounding, index)
+                    )
+                )
         return tuple(parts)
 
     def prepared(self, tolerance: float) -> EnvironmentEmitter:

@@ -8,22 +8,27 @@ pixel form one sequence, where its points form none.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..detection.occlusion import classify_occluders
 from ..lights.emitter import Emitter
+from ..lights.environment_factor import Environment
 from ..numerics.arrays import Array, Ints, Mask
+from ..numerics.gather import columns
 from ..numerics.low_discrepancy import LATTICE_SIZE, hashed_kronecker_points, hashed_subpoints
 from ..numerics.sobol_points import net_points, stratified_copies
+from ..numerics.vector import total
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs, Surface
 from ..tracing.occluder_culling import Occluders, find_group_candidates
 from .direct_light import diffuse_brdf
 from .ratio_estimator import gather_light, unoccluded_factor
 
-__all__ = ["LIGHT_RAYS", "LightSampler", "SampledLight"]
+__all__ = ["LIGHT_RAYS", "NET_RAYS", "LightSampler", "SampledLight", "SkyRays"]
 
 
 LIGHT_RAYS = LATTICE_SIZE
@@ -50,6 +55,47 @@ class SampledLight:
 
     colors: tuple[Array, Array, Array]
     sampled: Mask
+
+
+class SkyRays:
+    """Rays that lights share which are channels of one environment."""
+
+    def __init__(self) -> None:
+        """No rays are known yet."""
+        self._whole: Environment | None = None
+        self._rays: tuple[Mask, NDArray[np.float32] | None] | None = None
+        self._radiance: Array | None = None
+
+    def find(
+        self, light: Emitter, trace: Callable[[], tuple[Mask, NDArray[np.float32] | None]]
+    ) -> tuple[Mask, NDArray[np.float32] | None]:
+        """The rays of a light: those before, if it is a channel of the same environment."""
+        whole = None if light.channel_of is None else light.channel_of[0]
+        if self._rays is None or whole is None or whole is not self._whole:
+            self._whole, self._rays, self._radiance = whole, trace(), None
+        return self._rays
+
+    def radiance(self, light: Emitter, way: NDArray[np.float32]) -> Array:
+        """Radiance (...) of a light in directions (3, ...) of the rays that were found last."""
+        whole, channel = light.channel_of or (light.environment, 0)
+        assert whole is not None
+        if self._radiance is None or light.channel_of is None:
+            self._radiance = whole.map.radiance(way.astype(np.float64))
+        part: Array = self._radiance[channel]
+        return part
+
+
+def _sky_factors(
+    light: Emitter, rays: tuple[Mask, NDArray[np.float32] | None], known: SkyRays
+) -> tuple[Array, Array]:
+    """Factors (n,) by all rays of points and by open ones, whose density is the cosine over pi."""
+    free, way = rays
+    if way is None:
+        share = free.sum(axis=0, dtype=np.float64) / len(free)
+        return np.full(share.size, np.pi), np.pi * share
+    radiance = known.radiance(light, way)
+    scale = np.pi / len(free)
+    return scale * total(radiance), scale * total(radiance * free)
 
 
 @dataclass(frozen=True)
@@ -80,6 +126,15 @@ class LightSampler:
         numbers : for each point its pixel's number in the picture, and its own number (m,) in the
             pixel's sequence.
         """
+        light = self.plan.lights[self.number]
+        whole, every, visible, sampled = self._general(hits, row, time, numbers)
+        weight = diffuse_brdf(self.plan, hits.item) * light.power[:, None]
+        return SampledLight((weight * whole, weight * every, weight * visible), sampled)
+
+    def _general(
+        self, hits: Surface, row: Ints, time: Array, numbers: tuple[Ints, Ints]
+    ) -> tuple[Array, Array, Array, Mask]:
+        """Factors (m,) of light at points: unhidden, by all rays and by open ones; if sampled."""
         plan, light = self.plan, self.plan.lights[self.number]
         shape = plan.as_shadow_caster(light)
         when: Array | float = time if plan.motion else 0.0
@@ -97,10 +152,62 @@ class LightSampler:
                 plan, part, light, pairs, spots, moment, tracer=self.occluders.tracer
             )
             every[some], visible[some] = sums.total[:, 0], sums.visible[:, 0]
-        weight = diffuse_brdf(plan, hits.item) * light.power[:, None]
         sampled = np.zeros(row.size, dtype=np.bool_)
         sampled[some] = True
+        return whole, every, visible, sampled
+
+    @property
+    def traces_sky(self) -> bool:
+        """Whether `sample_sky` samples the light."""
+        shape = self.plan.as_shadow_caster(self.plan.lights[self.number])
+        tracer = self.occluders.tracer
+        if tracer is None or self.axes is None or self.plan.motion:
+            return False
+        free = shape.passes is None and shape.casts_shadow
+        return free and shape.surrounds and shape.extended and tracer.holds_all
+
+    def sample_sky(
+        self, hits: Surface, pixel: Ints, index: Ints, place: tuple[Ints, Ints], known: SkyRays
+    ) -> SampledLight:
+        """Light of a sky or an environment at m points of which all is at rest.
+
+        Parameters
+        ----------
+        hits : the points.  pixel : (n,) numbers of the pixels in the picture.
+        index : (k,) numbers of points in the sequences of pixels.
+        place : rows (m,) of `pixel` and of `index` that tell of each point, in order.
+        known : rays of lights that are channels of one environment.
+        """
+        tracer, light = self.occluders.tracer, self.plan.lights[self.number]
+        assert tracer is not None and self.axes is not None
+        count = hits.item.size
+        weight = diffuse_brdf(self.plan, hits.item) * light.power[:, None]
+        shape = self.plan.as_shadow_caster(light)
+        whole = unoccluded_factor(light, shape, light.to_center(hits.point, 0.0), hits)
+        every, visible, sampled = whole.copy(), whole.copy(), np.ones(count, dtype=np.bool_)
+        near = tracer.is_near(hits.point)
+        close, far = near.nonzero()[0], (~near).nonzero()[0]
+        if close.size:
+            rays = known.find(light, lambda: self._sky_rays(hits, pixel, index, place, close))
+            every[close], visible[close] = _sky_factors(light, rays, known)
+        if far.size:
+            numbers = pixel[place[0][far]], index[place[1][far]]
+            found = self._general(hits.take(far), place[0][far], np.zeros(far.size), numbers)
+            whole[far], every[far], visible[far], sampled[far] = found
         return SampledLight((weight * whole, weight * every, weight * visible), sampled)
+
+    def _sky_rays(
+        self, hits: Surface, pixel: Ints, index: Ints, place: tuple[Ints, Ints], rows: Ints
+    ) -> tuple[Mask, NDArray[np.float32] | None]:
+        """Which rays from the points `rows` (r,) are open, (k, r), and directions (3, k, r)."""
+        tracer, light = self.occluders.tracer, self.plan.lights[self.number]
+        assert tracer is not None and self.axes is not None
+        axes, stream = (self.axes, self.axes + 1), LIGHT_STREAM + self.number
+        net = net_points(self.plan.settings.seed, pixel, stream, index, axes)
+        whole = rows.size == pixel.size * index.size
+        a, b = net.reshape(2, -1) if whole else net[:, place[0][rows], place[1][rows]]
+        point, normal = columns(hits.point, rows), columns(hits.normal, rows)
+        return tracer.open_rays(point, normal, a, b, not light.uniform_hemisphere)
 
     @property
     def rays(self) -> int:

@@ -215,13 +215,14 @@ def make_plan(scene: Scene, settings: Settings) -> Plan:
     table = _make_shape_table(records, origin, displacement)
     lights, seen_lights = _make_emitters(scene, moving, lens.origin, drift, skipped)
     penumbra = _has_penumbra(settings, lights, sum(counts), skipped)
-    lights = _prepared(lights, settings, table)
     light_moves = any(light.displacement is not None for light in lights)
     motion = moving and bool(table.moves.any() or light_moves)
     skipped += _skipped_effects(settings, motion, sum(counts))
     complete = _with_shapes(lights, shapes, table, origin)
+    traced = find_traced_spheres(table, complete, settings)
+    complete = _prepared(complete, settings, traced is not None or bool(table.sampled.any()))
     return Plan(
-        settings=_with_feasible_batches(settings, lights, sum(counts)),
+        settings=_with_feasible_batches(settings, complete, sum(counts)),
         lens=lens,
         region=camera.region,
         resolution=camera.resolution,
@@ -242,7 +243,7 @@ def make_plan(scene: Scene, settings: Settings) -> Plan:
         emission=_emissions(shapes),
         seen=_mask(shapes, lambda shape: shape.visibility.camera, True),
         holdout=_mask(shapes, lambda shape: shape.visibility.holdout, False),
-        traced=find_traced_spheres(table, complete, settings),
+        traced=traced,
     )
 
 
@@ -420,11 +421,12 @@ def _make_emitters(
     return tuple(lighting), tuple(seen)
 
 
-def _prepared(
-    lights: Iterable[Emitter], settings: Settings, table: ShapeTable
-) -> tuple[Emitter, ...]:
-    """Lights with what they keep for a picture, each channel apart where rays are distributed."""
-    if settings.method == "RAYS" or table.sampled.any():
+def _prepared(lights: Iterable[Emitter], settings: Settings, sampled: bool) -> tuple[Emitter, ...]:
+    """Lights with what they keep for a picture, each channel apart where rays are distributed.
+
+    sampled : whether rays find light by method 'EXACT' as well.
+    """
+    if settings.method == "RAYS" or sampled:
         # distributed rays estimate one number a light
         lights = [part for light in lights for part in light.channels()]
     return tuple(light.prepared(settings.tolerance) for light in lights)

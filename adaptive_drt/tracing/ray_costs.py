@@ -17,12 +17,12 @@ __all__ = ["rays_cost_less"]
 
 POINT_SECONDS, OCCLUDER_SECONDS = 1e-4, 3e-6
 """Seconds of light in closed form at a point, with its candidates, and of each occluder there."""
-SAMPLE_SECONDS = 2.5e-6
+SAMPLE_SECONDS = 1.5e-6
 """Seconds of one point of a sampled pixel with its rays to one light."""
-FILLED_SAMPLES, CUT_SAMPLES, SAMPLES_POWER = 120.0, 450.0, 1.5
+FILLED_SAMPLES, CUT_SAMPLES, SAMPLES_POWER = 60.0, 110.0, 1.6
 """Points of a sampled pixel at a tolerance of 1 %: of one that an object fills, and of one with
 outlines; and the power of the inverse of the tolerance that they grow with."""
-FILLED_POINTS, CUT_POINTS, POINTS_POWER = 1.5, 27.0, 0.38
+FILLED_POINTS, CUT_POINTS, POINTS_POWER = 1.2, 14.0, 0.3
 """The same for points in closed form."""
 BLOCK_POINTS = 0.4
 """Points in closed form for each pixel of a block of 8 x 8 that may be interpolated, at any

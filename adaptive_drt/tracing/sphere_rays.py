@@ -10,6 +10,7 @@ are tested one by one as everywhere else.
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..geometry.embree_library import native_library
 from ..geometry.embree_spheres import SphereScene
@@ -31,6 +32,12 @@ MAX_OTHERS = 24
 LARGE = 64.0
 """Radius from which a sphere is tested as the other objects are, in median radii: it would set the
 size of the scene, and with it what float32 rounds away of the small ones."""
+MIN_COLORED_TOLERANCE = 2e-3
+"""Tolerance down to which spheres are traced as one set under coloured environments: their closed
+form then takes each channel by itself, which is up to three times as long."""
+MAX_FACE_SIZE = 16.0
+"""Largest distance of their corners from the middle of the spheres along each axis, as a multiple
+of the spheres' extent: embree rounds them by a sixteenth of what rays begin above surfaces."""
 MAX_ROUNDING = 2.0**-9
 """Largest rounding of embree's rays as a fraction of the radius of the smallest sphere. Errors of
 single rays near outlines have random signs and are this small a part of the outline's sphere."""
@@ -58,35 +65,54 @@ def find_traced_spheres(
         return None
     for light in lights:
         passes = light.passes is not None and bool(light.passes[traced].any())
-        if light.channel_count > 1 or passes:
+        colored = light.channel_count > 1
+        if passes or (colored and settings.tolerance < MIN_COLORED_TOLERANCE):
             return None
     if not any(light.extended and light.casts_shadow for light in lights):
         return None
-    scene = _scene(table, traced.nonzero()[0])
+    scene, _ = _scene(table, traced)
     if scene.rounding > MAX_ROUNDING * float(radius[traced].min()):
         return None
     return traced
 
 
-def _scene(table: ShapeTable, item: Ints) -> SphereScene:
-    """The spheres among the objects `item`, in embree."""
+def _scene(table: ShapeTable, traced: Mask) -> tuple[SphereScene, Mask]:
+    """The traced spheres in embree with some faces, and which objects (n,) are in it."""
+    item, held = traced.nonzero()[0], traced.copy()
     (center, radius), d = table.bounding_spheres, table.displacement
     shift = None if d is None else columns(d, item)
-    return SphereScene(columns(center, item), radius[item], shift)
+    center, radius = columns(center, item), radius[item]
+    middle, sides = SphereScene.extent(center, radius, shift)
+    corners = [np.zeros((3, 4, 0))]
+    for shapes, rows, index in table.groups((~traced).nonzero()[0]):
+        each = shapes.quad_corners(index)
+        if each is None:
+            continue
+        inside = (np.abs(each - middle[:, :, None]) <= MAX_FACE_SIZE * sides.max()).all(axis=(0, 1))
+        inside &= ~shapes.moves[index]
+        corners.append(each[:, :, inside])
+        held[(~traced).nonzero()[0][rows[inside]]] = True
+    faces = np.concatenate(corners, axis=2)
+    return SphereScene(center, radius, shift, faces), held
 
 
 class SphereTracer:
     """Traces rays against those objects that are traced as one set of spheres."""
 
     def __init__(self, table: ShapeTable, traced: Mask) -> None:
-        """Take the objects that `find_traced_spheres` has found."""
+        """Take the objects that `find_traced_spheres` has found.
+
+        `holds_all` then tells whether the few other objects are faces at rest, which `open_rays`
+        traces with them.
+        """
         self.traced = traced
         self._item = traced.nonzero()[0]
         center, radius = table.bounding_spheres
         self._center, self._radius = columns(center, self._item), radius[self._item]
         d = table.displacement
         self._shift = None if d is None else columns(d, self._item)
-        self._scene = _scene(table, self._item)
+        self._scene, held = _scene(table, traced)
+        self.holds_all = bool(held.all())
 
     @property
     def items(self) -> Ints:
@@ -96,6 +122,16 @@ class SphereTracer:
     def blocked(self, point: Array, normal: Array, to: Array, time: Array | float) -> Mask:
         """Whether spheres block segments from points of surfaces: see `SphereScene.blocked`."""
         return self._scene.blocked(point, normal, to, time)
+
+    def is_near(self, point: Array) -> Mask:
+        """Whether `open_rays` may be asked for points (3, n): (n,)."""
+        return self._scene.is_near(point)
+
+    def open_rays(
+        self, point: Array, normal: Array, a: Array, b: Array, ways: bool
+    ) -> tuple[Mask, NDArray[np.float32] | None]:
+        """Which of few directions from points are open: see `SphereScene.open_rays`."""
+        return self._scene.open_rays(point, normal, a, b, ways)
 
     def nearest(self, w: Array, time: Array | float) -> tuple[Array, Ints]:
         """Ray parameters (...) and objects of the first hits of rays from the camera, inf and -1.

@@ -5,8 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from adaptive_drt.image.sampled_budget import raised_tolerance, sampled_limits
-from adaptive_drt.numerics.error_coefficients import BUDGETED_SHARE
+from adaptive_drt.image.sampled_budget import sampled_limits
 
 
 def test_limits_grow_slowly_with_the_error_of_the_first_points():
@@ -15,10 +14,3 @@ def test_limits_grow_slowly_with_the_error_of_the_first_points():
         limit = sampled_limits(error, 1.0, motion)
         assert (np.diff(limit) >= 0.0).all() and limit[0] == limit[1] > 0.0
         assert limit[-1] < 10.0 * limit[0]
-
-
-def test_the_tolerance_is_raised_by_the_share_of_sampled_pixels_and_is_kept():
-    assert raised_tolerance(0.01, 0.0) == 0.01
-    raised = [raised_tolerance(0.01, share) for share in (0.0, 0.5, 1.0)]
-    assert raised == sorted(raised)
-    assert BUDGETED_SHARE * raised[-1] < 0.01

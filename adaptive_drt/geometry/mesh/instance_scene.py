@@ -23,10 +23,10 @@ from ..embree_library import (
     ITEM_WORD,
     LONGEST_RAY,
     RAY_WORDS,
-    ROBUST,
     geometry_buffer,
     native_library,
     ray_packets,
+    scene_of,
     trace_packets,
     word_of_rays,
 )
@@ -171,26 +171,13 @@ class InstanceScene:
         ):
             count, size = values.shape
             geometry_buffer(mesh, kind, form, values.dtype.type, (count, size))[:] = values
-        inner = _scene_of(mesh)
+        inner = scene_of(mesh)
         count = self._matrices.shape[2]
         instances = library.rtcNewGeometry(library.device, INSTANCE_ARRAY)
         library.rtcSetGeometryInstancedScene(instances, inner)
         places = geometry_buffer(instances, TRANSFORMS, FLOAT3X4_COLUMNS, np.float32, (count, 12))
         places[:] = self._matrices.reshape(12, count).T
-        return _scene_of(instances), inner
-
-
-def _scene_of(geometry: int) -> int:
-    """Embree's scene of a geometry, which it owns."""
-    library = native_library()
-    assert library is not None
-    scene: int = library.rtcNewScene(library.device)
-    library.rtcSetSceneFlags(scene, ROBUST)
-    library.rtcCommitGeometry(geometry)
-    library.rtcAttachGeometry(scene, geometry)
-    library.rtcReleaseGeometry(geometry)
-    library.rtcCommitScene(scene)
-    return scene
+        return scene_of(instances), inner
 
 
 def _conditions(placements: Placements) -> Array:

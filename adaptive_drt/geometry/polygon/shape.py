@@ -64,6 +64,9 @@ from .view import PolygonView
 
 __all__ = ["ParallelogramSet", "PolygonSet", "PolygonView"]
 
+QUAD_CORNERS = 4
+"""Number of corners of quadrilaterals."""
+
 Polygons = TypeVar("Polygons", bound="PolygonSet")
 
 
@@ -353,6 +356,16 @@ class PolygonSet(ShapeSet):
         """See `ShapeSet.polygonal_outline`."""
         q = self.corners_at(index, time) - point
         return self.vertices(q, columns(self.edge_u, index), columns(self.edge_v, index))
+
+    def quad_corners(self, index: Ints) -> Array | None:
+        """See `ShapeSet.quad_corners`."""
+        corners = self.vertices(
+            *(each[:, index] for each in (self.corner, self.edge_u, self.edge_v))
+        )
+        if len(corners) > QUAD_CORNERS:
+            return None
+        last = len(corners) - 1
+        return np.stack([corners[min(k, last)] for k in range(QUAD_CORNERS)], axis=1)
 
     def closest_points(self, index: Ints, w: Array, time: Array | float) -> Array:
         """See `ShapeSet.closest_points`: here the hits on the polygons' planes."""
