@@ -35,13 +35,16 @@ class EllipseSet(ShapeSet):
 
     Attributes
     ----------
-    center : (3, n) metres.  half_u, half_v : (3, n) metres, the half axes.
+    center : (3, n) metres.  half_u, half_v : (3, n) metres, the half axes. Of faces of solids their
+        cross product points out of the solid.
+    bodies : see `ShapeSet.bodies`.
     """
 
     center: Array
     half_u: Array
     half_v: Array
     displacement: Array | None
+    bodies: Ints | None = None
     planar: ClassVar[bool] = True
 
     @classmethod
@@ -54,7 +57,8 @@ class EllipseSet(ShapeSet):
             for name in ("center", "half_u", "half_v")
         ]
         center, u, v = map(np.ascontiguousarray, parts)
-        return cls(center - origin, u, v, displacement)
+        bodies = np.array([each.body for each in records], dtype=np.int64)
+        return cls(center - origin, u, v, displacement, bodies)
 
     @cached_property
     def unit_normal(self) -> Array:
