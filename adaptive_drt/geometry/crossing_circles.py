@@ -22,7 +22,14 @@ from .spherical_curves import (
     circles_inside_cones,
 )
 
-__all__ = ["gaps_of_rings", "open_circles", "open_circles_integral", "order_on_rings"]
+__all__ = [
+    "from_minus_pi",
+    "gaps_of_rings",
+    "open_circles",
+    "open_circles_integral",
+    "order_on_rings",
+    "split_at_pi",
+]
 
 
 CROSSING_TOLERANCE = 2.0**-48
@@ -80,10 +87,10 @@ def open_circles(
     )
     rings = np.arange(k * n)
     ring = np.concatenate([first * n + point, np.tile(rings, center.shape[0])])
-    low, high = _from_minus_pi(
+    low, high = from_minus_pi(
         np.concatenate([mid, center.ravel()]), np.concatenate([width, half.ravel()])
     )
-    ring, low, high = _split_at_pi(ring, low, high)
+    ring, low, high = split_at_pi(ring, low, high)
     if spans is not None:
         ring = np.concatenate([ring, np.tile(rings, spans[0].shape[0])])
         low, high = (
@@ -119,7 +126,7 @@ def _crossing_pairs(circles: Circles) -> tuple[Ints, Ints, Ints, Mask]:
     return first, second, point, hidden
 
 
-def _from_minus_pi(center: Array, half: Array) -> Intervals:
+def from_minus_pi(center: Array, half: Array) -> Intervals:
     """Intervals (m,) of angles with starts from -pi to pi."""
     low = center - half
     low += 2.0 * np.pi * (low < -np.pi)
@@ -127,7 +134,7 @@ def _from_minus_pi(center: Array, half: Array) -> Intervals:
     return low, low + 2.0 * half
 
 
-def _split_at_pi(ring: Ints, low: Array, high: Array) -> tuple[Ints, Array, Array]:
+def split_at_pi(ring: Ints, low: Array, high: Array) -> tuple[Ints, Array, Array]:
     """Intervals (m,) of angles, of which those beyond pi continue as others from -pi on."""
     over = (high > np.pi).nonzero()[0]
     ends = high[over] - 2.0 * np.pi

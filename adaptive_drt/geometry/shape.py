@@ -455,6 +455,16 @@ class ShapeSet(ABC):
         """
         raise NotImplementedError
 
+    def elliptic_outline(
+        self, index: Ints, point: Array, time: Array | float
+    ) -> tuple[Array, Array, Array]:
+        """Flat ellipses of the same outlines: centres and two half axes (3, ...), metres.
+
+        It is asked only where `outline_kind` is `ELLIPSE`; parameters as above. Centres are from
+        the points; half axes are any two conjugate ones.
+        """
+        raise NotImplementedError
+
     def polygonal_outline(
         self, index: Ints, point: Array, time: Array | float
     ) -> tuple[Array, ...]:

@@ -12,6 +12,7 @@ from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.floats import TINY, UNIT_ROUNDOFF
 from ..numerics.gather import columns
 from ..numerics.vector import cross, dot, normalize
+from .elliptic_cones import EllipticCones, arcs_inside_elliptic_cones, map_cones
 from .spherical_curves import (
     Circles,
     GreatCircleArcs,
@@ -22,11 +23,13 @@ from .spherical_curves import (
 
 __all__ = [
     "CircularSilhouette",
+    "EllipticSilhouette",
     "Hemisphere",
     "LightSilhouette",
     "OpenSilhouette",
     "PolygonSilhouettes",
     "circular_silhouette",
+    "elliptic_silhouette",
     "hemisphere_silhouette",
     "make_polygon_silhouettes",
     "polygon_silhouette",
@@ -54,11 +57,23 @@ class CircularSilhouette:
 
 
 @dataclass(frozen=True)
+class EllipticSilhouette:
+    """The silhouette of a flat ellipse, seen from n points.
+
+    Attributes
+    ----------
+    cones : (n,) the cones over it.
+    """
+
+    cones: EllipticCones
+
+
+@dataclass(frozen=True)
 class Hemisphere:
     """The silhouette of a light that surrounds the points: all that is above their horizons."""
 
 
-OpenSilhouette: TypeAlias = Array | CircularSilhouette | Hemisphere
+OpenSilhouette: TypeAlias = Array | CircularSilhouette | EllipticSilhouette | Hemisphere
 """A light's silhouette before the horizon cuts it: the corners (j, 3, n) of a convex polygon in
 order, in metres from n points, or another one."""
 
@@ -76,6 +91,7 @@ class LightSilhouette:
         light lies in the half-spaces to their left.
     bounds : one edge for each of these half-spaces; of several edges in one, the first.
     cone : the (1, n) cone that it lies in, or None.
+    ellipse : the (1, n) elliptic cone that it lies in, or None.
     """
 
     center: Array
@@ -83,6 +99,7 @@ class LightSilhouette:
     edges: GreatCircleArcs
     bounds: GreatCircleArcs
     cone: Circles | None
+    ellipse: EllipticCones | None = None
 
 
 @dataclass(frozen=True)
@@ -133,11 +150,19 @@ def polygon_silhouette(corners: Array, normal: Array, cut: bool) -> LightSilhoue
 
 
 def circular_silhouette(light: CircularSilhouette, normal: Array, cut: bool) -> LightSilhouette:
-    """Return the silhouette of a round light; parameters as for `quad_outline`."""
+    """Return the silhouette of a round light; parameters as for `polygon_silhouette`."""
     center = light.axis
     cone = make_circles(center[:, None], light.sine[None], light.cosine[None], center)
     edges = _horizon_arc(cone, normal) if cut else _no_edges(normal)
     return LightSilhouette(center, light.sine * np.sqrt(2.0), edges, edges, cone)
+
+
+def elliptic_silhouette(cones: EllipticCones, normal: Array, cut: bool) -> LightSilhouette:
+    """Return the silhouette of a light within cones (n,); else as `polygon_silhouette`."""
+    ring = map_cones(lambda each: each[..., None, :], cones)
+    edges = _horizon_in_cones(ring, normal) if cut else _no_edges(normal)
+    reach = np.sqrt(2.0) * cones.a / np.sqrt(1.0 + cones.a * cones.a)
+    return LightSilhouette(cones.z, reach, edges, edges, None, ring)
 
 
 def hemisphere_silhouette(normal: Array) -> LightSilhouette:
@@ -274,4 +299,17 @@ def _horizon_arc(cone: Circles, normal: Array) -> GreatCircleArcs:
     q = np.sqrt(np.maximum((cone.sine - mu) * (cone.sine + mu), 0.0))
     middle = foot / np.maximum(length, TINY)
     along, half = cross(n, middle), np.arctan2(q, cone.cosine)
+    return GreatCircleArcs(planes, middle, along, half, middle, along, None)
+
+
+def _horizon_in_cones(ring: EllipticCones, normal: Array) -> GreatCircleArcs:
+    """The arcs of horizons inside lights within elliptic cones (1, n) that the horizons cut."""
+    planes = _with_horizon(_no_edges(normal).planes, normal)
+    frame = make_circles(planes.normal, np.ones_like(ring.a), np.zeros_like(ring.a), ring.z[:, 0])
+    half = np.zeros_like(ring.a)
+    around = GreatCircleArcs(planes, frame.u, frame.w, half, frame.u, frame.w, None)
+    low, high = (each[0] for each in arcs_inside_elliptic_cones(around, ring))
+    turn, half = 0.5 * (low + high), 0.5 * (high - low)
+    middle = np.cos(turn) * frame.u + np.sin(turn) * frame.w
+    along = cross(planes.normal, middle)
     return GreatCircleArcs(planes, middle, along, half, middle, along, None)

@@ -3,10 +3,8 @@
 
 A circular disk that is wholly above the horizon has an elementary closed form, the vector of whose
 components are the configuration factors of a differential element and a disk, parallel and
-perpendicular (Hamilton and Morgan 1952, NACA TN 2836). All else is that of polygons of the same
-area and `SIDES` sides: what is seen of them behind occluders and above the horizon has a closed
-form, and differs where another outline crosses the ellipse. The whole of an ellipse is extrapolated
-from two of them.
+perpendicular (Hamilton and Morgan 1952, NACA TN 2836). All else is that of the cone over the
+ellipse: see `geometry.elliptic_cones`.
 """
 
 from __future__ import annotations
@@ -16,7 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..geometry.elliptic_cones import cones_of_ellipses, whole_cone_factor
 from ..geometry.light_protocol import LinearSpan
+from ..geometry.silhouettes import EllipticSilhouette, OpenSilhouette
 from ..geometry.sphere.kernels import surface_tolerance
 from ..numerics.arrays import Array, Mask
 from ..numerics.floats import TINY
@@ -25,23 +25,11 @@ from ..numerics.vector import cross, dot
 from ..scene.description import Ellipse, EllipseLight, Shape, vector_of
 from .emitter import LightMotion, column
 from .flat_light import FlatEmitter
-from .form_factor import polygon_factor
+from .occluded_form_factor import visible_factor
 
 __all__ = ["EllipseEmitter", "make_ellipse_emitter"]
 
 
-SIDES = 64
-"""Number of sides of the polygons that stand for ellipses whose visible part is integrated."""
-CLOSE_SIDES = 256
-"""The same for the whole ellipse where that is closer than it is long."""
-OUTLINE_ERROR = 1.5e-5
-"""Largest error of what is seen in part of a polygon of 64 sides instead of a circle at a distance
-of several radii, as a fraction of the whole light. An outline that crosses the ellipse cuts off a
-part of a side's circular segment more or less, of which each is 2 pi^3 / (3 SIDES^3) of the area.
-Measured: it grows as in `EllipseEmitter.outline_error`; see the tests of elliptic lights."""
-EXTRAPOLATION = 1.0 / 15.0
-"""Weight of the difference of polygons with `SIDES` and half as many sides that is added to the
-former: errors of polygons of the same area as the ellipse fall with the fourth power."""
 NEAREST_STEPS = 4
 """Number of steps of the iteration for the nearest point of an ellipse."""
 CIRCULAR = 2.0**-40
@@ -58,24 +46,6 @@ class EllipseEmitter(FlatEmitter):
 
     circular: bool
 
-    def outline_error(self, to: Array, normal: Array) -> Array:
-        """Errors (n,) in sr of what is seen of the light behind occluders.
-
-        They are fractions of the light's solid angle, times the largest cosine with the normal.
-        The fractions grow with the square of the ratio of the axes, and where the light is closer
-        than its shorter half axis with that of the distance.
-        """
-        shortest = float(np.sqrt(dot(self.span.half_v, self.span.half_v))[0])
-        away = self._from_nearest(to)
-        square = np.maximum(dot(away, away), TINY)
-        fraction = (self.radius / shortest) ** 2 * (1.0 + shortest * shortest / square)
-        height = np.maximum(-dot(self.span.normal, to), 0.0)
-        length = np.maximum(np.sqrt(dot(to, to)), TINY)
-        solid = np.minimum(np.pi * self.radius * shortest * height / length**3, 2.0 * np.pi)
-        risen = np.maximum(dot(normal, to) + self.extent(normal), 0.0)
-        error: Array = OUTLINE_ERROR * fraction * solid * np.minimum(risen / np.sqrt(square), 1.0)
-        return error
-
     def visible_shapes(self, reach: float) -> tuple[Shape, ...]:
         """Return the ellipse, if the camera is before it."""
         del reach
@@ -89,13 +59,6 @@ class EllipseEmitter(FlatEmitter):
         """Root of the sum of (half axis . vector)^2 over both, for vectors (3, n): (n,)."""
         extent: Array = np.hypot(dot(self.span.half_u, vector), dot(self.span.half_v, vector))
         return extent
-
-    def corners(self, to: Array, sides: int = SIDES) -> list[Array]:
-        """Corners (3, n) metres from the points, in order, of a polygon of the same area."""
-        size = math.sqrt(2.0 * math.pi / (sides * math.sin(2.0 * math.pi / sides)))
-        turn = 2.0 * math.pi * (np.arange(sides) + 0.5) / sides
-        rows = zip(size * np.cos(turn), size * np.sin(turn), strict=True)
-        return [to + a * self.span.half_u + b * self.span.half_v for a, b in rows]
 
     def _from_nearest(self, to: Array) -> Array:
         """Vectors (3, n) metres from the light's nearest points, exact for a circle.
@@ -148,10 +111,7 @@ class EllipseEmitter(FlatEmitter):
         return whole
 
     def irradiance_factor(self, to: Array, point: Array, normal: Array) -> Array:
-        """Irradiance over the radiance, (n,) in sr, 0 from behind.
-
-        Where the horizon cuts the light, the error is that of a polygon.
-        """
+        """Irradiance over the radiance, (n,) in sr, 0 from behind."""
         extent = self.extent(normal)
         height = dot(normal, to)
         lit = (self.height_above(to, point) > 0.0) & (height + extent > 0.0)
@@ -162,35 +122,24 @@ class EllipseEmitter(FlatEmitter):
             factor[rows] = self._whole_factor(columns(to, rows), columns(normal, rows))
         rows = (lit & ~whole).nonzero()[0]
         if rows.size:
-            factor[rows] = self._polygon_factor(columns(to, rows), columns(normal, rows), False)
+            n = columns(normal, rows)
+            outline = self._elliptic_silhouette(columns(to, rows))
+            none = np.zeros((0, 3, rows.size)), np.zeros((0, rows.size))
+            factor[rows] = visible_factor(outline, n, none, np.zeros((0, 4, 3, rows.size)))
         return factor
 
     def _whole_factor(self, to: Array, normal: Array) -> Array:
         """Factors (n,) of the light where it faces the points and is above their horizons."""
         if self.circular:
             factor: Array = dot(normal, self._disk_irradiance(to))
-            return np.maximum(factor, 0.0)
-        return self._polygon_factor(to, normal, True)
+        else:
+            factor = whole_cone_factor(normal, self._elliptic_silhouette(to).cones)
+        return np.maximum(factor, 0.0)
 
-    def _polygon_factor(self, to: Array, normal: Array, whole: bool) -> Array:
-        """Factors (n,) of the light where it faces the points, by polygons.
-
-        whole : whether all of it is above their horizons, so that errors fall with a known power.
-        """
-        factor = np.zeros(to.shape[1])
-        away = self._from_nearest(to)
-        close = dot(away, away) < self.radius * self.radius
-        for chosen, sides in ((close, CLOSE_SIDES), (~close, SIDES)):
-            rows = chosen.nonzero()[0]
-            if not rows.size:
-                continue
-            point, n = columns(to, rows), columns(normal, rows)
-            fine = polygon_factor(self.corners(point, sides), n)
-            if whole:
-                rough = polygon_factor(self.corners(point, sides // 2), n)
-                fine = fine + EXTRAPOLATION * (fine - rough)
-            factor[rows] = fine
-        return factor
+    def _elliptic_silhouette(self, to: Array) -> EllipticSilhouette:
+        """The light's outline, for vectors (3, n) metres to its centre."""
+        half_u, half_v = self.span.half_u + np.zeros_like(to), self.span.half_v + np.zeros_like(to)
+        return EllipticSilhouette(cones_of_ellipses(to, half_u, half_v))
 
     def _disk_irradiance(self, to: Array) -> Array:
         """Integral (3, n) of w over the directions to a circular disk, seen from its front.
@@ -229,9 +178,9 @@ class EllipseEmitter(FlatEmitter):
         edge = cross(half_u, half_v)
         return to, self._sample_weights(to, point, normal, np.pi * np.sqrt(dot(edge, edge)))
 
-    def silhouette(self, to: Array, normal: Array) -> Array:
-        """Return the corners (`SIDES`, 3, n) of a polygon, in metres from the points."""
-        return np.array(self.corners(to))
+    def silhouette(self, to: Array, normal: Array) -> OpenSilhouette:
+        """Return the cones over the ellipse."""
+        return self._elliptic_silhouette(to)
 
 
 def make_ellipse_emitter(light: EllipseLight, motion: LightMotion) -> EllipseEmitter:

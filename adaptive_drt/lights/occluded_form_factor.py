@@ -10,7 +10,7 @@ of two equal occluders only the first contributes an outline.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,19 +18,31 @@ import numpy as np
 from ..geometry.axial_profile import AxialProfile, ProfileAtPoints
 from ..geometry.boundary_arcs import BoundaryArcs, arcs_of_curve
 from ..geometry.crossing_circles import open_circles, open_circles_integral
+from ..geometry.crossing_cones import open_cones
 from ..geometry.crossing_polygons import (
     open_arcs,
     open_arcs_integral,
     open_edges,
     open_edges_integral,
 )
+from ..geometry.elliptic_cones import (
+    EllipticCones,
+    arcs_inside_elliptic_cones,
+    cone_antiderivative,
+    cone_boundary_values,
+    cone_heights,
+    cones_of_circles,
+    elliptic_cones_outside_half_spaces,
+)
 from ..geometry.silhouettes import (
     CircularSilhouette,
+    EllipticSilhouette,
     Hemisphere,
     LightSilhouette,
     OpenSilhouette,
     PolygonSilhouettes,
     circular_silhouette,
+    elliptic_silhouette,
     hemisphere_silhouette,
     make_polygon_silhouettes,
     polygon_silhouette,
@@ -38,6 +50,7 @@ from ..geometry.silhouettes import (
 from ..geometry.spherical_curves import (
     Circles,
     GreatCircleArcs,
+    HalfSpaces,
     Intervals,
     arcs_inside_cones,
     arcs_inside_outline,
@@ -83,6 +96,8 @@ class _Silhouettes:
     """A light's outline, circles and polygons that occlude it, and normals, at n points.
 
     profile : the light's radiance over its outline; None where it is uniform.
+    cones : elliptic cones that occlude it, if there are any or the light is elliptic: then all
+        circles are among them.
     """
 
     normal: Array
@@ -90,6 +105,7 @@ class _Silhouettes:
     circles: Circles
     polygons: PolygonSilhouettes | None
     profile: ProfileAtPoints | None = None
+    cones: EllipticCones | None = None
 
 
 def visible_factor(
@@ -98,6 +114,7 @@ def visible_factor(
     spheres: tuple[Array, Array],
     polygons: Array,
     profile: AxialProfile | None = None,
+    ellipses: EllipticCones | None = None,
 ) -> Array:
     """Integral of max(0, n.w) over the directions in which a light is visible.
 
@@ -111,6 +128,8 @@ def visible_factor(
         a corner may be repeated.
     profile : of a round or flat light, the relative radiance by which directions count; None for
         1. Its error is that of a quadrature: see `ProfileAtPoints`.
+    ellipses : (e, n) further occluders, as elliptic cones; None for none. Neither they nor lights
+        with an elliptic silhouette have a profile.
 
     Returns
     -------
@@ -127,8 +146,9 @@ def visible_factor(
     Occluders that intersect the light's surface must be passed as polygons clipped by the caller.
     """
     if profile is not None:
+        assert ellipses is None, "elliptic outlines of lights with a profile have no closed form"
         return _profiled_factor(light, normal, spheres, polygons, profile)
-    return _factor_in_blocks(light, normal, spheres, polygons, None)
+    return _factor_in_blocks(light, normal, spheres, polygons, None, ellipses)
 
 
 def _profiled_factor(
@@ -158,7 +178,7 @@ def _profiled_factor(
 
 def _enclosing_cone(light: OpenSilhouette) -> tuple[Array, Array]:
     """Axes (3, n), unit, and half angles (n,) in radians of cones that hold a light."""
-    assert not isinstance(light, Hemisphere), "no light from all sides has a profile"
+    assert not isinstance(light, Hemisphere | EllipticSilhouette), "such lights have no profile"
     if isinstance(light, CircularSilhouette):
         return light.axis, np.arctan2(light.sine, light.cosine)
     ways = [corner / np.maximum(np.sqrt(dot(corner, corner)), TINY) for corner in light]
@@ -174,15 +194,18 @@ def _factor_in_blocks(
     spheres: tuple[Array, Array],
     polygons: Array,
     profile: ProfileAtPoints | None,
+    ellipses: EllipticCones | None = None,
 ) -> Array:
     """`visible_factor` by blocks of points."""
     total = np.zeros(normal.shape[1])
-    for rows in _blocks(light, normal.shape[1], spheres[0].shape[0], polygons):
+    more = 0 if ellipses is None else ellipses.a.shape[0]
+    for rows in _blocks(light, normal.shape[1], spheres[0].shape[0] + more, polygons):
         part = _take_silhouette(light, rows)
         v, radius = columns(spheres[0], rows, -1), columns(spheres[1], rows, -1)
         seen = None if profile is None else profile.take(rows)
+        own = None if ellipses is None else ellipses.take(rows)
         total[rows] = _block_factor(
-            part, columns(normal, rows), v, radius, columns(polygons, rows, -1), seen
+            part, columns(normal, rows), v, radius, columns(polygons, rows, -1), seen, own
         )
     return total
 
@@ -224,7 +247,7 @@ def _boundary(outlines: _Silhouettes) -> BoundaryArcs:
     near = polygons is not None and _compares_near_polygons(outlines, polygons)
     reach = outlines.light.reach
     if polygons is not None and near:
-        hidden = _hidden_by_circles(outlines, edges)
+        hidden = _hidden_by_round(outlines, edges)
         found = [arcs_of_curve(edges, *open_arcs(edges, polygons, hidden, reach), 1.0)]
     else:
         found = [_arcs_of_spans(edges, _unoccluded_intervals(outlines, edges, None), 1.0)]
@@ -237,7 +260,7 @@ def _boundary(outlines: _Silhouettes) -> BoundaryArcs:
     if polygons is not None:
         segments, base = polygons.segments, _edges_on_the_light(outlines, polygons)
         if near:
-            hidden = _hidden_by_circles(outlines, segments)
+            hidden = _hidden_by_round(outlines, segments)
             parts = open_edges(polygons, base, hidden, reach)
             found.append(arcs_of_curve(segments, *parts, -1.0))
         else:
@@ -260,6 +283,8 @@ def _take_silhouette(light: OpenSilhouette, rows: slice | Ints) -> OpenSilhouett
         return light
     if isinstance(light, CircularSilhouette):
         return CircularSilhouette(columns(light.axis, rows), light.cosine[rows], light.sine[rows])
+    if isinstance(light, EllipticSilhouette):
+        return EllipticSilhouette(light.cones.take(rows))
     return columns(light, rows, -1)
 
 
@@ -270,6 +295,7 @@ def _block_factor(
     radius: Array,
     polygons: Array,
     profile: ProfileAtPoints | None,
+    ellipses: EllipticCones | None,
 ) -> Array:
     """The factor, separately for points with the light cut by the horizon and wholly above it."""
     total = np.zeros(normal.shape[1])
@@ -278,6 +304,8 @@ def _block_factor(
     elif isinstance(light, CircularSilhouette):
         height = dot(normal, light.axis)
         low, high = height - light.sine, height + light.sine
+    elif isinstance(light, EllipticSilhouette):
+        low, high = cone_heights(normal, light.cones)
     else:
         heights = [dot(normal, corner) for corner in light]
         low, high = np.minimum.reduce(heights), np.maximum.reduce(heights)
@@ -293,6 +321,7 @@ def _block_factor(
                 columns(radius, rows, -1),
                 columns(polygons, rows, -1),
                 cut,
+                None if ellipses is None else ellipses.take(rows),
             )
             if profile is not None:
                 outlines = replace(outlines, profile=profile.take(rows))
@@ -309,6 +338,7 @@ def _make_silhouettes(
     radius: Array,
     polygons: Array,
     cut: bool,
+    ellipses: EllipticCones | None = None,
 ) -> _Silhouettes:
     """Return the outlines of the light and its occluders; arguments as for `visible_factor`.
 
@@ -318,6 +348,8 @@ def _make_silhouettes(
         outline = hemisphere_silhouette(normal)
     elif isinstance(light, CircularSilhouette):
         outline = circular_silhouette(light, normal, cut)
+    elif isinstance(light, EllipticSilhouette):
+        outline = elliptic_silhouette(light.cones, normal, cut)
     else:
         outline = polygon_silhouette(light, normal, cut)
     place = v.swapaxes(0, 1)
@@ -326,7 +358,14 @@ def _make_silhouettes(
     cosine = np.sqrt(np.maximum((length - radius) * (length + radius), 0.0)) / length
     circles = make_circles(place / length, sine, cosine, outline.center)
     flat = make_polygon_silhouettes(polygons, outline.center) if polygons.shape[0] else None
-    return _Silhouettes(normal, outline, circles, flat)
+    if ellipses is None and outline.ellipse is None:
+        return _Silhouettes(normal, outline, circles, flat)
+    cones = cones_of_circles(circles)
+    cones = cones if ellipses is None else ellipses.joined(cones)
+    if outline.cone is not None:
+        outline = replace(outline, cone=None, ellipse=cones_of_circles(outline.cone))
+    circles = _take_circles(circles, np.arange(0))
+    return _Silhouettes(normal, outline, circles, flat, cones=cones)
 
 
 def _integrate(outlines: _Silhouettes) -> Array:
@@ -339,9 +378,30 @@ def _integrate(outlines: _Silhouettes) -> Array:
         double += _integral_along(outlines, cone, _visible_light_silhouette(outlines, cone))
     if outlines.circles.sine.shape[0]:
         double -= _integral_along_spheres(outlines)
+    if outlines.cones is not None:
+        double += _integral_along_cones(outlines, outlines.cones)
     if outlines.polygons is not None:
         double -= _integral_along_polygons(outlines, outlines.polygons)
     return np.maximum(0.5 * double, 0.0)
+
+
+def _integral_along_cones(outlines: _Silhouettes, cones: EllipticCones) -> Array:
+    """Integral of n.(w x dw) along an elliptic light, less that along elliptic occluders: (n,)."""
+    light, n = outlines.light, outlines.normal.shape[1]
+    k = cones.a.shape[0]
+    if light.ellipse is not None:
+        cones = cones.joined(light.ellipse)
+    aside = elliptic_cones_outside_half_spaces(cones, light.bounds.planes)
+    spans = _behind_polygons(
+        outlines, lambda planes: elliptic_cones_outside_half_spaces(cones, planes)
+    )
+    ring, low, high = open_cones(cones, light.ellipse is not None, *aside, spans)
+    part = cone_antiderivative(outlines.normal, light.center, cones).take(ring)
+    value = cone_boundary_values(part, high) - cone_boundary_values(part, low)
+    # in the order of the cones, whatever other points there are
+    total = np.zeros(n)
+    total += np.bincount(ring % n, weights=np.where(ring < k * n, -value, value), minlength=n)
+    return total
 
 
 def _integral_along(
@@ -370,6 +430,10 @@ def _unoccluded_intervals(
     starts, ends = [], []
     if outlines.circles.sine.shape[0]:
         start, end = arcs_inside_cones(segments, outlines.circles)
+        starts.append(start)
+        ends.append(end)
+    if outlines.cones is not None:
+        start, end = arcs_inside_elliptic_cones(segments, outlines.cones)
         starts.append(start)
         ends.append(end)
     if outlines.polygons is not None:
@@ -467,15 +531,19 @@ def _visible_light_silhouette(outlines: _Silhouettes, cone: Circles) -> Interval
 
 def _circles_behind_polygons(outlines: _Silhouettes, circles: Circles) -> Intervals | None:
     """Intervals (i, k, n) of circles behind polygons, for each polygon one more than its edges."""
+    return _behind_polygons(outlines, lambda planes: circles_outside_half_spaces(circles, planes))
+
+
+def _behind_polygons(
+    outlines: _Silhouettes, outside: Callable[[HalfSpaces], Intervals]
+) -> Intervals | None:
+    """Intervals (i, k, n) of curves behind polygons, from those `outside` of half-spaces."""
     if outlines.polygons is None:
         return None
     starts, ends = [], []
     for i in range(outlines.polygons.edge_on.shape[0]):
-        low, high = complement_on_circle(
-            *circles_outside_half_spaces(
-                circles, outlines.polygons.segments.take(outlines.polygons.edge_rows(i)).planes
-            )
-        )
+        rows = outlines.polygons.edge_rows(i)
+        low, high = complement_on_circle(*outside(outlines.polygons.segments.take(rows).planes))
         starts.append(low)
         ends.append(np.where(outlines.polygons.edge_on[i], low, high))
     return np.concatenate(starts), np.concatenate(ends)
@@ -486,13 +554,15 @@ def _integral_along_edges(outlines: _Silhouettes, edges: GreatCircleArcs) -> Arr
     polygons = outlines.polygons
     if polygons is None or not _compares_near_polygons(outlines, polygons):
         return _integral_along(outlines, edges, _unoccluded_intervals(outlines, edges, None))
-    hidden = _hidden_by_circles(outlines, edges)
+    hidden = _hidden_by_round(outlines, edges)
     potential = make_antiderivative(outlines.normal, outlines.light.center, edges)
     return open_arcs_integral(edges, polygons, hidden, outlines.light.reach, potential)
 
 
-def _hidden_by_circles(outlines: _Silhouettes, arcs: GreatCircleArcs) -> Intervals | None:
-    """Intervals (k, j, n) of arcs that lie behind spheres; None without spheres."""
+def _hidden_by_round(outlines: _Silhouettes, arcs: GreatCircleArcs) -> Intervals | None:
+    """Intervals (k, j, n) of arcs that lie behind circles or elliptic cones; None without any."""
+    if outlines.cones is not None:
+        return arcs_inside_elliptic_cones(arcs, outlines.cones)
     if not outlines.circles.sine.shape[0]:
         return None
     return arcs_inside_cones(arcs, outlines.circles)
@@ -508,7 +578,7 @@ def _integral_along_polygons(outlines: _Silhouettes, polygons: PolygonSilhouette
     segments, base = polygons.segments, _edges_on_the_light(outlines, polygons)
     if not _compares_near_polygons(outlines, polygons):
         return _integral_along(outlines, segments, _unoccluded_intervals(outlines, segments, base))
-    hidden = _hidden_by_circles(outlines, segments)
+    hidden = _hidden_by_round(outlines, segments)
     potential = make_antiderivative(outlines.normal, outlines.light.center, segments)
     return open_edges_integral(polygons, base, hidden, outlines.light.reach, potential)
 
@@ -521,6 +591,9 @@ def _edges_on_the_light(outlines: _Silhouettes, polygons: PolygonSilhouettes) ->
     low, high = arcs_inside_outline(segments, outlines.light.bounds, along, outlines.light.reach)
     if outlines.light.cone is not None:
         start, end = arcs_inside_cones(segments, outlines.light.cone)
+        low, high = np.maximum(low, start[0]), np.minimum(high, end[0])
+    if outlines.light.ellipse is not None:
+        start, end = arcs_inside_elliptic_cones(segments, outlines.light.ellipse)
         low, high = np.maximum(low, start[0]), np.minimum(high, end[0])
     low, high = np.clip(low, -half, half), np.clip(high, -half, half)
     high = np.maximum(low, high)

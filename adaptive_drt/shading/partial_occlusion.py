@@ -14,8 +14,17 @@ from itertools import pairwise
 
 import numpy as np
 
+from ..geometry.elliptic_cones import EllipticCones, cones_of_ellipses
 from ..geometry.light_plane import LightPlane
-from ..geometry.occluder_outline import CIRCLE, HIDDEN_PART_KINDS, NOTHING, RAYS
+from ..geometry.occluder_outline import (
+    CIRCLE,
+    CUT,
+    ELLIPSE,
+    HIDDEN_PART_KINDS,
+    NOTHING,
+    POLYGON,
+    RAYS,
+)
 from ..geometry.polygon.clipping import clip_polygons, concatenate_polygons
 from ..lights.emitter import Emitter
 from ..lights.occluded_form_factor import visible_factor
@@ -38,6 +47,8 @@ takes."""
 MAX_POLYGONS = 512
 """Number of polygons that hide a light in part, from which rays are distributed over it: their arcs
 take a tenth of a second a point, and hundreds of megabytes, where most of them overlap."""
+MAX_ELLIPSES = 512
+"""The same number of elliptic outlines."""
 SECTION_ERROR_MARGIN = 1.6
 """Factor on the fitted root mean square of a plane section's error, so that the stated error is no
 less than the true one on scenes of other seeds, and 95 of 100 points are within twice of it."""
@@ -100,8 +111,9 @@ def _occluded_factors(
     kind = _outline_kinds(plan, surface, light, pairs, _times_at(time, pairs.pixel))
     rays = np.zeros(count, dtype=np.bool_)
     rays[pairs.pixel[kind == RAYS]] = True
-    outlines = np.bincount(pairs.pixel[(kind != NOTHING) & (kind != CIRCLE)], minlength=count)
-    rays |= outlines > MAX_POLYGONS
+    straight = (kind == POLYGON) | (kind == CUT)
+    rays |= np.bincount(pairs.pixel[straight], minlength=count) > MAX_POLYGONS
+    rays |= np.bincount(pairs.pixel[kind == ELLIPSE], minlength=count) > MAX_ELLIPSES
     rays |= ~light.has_silhouette(light.to_center(surface.point, time))
     keep = (kind != NOTHING) & ~rays[pairs.pixel]
     circles = (keep & (kind == CIRCLE)).nonzero()[0]
@@ -189,8 +201,10 @@ def _closed_form_factors(
     """
     n = surface.item.size
     to = light.to_center(surface.point, time)
-    circles, polygons, sections = _outlines(plan, surface, light.plane(to), pairs, kind, time)
+    outlines = _outlines(plan, surface, light.plane(to), pairs, kind, time)
+    circles, ellipses, polygons, sections = outlines
     if light.environment is not None:
+        assert ellipses is None, "elliptic outlines have no closed form before environments"
         hidden = concatenate_polygons(polygons, n)
         seen, error = light.environment.visible_factor(surface.normal, circles, hidden, allowed)
         return (seen if len(seen) > 1 else seen[0]), error
@@ -199,7 +213,7 @@ def _closed_form_factors(
 
     def visible(part: list[Array]) -> Array:
         hidden = concatenate_polygons([*polygons, *part], n)
-        return visible_factor(outline, surface.normal, circles, hidden, light.profile)
+        return visible_factor(outline, surface.normal, circles, hidden, light.profile, ellipses)
 
     factor, error = visible(sections[0]), np.zeros(n)
     off = light.outline_error(to, surface.normal)
@@ -219,33 +233,38 @@ def _outlines(
     pairs: Pairs,
     kind: Ints,
     time: Array | float,
-) -> tuple[tuple[Array, Array], list[Array], tuple[list[Array], list[Array]]]:
-    """Circles, polygons and sections that hide a light, of points with equally many of each.
+) -> tuple[tuple[Array, Array], EllipticCones | None, list[Array], tuple[list[Array], list[Array]]]:
+    """Outlines and sections that hide a light, of points with equally many of each.
 
     Returns
     -------
-    Centres (k, 3, n) and radii (k, n) of spheres; polygons, clipped by the light's plane; and the
-    parts of that plane that occluders hide which it cuts, by fine and by rough polygons.
+    Centres (k, 3, n) and radii (k, n) of spheres; elliptic cones (e, n), if there are any;
+    polygons, clipped by the light's plane; and the parts of that plane that occluders hide which it
+    cuts, by fine and by rough polygons.
     """
     n = surface.item.size
     when, point = time if isinstance(time, np.ndarray) else np.full(n, time), surface.point[:, None]
     centers, radii = [np.zeros((0, 3, n))], [np.zeros((0, n))]
     polygons: list[Array] = []
+    cones: EllipticCones | None = None
     sections: tuple[list[Array], list[Array]] = [], []
     for shapes, rows, index in plan.shapes.groups(pairs.item):
         own = kind[rows]
-        circle, flat, cut = (index[own == one].reshape(n, -1).T for one in HIDDEN_PART_KINDS)
+        circle, oval, flat, cut = (index[own == one].reshape(n, -1).T for one in HIDDEN_PART_KINDS)
         if circle.size:
             center, radius = shapes.circular_outline(circle, point, when)
             centers.append(center.swapaxes(0, 1))
             radii.append(radius)
+        if oval.size:
+            more = cones_of_ellipses(*shapes.elliptic_outline(oval, point, when))
+            cones = more if cones is None else cones.joined(more)
         if flat.size:
             corners = np.array(shapes.polygonal_outline(flat, point, when))
             polygons.append(clip_polygons(plane, corners.transpose(2, 0, 1, 3)))
         if cut.size:
             for part, number in zip(sections, (SECTION_CORNERS, SECTION_CORNERS // 2), strict=True):
                 part.append(shapes.outline_in_plane(cut, point, when, plane, number))
-    return (np.concatenate(centers), np.concatenate(radii)), polygons, sections
+    return (np.concatenate(centers), np.concatenate(radii)), cones, polygons, sections
 
 
 def _group_keys(plan: Plan, pairs: Pairs, kind: Ints, count: int) -> Ints:
@@ -269,4 +288,6 @@ def _outline_kinds(
         own = pairs.item[rows] == surface.item[pixel]
         point, when = columns(surface.point, pixel), _times_at(time, rows)
         kind[rows] = shapes.outline_kind(index, point, own, light, when)
+    if light.profile is not None or light.environment is not None:
+        kind[kind == ELLIPSE] = RAYS
     return kind

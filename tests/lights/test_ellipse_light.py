@@ -13,6 +13,7 @@ from adaptive_drt.lights.ellipse_light import EllipseEmitter, make_ellipse_emitt
 from adaptive_drt.lights.emitter import LightMotion
 from adaptive_drt.lights.form_factor import polygon_factor
 from adaptive_drt.lights.occluded_form_factor import visible_factor
+from adaptive_drt.lights.spread_light import make_spread_ellipse_emitter
 from adaptive_drt.scene.description import EllipseLight, Motion, Quad, Scene
 from light_checks import (
     BALL,
@@ -54,6 +55,14 @@ def seen(kind, seed, least=1.0):
     return rng, light, -away[:, rows], normal[:, rows]
 
 
+def corners(light, to, sides):
+    """Corners (3, n) of polygons of the light's area, metres from the points."""
+    size = np.sqrt(2.0 * np.pi / (sides * np.sin(2.0 * np.pi / sides)))
+    turn = 2.0 * np.pi * (np.arange(sides) + 0.5) / sides
+    rows = zip(size * np.cos(turn), size * np.sin(turn), strict=True)
+    return [to + a * light.span.half_u + b * light.span.half_v for a, b in rows]
+
+
 def test_a_disk_against_50_digits():
     """Stokes' theorem along the rim, by quadrature."""
     light = make_ellipse_emitter(DISK, AT_REST)
@@ -85,7 +94,7 @@ def test_a_disk_against_50_digits():
 def test_the_whole_light_against_polygons_of_many_sides(kind):
     _, light, to, normal = seen(kind, 2)
     got = light.irradiance_factor(to, -to, normal)
-    fine, rough = (polygon_factor(light.corners(to, sides), normal) for sides in (1024, 512))
+    fine, rough = (polygon_factor(corners(light, to, sides), normal) for sides in (1024, 512))
     whole = (normal * to).sum(axis=0) > light.extent(normal)
     want = np.where(whole, fine + (fine - rough) / 15.0, fine)
     assert np.abs(got - want)[whole].max() < 1e-8
@@ -95,7 +104,8 @@ def test_the_whole_light_against_polygons_of_many_sides(kind):
 
 @EACH
 @pytest.mark.parametrize("what", ["card", "ball"])
-def test_what_is_seen_in_part_has_a_stated_error(kind, what):
+def test_what_is_seen_in_part_is_exact(kind, what):
+    """Against polygons of 512 sides; with a limited spread, by 64 sides with a stated error."""
     rng, light, to, normal = seen(kind, 3, 0.2)
     n = to.shape[1]
     turn, along = rng.uniform(0.0, 2.0 * np.pi, n), rng.uniform(-1.0, 1.0, n)
@@ -104,17 +114,24 @@ def test_what_is_seen_in_part_has_a_stated_error(kind, what):
     balls, cards = (np.zeros((0, 3, n)), np.zeros((0, n))), np.zeros((0, 4, 3, n))
     if what == "card":
         ends = [along * d - 9.0 * e, along * d + 9.0 * e]
-        corners = [*ends, ends[1] + 9.0 * d, ends[0] + 9.0 * d]
-        cards = np.array([0.5 * (to + corner) for corner in corners])[None]
+        card = [*ends, ends[1] + 9.0 * d, ends[0] + 9.0 * d]
+        cards = np.array([0.5 * (to + corner) for corner in card])[None]
     else:
         middle = 0.5 * (to + along * d)
         most = 0.9 * np.sqrt((middle * middle).sum(axis=0))
         balls = middle[None], np.minimum(0.3 * light.radius * rng.random(n), most)[None]
-    got, want = (
-        visible_factor(np.array(light.corners(to, sides)), normal, balls, cards)
+    rough, want = (
+        visible_factor(np.array(corners(light, to, sides)), normal, balls, cards)
         for sides in (64, 512)
     )
-    assert np.all(np.abs(got - want) <= light.outline_error(to, normal) + 1e-12)
+    spread = make_spread_ellipse_emitter(replace(LIGHTS[kind], spread=2.0), AT_REST)
+    error = spread.outline_error(to, normal)
+    assert np.all(np.abs(rough - want) <= error + 1e-12)
+    assert np.array_equal(spread.silhouette(to, normal), np.array(corners(light, to, 64)))
+    assert light.outline_error(to, normal) is None
+    got = visible_factor(light.silhouette(to, normal), normal, balls, cards)
+    # errors of these polygons fall with the third power of the number of sides
+    assert np.all(np.abs(got - want) <= error * (64 / 512) ** 3 * 2.0 + 1e-12)
 
 
 @EACH

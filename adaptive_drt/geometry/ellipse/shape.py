@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Flat ellipses as a kind of shape: they are seen exactly, and occlude lights by rays."""
+"""Flat ellipses as a kind of shape: they are seen exactly, and hide lights by elliptic cones."""
 
 from __future__ import annotations
 
@@ -17,12 +17,15 @@ from ...numerics.vector import cross, dot, norm
 from ...scene.description import Ellipse
 from ..camera import PinholeCamera
 from ..implicit_surface import ImplicitPlane
+from ..light_protocol import AreaLight
 from ..line_forms import BoxRays
+from ..occluder_outline import ELLIPSE, NOTHING, RAYS
 from ..pixel_coverage import PixelCoverage
 from ..planar_faces import NO_SOLID, PlanarFaces
 from ..polygon.kernels import moves_in_own_plane, plane_hits
 from ..shape import ShapeSet
 from ..sphere.kernels import surface_tolerance
+from ..sphere.outline import kinds_before_ball
 from .line_polynomials import EllipseForms, ellipse_forms
 from .pixel_coverage import ellipse_coverage
 
@@ -179,6 +182,33 @@ class EllipseSet(ShapeSet):
         return ellipse_forms(
             rows, rays, columns(self.center, index), self.displacements(index), u, v
         )
+
+    def outline_kind(
+        self, index: Ints, point: Array, own: Mask, light: AreaLight, time: Array | float
+    ) -> Ints:
+        """See `ShapeSet.outline_kind`: those that a light's plane cuts have none."""
+        u, v = columns(self.half_u, index), columns(self.half_v, index)
+        center = self.centers_at(index, time)
+        to, away = light.to_center(point, time), center - point
+        if light.solid:
+            radius = self.bounding_spheres[1][index]
+            kind = kinds_before_ball(center, radius, to, light, time)
+        else:
+            plane = light.plane(to)
+            extent = np.hypot(dot(plane.normal, u), dot(plane.normal, v))
+            height = plane.height_of(away)
+            kind = np.where(height >= extent, ELLIPSE, np.where(height <= -extent, NOTHING, RAYS))
+        # seen edge-on, from within its plane
+        above = np.abs(dot(columns(self.unit_normal, index), away))
+        flat = own | (above <= surface_tolerance(point, norm(away)))
+        return np.where(flat, NOTHING, kind)
+
+    def elliptic_outline(
+        self, index: Ints, point: Array, time: Array | float
+    ) -> tuple[Array, Array, Array]:
+        """See `ShapeSet.elliptic_outline`: the ellipses themselves."""
+        center = self.centers_at(index, time) - point
+        return center, columns(self.half_u, index), columns(self.half_v, index)
 
     def closest_points(self, index: Ints, w: Array, time: Array | float) -> Array:
         """See `ShapeSet.closest_points`: where the rays meet the ellipses' planes."""
