@@ -44,6 +44,11 @@ from .pixel_coverage import hit_depths, product_range
 __all__ = ["SideForms", "side_forms"]
 
 
+EDGE_ON_TOLERANCE = 2.0**-24
+"""Distance of the camera from the plane of an end, as a fraction of the cylinder's length, up to
+which the end counts as seen edge-on: from nearer, rounding hides both sides of its outline."""
+
+
 class SideForms(LineForms):
     """Sides of cylinders; the polynomials are the nine properties, in their order here."""
 
@@ -127,6 +132,10 @@ class SideForms(LineForms):
             high = np.where(last > first, np.maximum(high, last), high)
         events = [*cone_intervals(parts.d, parts.p, shape)]
         tests = [parts.touches_side] * 2
+        if len(parts.f) > 1:
+            # an end that is seen edge-on has no interval
+            events.append(_linear_root(parts.f))
+            tests.append(parts.meets_level)
         if lattice.axis == TIME and len(parts.g) > 1:
             # the camera enters or leaves the solid
             events += [*quadratic_roots(parts.g[0], parts.g[1], parts.g[2])]
@@ -135,7 +144,7 @@ class SideForms(LineForms):
         for event, test in zip(events, tests, strict=True):
             inner = np.abs(event) < NO_ROOT
             event = np.where(inner, event, 0.0)
-            inner &= test(event)
+            inner = inner & test(event)
             low = np.where(inner, np.minimum(low, event), low)
             high = np.where(inner, np.maximum(high, event), high)
         low = np.where(parts.meets_solid(BOX_ENDS[0]), BOX_ENDS[0], low)
@@ -171,11 +180,19 @@ class _LineParts:
         return cls(*(restrict_to_lines(each, lattice) for each in forms.polynomials[:7]))
 
     def touches_side(self, s: Array) -> Mask:
-        """Whether lines at s, that touch the infinite cylinder, do so between its ends."""
+        """Whether lines at s, that touch the infinite cylinder, do so between its ends, ahead."""
         low, high = _value(self.low, s), _value(self.high, s)
-        q, along = _value(self.q, s), _value(self.f, s) * _value(self.p, s)
-        between: Mask = (low * q <= along) & (along <= high * q)
+        p, q = _value(self.p, s), _value(self.q, s)
+        along = _value(self.f, s) * p
+        between: Mask = (low * q <= along) & (along <= high * q) & (p > 0.0)
         return between
+
+    def meets_level(self, s: Array) -> Mask:
+        """Whether rays at s, parallel to the ends, are between their planes and hit the side."""
+        low, high = _value(self.low, s), _value(self.high, s)
+        slack = EDGE_ON_TOLERANCE * (high - low)
+        meets: Mask = (low <= slack) & (high >= -slack) & (_value(self.d, s) >= 0.0)
+        return meets & (_value(self.p, s) > 0.0)
 
     def at_side(self, s: Array) -> Mask:
         """Whether the camera, on the infinite cylinder at s, is between its ends."""

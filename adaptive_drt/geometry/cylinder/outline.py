@@ -18,7 +18,7 @@ import numpy as np
 
 from ...numerics.arrays import Array, Mask
 from ...numerics.vector import dot, norm
-from ..light_protocol import LightBall, LightShape
+from ..light_protocol import AreaLight, LightShape
 from ..polygon.kernels import edge_planes, quad_edges, snapped_height
 from ..polygon.light_occlusion import polygon_hides_from_patch, polygon_occlusion
 from ..polygon.view import PolygonView
@@ -48,6 +48,13 @@ class SolidView:
         small = np.maximum(self.radius - graze, 0.0)
         return axial_view(self.center, self.axis, small).inside(self.half, graze)
 
+    def distance(self) -> Array:
+        """Distances (m,) of the points from the solids, metres; 0 from inside."""
+        seen = axial_view(self.center, self.axis, self.radius)
+        aside = np.maximum(norm(seen.across) - self.radius, 0.0)
+        distance: Array = np.hypot(aside, np.maximum(np.abs(seen.along) - self.half, 0.0))
+        return distance
+
     def parallelogram(self) -> tuple[PolygonView, Mask]:
         """The parallelograms, and whether there is one: (m,)."""
         q, u, v, outside = tangent_parallelogram(self.center, self.axis, self.half, self.radius)
@@ -56,11 +63,15 @@ class SolidView:
         return PolygonView(q, u, v, vertices, *quad_edges(q, u, v), planes, normal, height), outside
 
 
-def meets_light(gap: Array, axis: Array, half: Array, radius: Array, light: LightBall) -> Mask:
+def meets_light(
+    gap: Array, axis: Array, half: Array, radius: Array, light: AreaLight | LightShape
+) -> Mask:
     """Whether a light may reach into solids: (m,). The answer is conservative.
 
     gap : (3, m) metres from the middles of the solids to the light's centre.
     """
+    if light.surrounds:
+        return np.zeros(half.shape, dtype=np.bool_)
     near: Mask = segment_distance(gap, axis, half) <= radius + light.radius
     if light.span is not None:
         along = dot(axis, light.span.normal)
@@ -107,6 +118,10 @@ def casts_sharp_edge(
     of it is across the axis and s = w.(v x axis). With points of the patch both change by no more
     than their reach allows.
     """
+    near = view.distance() <= receivers.reach
+    if light.surrounds:
+        # from outside a convex solid is seen in less than the half of all directions
+        return near
     along = axial_view(view.center, view.axis, view.radius)
     apart = to - view.center
     apart = apart - dot(apart, view.axis) * view.axis
@@ -117,4 +132,4 @@ def casts_sharp_edge(
     may_touch = s - spread - shift <= view.radius * longest
     may_cover = s + spread - shift <= view.radius * longest
     may: Mask = may_touch & may_cover & ~hides_from_patch(view, light, receivers, to, gap)
-    return may
+    return may | near
