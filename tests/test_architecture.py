@@ -32,7 +32,7 @@ LAYERS = (
 rank, or of its own package; siblings of one rank do not know each other."""
 RANK = {name: rank for rank, layer in enumerate(LAYERS) for name in layer}
 
-ROOMS = {"geometry": ("sphere", "polygon", "ellipse", "ellipsoid"), "lights": ()}
+ROOMS = {"geometry": ("sphere", "polygon", "ellipse", "ellipsoid", "cylinder"), "lights": ()}
 """Packages that may tell kinds of shapes or of lights apart, and the folders of single kinds."""
 KIND_FREE = {
     "geometry.sphere.kernels",

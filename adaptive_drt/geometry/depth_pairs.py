@@ -45,9 +45,9 @@ class DepthPair:
 
     Attributes
     ----------
-    find : function of the depth coefficients (11, ...) of the first and of the second surface (see
-        `visibility.line_intervals.depth_coefficients`) and of whether lines run along t. It returns
-        positions (...) of events, `line_roots.NO_ROOT` where there is none.
+    find : function of the depth coefficients (11 or more, ...) of the first and of the second
+        surface (see `visibility.line_intervals.depth_coefficients`) and of whether lines run along
+        t. It returns positions (...) of events, `line_roots.NO_ROOT` where there is none.
     degree, degree_in_time : greatest number of events along x or y, and along t.
     """
 

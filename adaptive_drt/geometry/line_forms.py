@@ -143,7 +143,9 @@ class DepthPolynomials(NamedTuple):
     """Polynomials that give the ray parameter t of hits: a root of q t^2 - 2 p t + g = 0.
 
     t = (p - sqrt(d)) / q from outside, where the power g of the camera is positive, and
-    (p + sqrt(d)) / q from inside. A plane has t = p / q; its d and g are None.
+    (p + sqrt(d)) / q from inside. A plane has t = p / q; its d and g are None. A surface that two
+    parallel planes cut off has the second root as well where the first one is before both planes:
+    the ray enters the solid through one of them.
 
     Attributes
     ----------
@@ -151,12 +153,15 @@ class DepthPolynomials(NamedTuple):
     denominator : q, of degree two along x and y, constant in t.
     discriminant : d = p^2 - q g, of degree two.
     power : g, constant in x and y, of degree two in t.
+    slab : f and two heights h, for planes that are hit at t = h / f: f of degree one along x and y
+        and constant in t, h constant in x and y and of degree one in t. None without planes.
     """
 
     numerator: Array
     denominator: Array
     discriminant: Array | None = None
     power: Array | None = None
+    slab: tuple[Array, Array, Array] | None = None
 
 
 @dataclass(frozen=True)

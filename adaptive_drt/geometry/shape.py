@@ -208,6 +208,14 @@ class ShapeSet(ABC):
         return None
 
     @property
+    def bodies(self) -> Ints | None:
+        """Numbers (n,) of the convex solids that shapes of several sets are faces of, -1 for none.
+
+        From the outer side of a face all of its solid is below the horizon. None: there are none.
+        """
+        return None
+
+    @property
     def inner_radii(self) -> Array:
         """Radii (n,), metres, of balls inside the shapes, around the bounding spheres' centres.
 

@@ -21,6 +21,7 @@ __all__ = [
     "Boxes",
     "absolute_slopes",
     "linear_coefficients",
+    "linear_product",
     "polynomial_range",
     "product_coefficients",
     "signs_at_time_ends",
@@ -67,6 +68,13 @@ class Boxes:
 def linear_coefficients(a: tuple[Array, Array, Array], b: Array) -> Array:
     """Coefficients (3, m) of (a0 + a1 x + a2 y).b, for vectors (3, m)."""
     return np.array([dot(part, b) for part in a])
+
+
+def linear_product(a: Array, b: Array) -> Array:
+    """Coefficients (6, m) of the product of two linear functions of (x, y), (3, m) each."""
+    mixed = (a[i] * b[j] + a[j] * b[i] for i, j in ((0, 1), (0, 2), (1, 2)))
+    x, y, xy = mixed
+    return np.array([a[0] * b[0], x, y, a[1] * b[1], xy, a[2] * b[2]])
 
 
 def product_coefficients(a: tuple[Array, Array, Array], b: tuple[Array, Array, Array]) -> Array:

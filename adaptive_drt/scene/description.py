@@ -37,6 +37,7 @@ from .values import (
     Vector,
     area_defect,
     is_finite,
+    length_defect,
     motion_defect,
     radius_defect,
     vector_defect,
@@ -47,6 +48,7 @@ from .values import (
 __all__ = [
     "EVERYWHERE",
     "Camera",
+    "Cylinder",
     "DiskLight",
     "Ellipse",
     "EllipseLight",
@@ -231,7 +233,10 @@ class Triangle:
 
 @dataclass(frozen=True)
 class Ellipse:
-    """Flat ellipse: `center` + u * `half_u` + v * `half_v`, u^2 + v^2 up to 1. Two-sided."""
+    """Flat ellipse: `center` + u * `half_u` + v * `half_v`, u^2 + v^2 up to 1. Two-sided.
+
+    body : number of the closed solid that it is a face of; -1 for an ellipse by itself.
+    """
 
     center: Vector
     half_u: Vector
@@ -240,6 +245,7 @@ class Ellipse:
     motion: Motion | None = None
     name: str = "Ellipse"
     visibility: Visibility = EVERYWHERE
+    body: int = -1
 
     def defect(self) -> str | None:
         """Return the reason why it cannot be rendered, or None."""
@@ -284,6 +290,33 @@ class Ellipsoid:
     def numbers(self) -> NDArray[np.float64]:
         """Return numbers (12, 1) that tell its place and size."""
         return np.array([*self.center, *self.half_u, *self.half_v, *self.half_w])[:, None]
+
+
+@dataclass(frozen=True)
+class Cylinder:
+    """Solid right circular cylinder with flat ends, whose centres are `start` and `end`, metres."""
+
+    start: Vector
+    end: Vector
+    radius: float
+    material: Material = Material()
+    motion: Motion | None = None
+    name: str = "Cylinder"
+    visibility: Visibility = EVERYWHERE
+
+    def defect(self) -> str | None:
+        """Return the reason why it cannot be rendered, or None."""
+        return (
+            vector_defect(self, "start", "end")
+            or motion_defect(self.motion)
+            or _color_defect(self.material)
+            or radius_defect(self.radius)
+            or length_defect(self.start, self.end)
+        )
+
+    def numbers(self) -> NDArray[np.float64]:
+        """Return numbers (7, 1) that tell its place and size."""
+        return np.array([*self.start, *self.end, self.radius])[:, None]
 
 
 class ShapeBatch(ABC):
@@ -447,7 +480,7 @@ class Triangles(ShapeBatch):
         )
 
 
-Shape: TypeAlias = Sphere | Quad | Triangle | Ellipse | Ellipsoid
+Shape: TypeAlias = Sphere | Quad | Triangle | Ellipse | Ellipsoid | Cylinder
 """Record of one shape."""
 ShapeRecord: TypeAlias = Shape | ShapeBatch
 """Record of one shape, or of several."""

@@ -21,6 +21,7 @@ __all__ = [
     "area_defect",
     "convexity_defect",
     "is_finite",
+    "length_defect",
     "motion_defect",
     "radius_defect",
     "scaled_color",
@@ -85,6 +86,13 @@ def radius_defect(radius: float) -> str | None:
         return f"its radius is {radius:g}; it must be a positive number"
     if radius < SMALLEST_SIZE:
         return f"its radius is {radius:g} m, less than {SMALLEST_SIZE:g} m"
+    return None
+
+
+def length_defect(start: Vector, end: Vector) -> str | None:
+    """Return what is wrong with the ends of a segment, or None."""
+    if not math.dist(start, end) > SMALLEST_SIZE:
+        return "its ends are at the same place"
     return None
 
 

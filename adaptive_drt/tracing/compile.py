@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from ..geometry.axial_profile import AxialProfile
 from ..geometry.camera import PinholeCamera, make_pinhole_camera
 from ..geometry.embree_library import native_version
-from ..geometry.registry import SHAPES, kind_of
+from ..geometry.registry import SHAPES, faces_of, kind_of
 from ..geometry.shape_table import ShapeTable
 from ..lights.emitter import Emitter, LightMotion
 from ..lights.environment_map import EnvironmentMap, make_environment_map
@@ -207,6 +207,7 @@ def make_plan(scene: Scene, settings: Settings) -> Plan:
     drift = _displacement(camera.motion if moving else None)
     skipped: list[dict[str, str]] = []
     distinct = _without_duplicates(_timed(scene.shapes, moving), skipped)
+    distinct = faces_of(distinct, (lens.origin, drift))
     records = [[s for s in distinct if kind_of(s) is record] for record, _ in SHAPES]
     shapes = [shape for kind in records for shape in kind]
     counts = [_count(s) for s in shapes]

@@ -384,6 +384,7 @@ class _FacePlanes:
     shift_bound : (objects,) metres that the plane moves along its normal either way during the
         shutter.
     solid : (objects,) the closed solid that each is a face of: normals point out of it.
+    body : (objects,) the convex solid of faces of any kind: see `ShapeTable.body`.
     """
 
     planar: Mask
@@ -391,6 +392,7 @@ class _FacePlanes:
     offset: Array
     shift_bound: Array
     solid: Ints
+    body: Ints
 
     @classmethod
     def make(cls, table: ShapeTable) -> _FacePlanes:
@@ -404,7 +406,7 @@ class _FacePlanes:
             offset[own] = dot(faces.normal, faces.vertices[0])
             if faces.displacement is not None:
                 slack[own] = 0.5 * np.abs(dot(faces.normal, faces.displacement))
-        return cls(table.planar, normal, offset, slack, table.solid)
+        return cls(table.planar, normal, offset, slack, table.solid, table.body)
 
     def may_separate(self, sight: _LightView, at: Ints | slice, item: Ints) -> Mask:
         """Whether the planes of planar objects may separate points from some of the light."""
@@ -446,19 +448,23 @@ class _FacePlanes:
 
     def without_redundant_faces(self, sight: _LightView, pairs: Pairs) -> Pairs:
         """The pairs without faces of closed solids that occlude only what other faces do."""
-        rows = (self.solid[pairs.item] != NO_SOLID).nonzero()[0]
+        solid, body = self.solid[pairs.item] != NO_SOLID, self.body[pairs.item] >= 0
+        rows = (solid | body).nonzero()[0]
         if not rows.size:
             return pairs
         at, item = pairs.pixel[rows], pairs.item[rows]
+        solid, body = solid[rows], body[rows]
         place, reach = self._signed_distances(sight, at, item)
-        solid = np.unique(at * self.solid.size + self.solid[item], return_inverse=True)[1]
-        outside = np.zeros(solid.max() + 1, dtype=np.bool_)
-        outside[solid[place > reach]] = True
-        spare = outside[solid] & (place < -reach)
+        number = np.unique(at * self.solid.size + self.solid[item], return_inverse=True)[1]
+        outside = np.zeros(number.max() + 1, dtype=np.bool_)
+        outside[number[place > reach]] = True
+        spare = outside[number] & (place < -reach) & solid
         # from the outer side of a face, all of its solid is below the horizon
         own = sight.surface.item[at]
         seen = dot(columns(sight.surface.normal, at), columns(self.normal, own)) > 0.0
-        spare |= (self.solid[own] == self.solid[item]) & seen
+        spare |= (self.solid[own] == self.solid[item]) & seen & solid
+        seen = np.where(self.planar[own], seen, ~sight.surface.inside[at])
+        spare |= (self.body[own] == self.body[item]) & seen & body
         keep = np.ones(pairs.item.size, dtype=np.bool_)
         keep[rows[spare]] = False
         return pairs.take(keep)

@@ -34,8 +34,8 @@ def find_depth_events(
 
     Parameters
     ----------
-    table : (11, rows, columns, k n) of k candidates by item, the first candidates of all boxes
-        first, from `line_intervals.depth_coefficients`.
+    table : (11 or 17, rows, columns, k n) of k candidates by item, the first candidates of all
+        boxes first, from `line_intervals.depth_coefficients`.
     forms : the k n candidates.
     unordered : the pairs of candidates whose depth order is not known.
 
@@ -43,7 +43,7 @@ def find_depth_events(
     single line: choose another axis where such objects may intersect.
     """
     n, timed = unordered.boxes, lattice.axis == TIME
-    parts = [*quadratic_roots(*table[8:])] if timed else []
+    parts = [*quadratic_roots(*table[8:11])] if timed else []
     one, other = (
         each * n + unordered.box for each in (unordered.first_candidate, unordered.second_candidate)
     )

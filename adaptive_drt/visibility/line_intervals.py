@@ -16,6 +16,10 @@ from .polynomials import CandidatePolynomials
 __all__ = ["depth_coefficients", "evaluate_depth", "hit_intervals"]
 
 
+DEPTH_COEFFICIENTS, SLAB_COEFFICIENTS = 11, 6
+"""Numbers of coefficients that tell the depth of a surface, and of two planes that cut it off."""
+
+
 def hit_intervals(forms: CandidatePolynomials, full: Mask, lattice: Lattice) -> tuple[Array, Array]:
     """Intervals in which lines hit candidates: low <= high within [-1/2, 1/2], (rows, columns, m).
 
@@ -45,35 +49,58 @@ def depth_coefficients(forms: CandidatePolynomials, lattice: Lattice) -> Array:
 
     depth = (p0 + p1 s -+ sqrt(d0 + d1 s + d2 s^2)) / (q0 + q1 s + q2 s^2), where the sign of the
     root is plus if the camera is inside a solid, that is where g0 + g1 s + g2 s^2 < 0. The order
-    in the table is p0, p1, d0, d1, d2, q0, q1, q2, g0, g1, g2.
+    in the table is p0, p1, d0, d1, d2, q0, q1, q2, g0, g1, g2. Where some surfaces are cut off by
+    two planes, f0, f1 and the two heights' h0, h1 follow: (17, ...).
     """
-    table = np.zeros((11, lattice.rows, lattice.columns, forms.count))
+    parts = [(group.rows, group.depth_polynomials()) for group in forms.groups if group.rows.size]
+    cut = any(part.slab is not None for _, part in parts)
+    count = DEPTH_COEFFICIENTS + (SLAB_COEFFICIENTS if cut else 0)
+    table = np.zeros((count, lattice.rows, lattice.columns, forms.count))
     table[8] = 1.0
-    for group in forms.groups:
-        if group.rows.size:
-            parts = group.depth_polynomials()
-            for start, form in (
-                (0, parts.numerator),
-                (2, parts.discriminant),
-                (5, parts.denominator),
-                (8, parts.power),
-            ):
-                if form is not None:
-                    for power, part in enumerate(restrict_to_lines(form, lattice)):
-                        table[start + power][:, :, group.rows] = part
+    if cut:
+        table[13], table[15] = -1.0, 1.0  # planes on both sides of the camera, which no ray hits
+    for rows, part in parts:
+        f, first, last = part.slab or (None, None, None)
+        for start, form in (
+            (0, part.numerator),
+            (2, part.discriminant),
+            (5, part.denominator),
+            (8, part.power),
+            (11, f),
+            (13, first),
+            (15, last),
+        ):
+            if form is not None:
+                for power, values in enumerate(restrict_to_lines(form, lattice)):
+                    table[start + power][:, :, rows] = values
     return table
 
 
 def evaluate_depth(table: Array, s: Array) -> Array:
     """Ray parameters of hits at s; valid for candidates that are hit there.
 
-    The table (11, ...) of `depth_coefficients` broadcasts with s.
+    The table (11, ...) or (17, ...) of `depth_coefficients` broadcasts with s.
     """
-    p0, p1, d0, d1, d2, q0, q1, q2, g0, g1, g2 = table
+    p0, p1, d0, d1, d2, q0, q1, q2, g0, g1, g2 = table[:DEPTH_COEFFICIENTS]
     root = np.sqrt(np.maximum(d0 + s * (d1 + s * d2), 0.0))
-    inside = g0 + s * (g1 + s * g2) < 0.0
-    top = p0 + s * p1 + np.where(inside, root, -root)
+    far = g0 + s * (g1 + s * g2) < 0.0
+    middle = p0 + s * p1
     bottom = q0 + s * (q1 + s * q2)
+    if len(table) > DEPTH_COEFFICIENTS:
+        with np.errstate(invalid="ignore"):  # a ray along the axis has no side to hit
+            far |= (middle - root) < bottom * _slab_entry(table[DEPTH_COEFFICIENTS:], s)
+    top = middle + np.where(far, root, -root)
     with np.errstate(over="ignore"):
         found: Array = np.where(bottom == 0.0, np.inf, top) / np.where(bottom == 0.0, 1.0, bottom)
     return found
+
+
+def _slab_entry(table: Array, s: Array) -> Array:
+    """Ray parameters at which rays enter the slabs between planes; -inf for rays along them."""
+    f0, f1, a0, a1, b0, b1 = table
+    f, a, b = f0 + s * f1, a0 + s * a1, b0 + s * b1
+    level = f == 0.0
+    safe = np.where(level, 1.0, f)
+    with np.errstate(over="ignore"):
+        entry: Array = np.where(level, -np.inf, np.minimum(a / safe, b / safe))
+    return entry

@@ -145,7 +145,11 @@ def _nearest(low: Array, high: Array, start: Array, end: Array, table: Array | N
     line, at = index % size, middle.take(index)
     # index into the table, which has the first candidates of all boxes first
     own = line // n * (k * n) + line % n
-    best, winner, table = np.full(at.shape, np.inf), nearest.take(index), table.reshape(11, -1)
+    best, winner, table = (
+        np.full(at.shape, np.inf),
+        nearest.take(index),
+        table.reshape(len(table), -1),
+    )
     for j in range(k):
         some = ((low[j].take(line) <= at) & (at <= high[j].take(line))).nonzero()[0]
         if some.size:

@@ -11,6 +11,7 @@ import numpy as np
 
 from ...adaptive_drt.scene.description import (
     Camera,
+    Cylinder,
     Issue,
     Motion,
     ShapeBatch,
@@ -107,6 +108,11 @@ def _parts(shape: ShapeRecord) -> tuple[Matrix, Matrix, Matrix]:
     """Return a record's n parts: points (n, 3), two edges from each (n, 2, 3), a radius (n,)."""
     if isinstance(shape, Sphere):
         return np.array([shape.center]), np.zeros((1, 2, 3)), np.array([shape.radius])
+    if isinstance(shape, Cylinder):
+        axis = np.subtract(shape.end, shape.start)
+        # the capsule around it
+        edges = np.array([[axis, np.zeros(3)]])
+        return np.array([shape.start]), edges, np.array([shape.radius])
     if isinstance(shape, Spheres):
         return shape.center.T, np.zeros((shape.count, 2, 3)), shape.radius
     if isinstance(shape, MeshInstances):

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ...adaptive_drt.scene.description import (
     Camera,
+    Cylinder,
     Light,
     Motion,
     PolygonLight,
@@ -136,14 +137,16 @@ def unseen_lights(
 def _may_be_in(solid: ClosedSolid, shape: ShapeRecord) -> bool:
     if isinstance(shape, MeshInstances):
         return True  # they are many: that none is inside is not worth a proof
-    radius = shape.radius if isinstance(shape, Sphere | Spheres) else 0.0
+    radius = shape.radius if isinstance(shape, Sphere | Spheres | Cylinder) else 0.0
     return solid.may_hold(_points(shape), shape.motion, radius)
 
 
 def _points(shape: Any) -> Array:
-    """Points (3, v, n) that enclose each of n shapes, or the path of a ball's centre."""
+    """Points (3, v, n) that enclose each of n shapes, or the path of a ball's centre or an axis."""
     if isinstance(shape, Sphere):
         return np.array(shape.center)[:, None, None]
+    if isinstance(shape, Cylinder):
+        return np.stack([shape.start, shape.end], axis=1)[..., None]
     if isinstance(shape, Spheres):
         way = 0.0 if shape.displacement is None else 0.5 * shape.displacement
         return np.stack([shape.center - way, shape.center + way], axis=1)

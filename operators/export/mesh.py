@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Meshes as spheres, or as the parallelograms and triangles that they are made of, in the world."""
+"""Meshes as spheres and cylinders, or as the parallelograms and triangles that they are made of, in
+the world."""
 
 from __future__ import annotations
 
@@ -11,7 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...adaptive_drt.scene.cylinder_recognition import MeshCylinder, recognise_cylinder
 from ...adaptive_drt.scene.description import (
+    Cylinder,
     Issue,
     Material,
     Quads,
@@ -45,7 +48,7 @@ COLLAPSES = "its scale is zero along one axis, which makes no sphere: scale all 
 FLAT = 2.0**-40
 """Sine of the angle between two edges of a placed triangle up to which it has no area."""
 
-Form = MeshSphere | Facets | str
+Form = MeshSphere | MeshCylinder | Facets | str
 """What a mesh stands for, in its own space, or why it is left out."""
 
 
@@ -116,6 +119,14 @@ def mesh_form(
     return known[key]
 
 
+def cylinder_of(mesh: Any, layout: Layout) -> MeshCylinder | None:
+    """Return the cylinder whose form a Blender mesh has, or None."""
+    return recognise_cylinder(
+        np.ascontiguousarray(layout.points.T, dtype=np.float64),
+        *(each.astype(np.int64) for each in (*faces_of(mesh), material_indices(mesh))),
+    )
+
+
 def triangles_of(mesh: Any) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return the vertices (3, t) of the triangles that Blender draws, and the face (t,) of each."""
     mesh.calc_loop_triangles()
@@ -149,7 +160,7 @@ def material_indices(mesh: Any) -> Indices:
 
 
 def shapes_of(
-    form: MeshSphere | Facets,
+    form: MeshSphere | MeshCylinder | Facets,
     track: Track,
     materials: Mapping[int, Material],
     name: str,
@@ -162,6 +173,8 @@ def shapes_of(
     materials : by the numbers of their slots.
     """
     linear = track.middle[:3, :3]
+    if isinstance(form, MeshCylinder):
+        return [_cylinder(form, track, materials[form.slot], name, issues)]
     if not isinstance(form, MeshSphere):
         facets = _facets(form, track, materials, name, issues)
         if not facets:
@@ -174,10 +187,18 @@ def shapes_of(
     return [_sphere(form, scale, track, materials[form.slot], name, issues)]
 
 
-def turns(form: MeshSphere | Facets, track: Track) -> bool:
+def turns(form: MeshSphere | MeshCylinder | Facets, track: Track) -> bool:
     """Whether a mesh that stands for other shapes turns or grows so that it shows."""
     if track.opens is None or track.closes is None:
         return False
+    if isinstance(form, MeshCylinder):
+        # it may spin about its axis: the axis and the length of a radius show
+        axis, radius, _ = _axes(form)
+        sized = [_length_along(each, radius) for each in (track.middle, track.opens, track.closes)]
+        return (
+            path_of(track, shape=axis[:, None]).reason is not None
+            or path_of(Track(*sized), shape=np.eye(3)).reason is not None
+        )
     if isinstance(form, MeshSphere):
         return path_of(_sized_track(track), shape=np.eye(3)).reason is not None
     flat, cut = form.parallelograms, form.triangles
@@ -201,6 +222,50 @@ def uniform_scale(linear: Matrix) -> float | None:
     if float(np.abs(metric - square * np.eye(3)).max()) > 2.0 * UNIFORM * square:
         return None
     return float(np.sqrt(square))
+
+
+def stays_cylinder(form: MeshCylinder, matrix: Matrix) -> bool:
+    """Whether a 4 x 4 matrix makes a right circular cylinder of one."""
+    if not np.isfinite(matrix).all():
+        return False
+    axis, one, other = (matrix[:3, :3] @ each for each in _axes(form))
+    size = float(np.linalg.norm(one))
+    length = float(np.linalg.norm(axis))
+    if not min(size, length) > COLLAPSED * max(size, length):
+        return False
+    slants = abs(one @ other), size * abs(axis @ one) / length, size * abs(axis @ other) / length
+    uneven = abs(float(other @ other) - size * size)
+    return max(uneven, *map(float, slants)) <= 2.0 * UNIFORM * size * size
+
+
+def _axes(form: MeshCylinder) -> tuple[Matrix, Matrix, Matrix]:
+    """The axis (3,) from end to end of a cylinder, and two radii across it and each other."""
+    axis = np.subtract(form.end, form.start)
+    away = np.zeros(3)
+    away[np.argmin(np.abs(axis))] = 1.0
+    one = np.cross(axis, away)
+    one *= form.radius / np.linalg.norm(one)
+    return axis, one, np.cross(axis / np.linalg.norm(axis), one)
+
+
+def _length_along(matrix: Matrix, vector: Matrix) -> Matrix:
+    """Return the matrix that scales all alike, as much as another one does a vector (3,)."""
+    sized = np.eye(4)
+    sized[:3, :3] *= np.linalg.norm(matrix[:3, :3] @ vector) / np.linalg.norm(vector)
+    return sized
+
+
+def _cylinder(
+    form: MeshCylinder, track: Track, material: Material, name: str, issues: list[Issue]
+) -> Cylinder:
+    """Return the cylinder; its middle is the point that is followed."""
+    axis, radius, _ = (track.middle[:3, :3] @ each for each in _axes(form))
+    path = path_of(track, vector_of(np.add(form.start, form.end) / 2.0))
+    if path.reason:
+        issues.append(Issue(name, path.reason))
+    middle = np.array(path.position)
+    start, end = vector_of(middle - axis / 2.0), vector_of(middle + axis / 2.0)
+    return Cylinder(start, end, float(np.linalg.norm(radius)), material, path.motion, name)
 
 
 def is_stretched(matrix: Matrix) -> bool:

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from ...adaptive_drt.scene.cylinder_recognition import MeshCylinder
 from ...adaptive_drt.scene.description import (
     EVERYWHERE,
     Camera,
@@ -42,15 +43,17 @@ from .mesh import (
     NOT_FINITE,
     Form,
     Layout,
+    cylinder_of,
     is_stretched,
     layout_of,
     mesh_form,
     shapes_of,
+    stays_cylinder,
     turns,
     wears_several,
 )
 from .point_cloud import Cloud, cloud_of, colors_of, placed_points
-from .shading import CUSTOM_BALL, FLAT_FACETS, shading_left_out
+from .shading import CUSTOM_BALL, FLAT_FACETS, facets_left_out, is_round, shading_left_out
 from .shining import LIGHTS_NOTHING, MAX_SHINING_TRIANGLES, are_lights, shines, shining_lights
 from .shutter import (
     Matrix,
@@ -83,6 +86,7 @@ class _Known:
     """A mesh that has been read: what it stands for, and what of it that lacks.
 
     sphere : what it stands for where it shines, if that is another form: meshes light nothing.
+    cylinder : what it stands for where it stays one and does not shine.
     smooth : whether its faces are shaded as if they were bent.
     """
 
@@ -90,6 +94,7 @@ class _Known:
     left_out: tuple[str, ...] = ()
     layout: Layout | None = None
     sphere: MeshSphere | None = None
+    cylinder: MeshCylinder | None = None
     smooth: bool = False
 
 
@@ -537,6 +542,10 @@ def _gather_faces(instance: Any, name: str, gathered: _Export) -> None:
         if shining and isinstance(form, MeshForm):
             form = gathered.shining_form(mesh, known, form, worn)
         closed = shining and is_closed(mesh)
+        tube = None if shining else known.cylinder
+        if tube is not None and stays_cylinder(tube, matrix_of(instance)):
+            form = tube
+            gathered.tell(name, *facets_left_out(tube))
         gathered.tell(name, *known.left_out)
         if gathered.deforming is not None and known.layout is not None:
             gathered.tell(name, *gathered.deforming.reasons(instance, mesh, known.layout))
@@ -572,6 +581,18 @@ def _read(mesh: Any, gathered: _Export) -> _Known:
     layout = layout_of(mesh)
     form = mesh_form(mesh, layout, gathered.known)
     kept = layout if gathered.deforming is not None else None
+    if not isinstance(form, MeshSphere) and form not in UNUSABLE and gathered.spheres != "FACES":
+        tube = cylinder_of(mesh, layout)
+        if tube is not None and is_round(mesh, tube):
+            return replace(_read_faces(mesh, form, kept, gathered), cylinder=tube)
+    return _read_faces(mesh, form, kept, gathered)
+
+
+def _read_faces(mesh: Any, form: Form, kept: Layout | None, gathered: _Export) -> _Known:
+    """Return what a mesh that is no cylinder stands for.
+
+    form : what its vertices tell.  kept : the layout to keep.
+    """
     if isinstance(form, str):
         if form in UNUSABLE:
             return _Known(form, (), kept)

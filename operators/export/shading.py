@@ -3,11 +3,13 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...adaptive_drt.scene.cylinder_recognition import SIDE_CORNERS, MeshCylinder
 from ...adaptive_drt.scene.primitive_recognition import Facets, MeshSphere
 from .mesh import Indices, faces_of, points_of
 
@@ -35,6 +37,10 @@ CUSTOM_BALL = "its custom normals are left out: it is rendered as a sphere"
 FACETS = "its faceted outline is left out: it is rendered as a sphere (Effects > Spheres)"
 FLAT_FACETS = "its facets are left out: it is rendered as a smooth sphere (Effects > Spheres)"
 
+CYLINDER_FACETS = (
+    "its faceted outline is left out: it is rendered as a cylinder (Effects > Spheres)"
+)
+
 Vectors = NDArray[np.floating[Any]]
 
 
@@ -56,6 +62,29 @@ def shading_left_out(mesh: Any, form: MeshSphere | Facets) -> str:
     if not bent.any():
         return ""
     return CUSTOM if mesh.has_custom_normals else SMOOTH
+
+
+def is_round(mesh: Any, form: MeshCylinder) -> bool:
+    """Whether a Blender mesh in the form of a cylinder is shaded as one: sides bent, ends flat."""
+    points, (corners, starts) = points_of(mesh), faces_of(mesh)
+    sizes = np.diff(starts, append=len(corners))
+    start, axis = np.array(form.start), np.subtract(form.end, form.start)
+    axis = axis / np.linalg.norm(axis)
+    places = points[corners].astype(np.float64) - start
+    out = places - (places @ axis)[:, None] * axis
+    length = np.linalg.norm(out, axis=1)
+    own = out / np.where(length > 0.0, length, 1.0)[:, None]
+    side = np.repeat(sizes == SIDE_CORNERS, sizes)
+    own[~side] = axis
+    normal = np.empty((len(corners), 3), dtype=np.float32)
+    mesh.corner_normals.foreach_get("vector", normal.ravel())
+    signs = np.sign((normal * own).sum(axis=1))[:, None]
+    return bool(np.abs(normal - signs * own).max() <= TURNED_ASIDE)
+
+
+def facets_left_out(form: MeshCylinder) -> tuple[str, ...]:
+    """Return what of a mesh's outline its cylinder lacks."""
+    return (CYLINDER_FACETS,) if 1.0 - math.cos(math.pi / form.sides) > COARSE else ()
 
 
 def _face_normals(

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from adaptive_drt.scene.description import Ellipse, Sphere, Triangle
+from adaptive_drt.scene.description import Cylinder, Ellipse, Sphere, Triangle
 
 
 def rays(camera, x, y):
@@ -39,6 +39,8 @@ def oracle_depth(shape, ray, t, eye):
         return oracle_triangle([np.array(v)[:, None] + shift for v in shape.vertices], ray)
     if isinstance(shape, Ellipse):
         return oracle_ellipse(np.array(shape.center)[:, None] + shift, shape, ray)
+    if isinstance(shape, Cylinder):
+        return oracle_cylinder(*(np.array(end)[:, None] + shift for end in ends(shape)), shape, ray)
     return oracle_quad(np.array(shape.corner)[:, None] + shift, shape, ray)
 
 
@@ -58,6 +60,33 @@ def oracle_quad(corner, quad, ray):
 def oracle_ellipse(center, ellipse, ray):
     far, a, b = oracle_plane(center, ellipse.half_u, ellipse.half_v, ray)
     return np.where((a * a + b * b <= 1.0) & (far > 0.0), far, np.inf)
+
+
+def ends(cylinder):
+    """Both ends of a cylinder."""
+    return cylinder.start, cylinder.end
+
+
+def oracle_cylinder(start, end, cylinder, ray):
+    """First hit of a solid cylinder, in coordinates with the axis as the third: ends or side."""
+    axis = np.array(cylinder.end) - np.array(cylinder.start)
+    length = np.linalg.norm(axis)
+    frame = np.linalg.svd(axis[None] / length)[2]  # the axis, or its opposite, and two others
+    frame[0] = axis / length
+    w, o = frame @ ray, -(frame @ start)
+    found = []
+    a, b = w[1] ** 2 + w[2] ** 2, w[1] * o[1] + w[2] * o[2]
+    square = b * b - a * (o[1] ** 2 + o[2] ** 2 - cylinder.radius**2)
+    with np.errstate(all="ignore"):
+        for sign in (-1.0, 1.0):
+            t = (-b + sign * np.sqrt(square)) / a
+            height = o[0] + t * w[0]
+            found.append(np.where((height >= 0.0) & (height <= length) & (t > 0.0), t, np.inf))
+        for height in (0.0, length):
+            t = (height - o[0]) / w[0]
+            off = np.hypot(o[1] + t * w[1], o[2] + t * w[2])
+            found.append(np.where((off <= cylinder.radius) & (t > 0.0), t, np.inf))
+    return np.nanmin(found, axis=0)
 
 
 def oracle_plane(origin, u, v, ray):

@@ -21,6 +21,7 @@ from ...numerics.axes import TIME
 from ...numerics.box_polynomials import (
     absolute_slopes,
     linear_coefficients,
+    linear_product,
     polynomial_range,
     signs_at_time_ends,
     unit_vectors,
@@ -141,17 +142,13 @@ def ellipse_forms(
     normal, w = cross(u, v), rays.directions
     f = linear_coefficients(w, normal)
     a, b = linear_coefficients(w, cross(v, place)), linear_coefficients(w, cross(place, u))
-    d = [_product(f, f) - _product(a, a) - _product(b, b)]
+    d = [linear_product(f, f) - linear_product(a, a) - linear_product(b, b)]
     height = [dot(place, normal)[None]]
     if change is not None:
         p, q = linear_coefficients(w, cross(v, change)), linear_coefficients(w, cross(change, u))
-        d += [-2.0 * (_product(a, p) + _product(b, q)), -_product(p, p) - _product(q, q)]
+        d += [
+            -2.0 * (linear_product(a, p) + linear_product(b, q)),
+            -linear_product(p, p) - linear_product(q, q),
+        ]
         height.append(dot(change, normal)[None])
     return EllipseForms(rows, (np.array(d), f[None], np.array(height)))
-
-
-def _product(a: Array, b: Array) -> Array:
-    """Coefficients (6, m) of the product of two linear functions of (x, y), (3, m) each."""
-    mixed = (a[i] * b[j] + a[j] * b[i] for i, j in ((0, 1), (0, 2), (1, 2)))
-    x, y, xy = mixed
-    return np.array([a[0] * b[0], x, y, a[1] * b[1], xy, a[2] * b[2]])

@@ -17,14 +17,16 @@ from ...numerics.vector import cross, dot, norm
 from ...scene.description import Ellipse
 from ..camera import PinholeCamera
 from ..implicit_surface import ImplicitPlane
-from ..light_protocol import AreaLight
+from ..light_protocol import AreaLight, LightShape
 from ..line_forms import BoxRays
 from ..occluder_outline import ELLIPSE, NOTHING, RAYS
 from ..pixel_coverage import PixelCoverage
 from ..planar_faces import NO_SOLID, PlanarFaces
 from ..polygon.kernels import moves_in_own_plane, plane_hits
+from ..receivers import Receivers
 from ..shape import ShapeSet
 from ..sphere.kernels import surface_tolerance
+from ..sphere.light_occlusion import enclosed_may_cast_sharp_edge
 from ..sphere.outline import kinds_before_ball
 from .line_polynomials import EllipseForms, ellipse_forms
 from .pixel_coverage import ellipse_coverage
@@ -38,13 +40,16 @@ class EllipseSet(ShapeSet):
 
     Attributes
     ----------
-    center : (3, n) metres.  half_u, half_v : (3, n) metres, the half axes.
+    center : (3, n) metres.  half_u, half_v : (3, n) metres, the half axes. Of faces of solids their
+        cross product points out of the solid.
+    bodies : see `ShapeSet.bodies`.
     """
 
     center: Array
     half_u: Array
     half_v: Array
     displacement: Array | None
+    bodies: Ints | None = None
     planar: ClassVar[bool] = True
 
     @classmethod
@@ -57,7 +62,8 @@ class EllipseSet(ShapeSet):
             for name in ("center", "half_u", "half_v")
         ]
         center, u, v = map(np.ascontiguousarray, parts)
-        return cls(center - origin, u, v, displacement)
+        bodies = np.array([each.body for each in records], dtype=np.int64)
+        return cls(center - origin, u, v, displacement, bodies)
 
     @cached_property
     def unit_normal(self) -> Array:
@@ -178,6 +184,17 @@ class EllipseSet(ShapeSet):
         return ellipse_forms(
             rows, rays, columns(self.center, index), self.displacements(index), u, v
         )
+
+    def casts_sharp_edge(
+        self, index: Ints, light: LightShape, receivers: Receivers, order: int
+    ) -> Mask:
+        """See `ShapeSet.casts_sharp_edge`; only for faces of solids more than the default."""
+        may = super().casts_sharp_edge(index, light, receivers, order)
+        if self.bodies is not None and light.extended:
+            rows = (self.bodies[index] >= 0).nonzero()[0]
+            center, r = (part.take(index[rows], axis=-1) for part in self.bounding_spheres)
+            may[rows] = enclosed_may_cast_sharp_edge(light, receivers.take(rows), center, r)
+        return may
 
     def outline_kind(
         self, index: Ints, point: Array, own: Mask, light: AreaLight, time: Array | float

@@ -37,6 +37,7 @@ from .kernels import (
 
 __all__ = [
     "ball_occlusion",
+    "enclosed_may_cast_sharp_edge",
     "moving_sphere_may_shadow",
     "point_light_range",
     "span_occlusion",
@@ -272,6 +273,21 @@ def sphere_casts_sharp_edge(
             low = _discriminant_range(*seen, large[rows])[0]
             sharp[rows] = ((high <= 0.0) | (small[rows] == 0.0)) & (low >= 0.0)
     return sharp
+
+
+def enclosed_may_cast_sharp_edge(
+    light: LightShape, receivers: Receivers, center: Array, r: Array
+) -> Mask:
+    """`ShapeSet.casts_sharp_edge` for shapes of which only bounding spheres are known: (m,).
+
+    Those of the spheres, larger by the reach, must hide all of the light or hold the point.
+    """
+    v, large = center - receivers.point, r + receivers.reach
+    cone = light.view_cone(light.to_center(receivers.point))
+    vv = dot(v, v)
+    _, cover, _ = cone_overlap(cone.axis, cone.cosine, cone.sine, v, large, vv)
+    may: Mask = (cover | (vv <= large * large)) & (np.sqrt(vv) - large < cone.far)
+    return may
 
 
 def sphere_hides_from_footprint(

@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Coverage of pixels by the curved sides of cylinders at rest.
+
+The discriminant is a quadratic in the pixel's coordinates, of which a jet of order 2 gives the
+exact range up to rounding. From outside, the hit is at t = g / (p + sqrt(D)), g = p^2 - q D the
+power of the camera, so its bounds follow from those of p and D; they bound how far along the axis
+the hit is, and so whether it is between the ends. Where an end may be seen in the pixel the side
+covers a part of it only: creases at the rims are outlines of the side.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...numerics.arrays import Array
+from ...numerics.floats import UNIT_ROUNDOFF
+from ...numerics.jet import Jet
+from ...numerics.taylor_range import rectangle_range
+from ...numerics.vector import dot, squared_norm
+from ..camera import PinholeCamera
+from ..pixel_coverage import PixelCoverage
+from ..sphere.kernels import discriminant_rounding
+from .kernels import axial_view
+
+__all__ = ["hit_depths", "product_range", "side_coverage"]
+
+
+HIT_OPERATIONS = 64
+"""Number of rounded operations in the place of a hit along the axis, counted generously: its error
+bound in roundoffs of the distance and of the cylinder's size."""
+
+
+def side_coverage(
+    v: Array, axis: Array, half: Array, radius: Array, w: Array, camera: PinholeCamera, order: int
+) -> PixelCoverage:
+    """Coverage of m pixels by sides of cylinders; the middles v (3, m) are from the camera."""
+    view = axial_view(v, axis, radius)
+    ray = Jet.linear(w, (camera.right[:, None], camera.up[:, None]), order)
+    f, s = dot(ray, axis), dot(ray, view.lever)
+    h = camera.half_pixel
+    rr, vv = radius * radius, dot(v, v)
+    # the remainder of order 1 is r^2 |o'|^2 - s(o)^2 for an offset |o| <= h
+    d = (squared_norm(ray) - f * f) * rr - s * s
+    low, high = rectangle_range(d, 0.5, 0.5, h * h * np.maximum(rr, vv))
+    ww = dot(w, w)
+    side = np.abs(dot(w, view.lever)) + h * np.sqrt(vv)
+    rounding = discriminant_rounding(ww, vv, radius, side)
+    ahead, spread = camera.linear_range(w, view.across)
+    p = ahead - spread, ahead + spread
+    near, far = hit_depths(p, (low, high), (view.power, view.power))
+    slope, change = camera.linear_range(w, axis)
+    first, last = product_range((near, far), (slope - change, slope + change))
+    size = np.sqrt(vv) + half + radius
+    slack = HIT_OPERATIONS * UNIT_ROUNDOFF * size
+    before_end, after_start = first - view.along - slack, last - view.along + slack
+    may_hit = (high >= -rounding) & (p[1] >= 0.0) & (before_end <= half) & (after_start >= -half)
+    covers = (low > rounding) & (p[0] > 0.0)
+    covers &= (first - view.along - slack >= -half) & (last - view.along + slack <= half)
+    # from within the infinite cylinder the outer side is not seen, and the inner one from within
+    around = view.power <= HIT_OPERATIONS * UNIT_ROUNDOFF * size * size
+    beyond = around & (np.abs(view.along) > half + slack) & (view.power < 0.0)
+    may_hit = np.where(around, ~beyond, may_hit)
+    covers &= ~around
+    near = np.where(around, 0.0, near)
+    # the solid is within its bounding sphere
+    reach = np.sqrt(half * half + rr)
+    nearest = np.maximum(np.sqrt(vv) - reach, 0.0) / (np.sqrt(ww) + h)
+    farthest = (np.sqrt(vv) + reach) / camera.least_length(np.sqrt(ww))
+    return PixelCoverage(may_hit, covers, np.maximum(near, nearest), np.minimum(far, farthest))
+
+
+def hit_depths(
+    p: tuple[Array, Array], d: tuple[Array, Array], power: tuple[Array, Array]
+) -> tuple[Array, Array]:
+    """Bounds (m,) on the ray parameters t = g / (p + sqrt(D)) of outer hits, from those of p, D, g.
+
+    A ray that only touches counts as a hit. Bounds are 0 and inf where nothing better is known.
+    """
+    root_low, root_high = (np.sqrt(np.maximum(each, 0.0)) for each in d)
+    most, least = p[1] + root_high, np.maximum(p[0], 0.0) + root_low
+    outside = power[0] > 0.0
+    with np.errstate(over="ignore"):
+        near = np.where(outside & (most > 0.0), power[0], 0.0) / np.where(most > 0.0, most, 1.0)
+        far = np.where(outside & (least > 0.0), power[1], np.inf) / np.where(
+            least > 0.0, least, 1.0
+        )
+    return near, far
+
+
+def product_range(t: tuple[Array, Array], slope: tuple[Array, Array]) -> tuple[Array, Array]:
+    """Bounds (m,) on products of numbers t >= 0 and slopes, from those of both."""
+    with np.errstate(invalid="ignore"):  # inf times 0 stands for any product
+        low = np.where(slope[0] < 0.0, t[1], t[0]) * slope[0]
+        high = np.where(slope[1] > 0.0, t[1], t[0]) * slope[1]
+    return np.where(np.isnan(low), -np.inf, low), np.where(np.isnan(high), np.inf, high)

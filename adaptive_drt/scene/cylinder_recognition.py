@@ -1,0 +1,156 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Recognition of polygon meshes that represent a solid cylinder, as Blender's primitive is built.
+
+Two rings of m vertices, evenly spaced on two circles of one size about an axis and at the same
+angles, joined by m quads; each ring is closed by a polygon or by a fan of triangles. Whether a mesh
+with these faces is meant as a cylinder or as a prism, its shading tells.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .description import Vector, vector_of
+from .primitive_recognition import FLOAT32_ROUNDING, RELATIVE_TOLERANCE
+
+__all__ = ["FEWEST_SIDES", "SIDE_CORNERS", "MeshCylinder", "recognise_cylinder"]
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+FEWEST_SIDES = 12
+"""Least number of sides of a prism that may stand for a cylinder: those of one of 12 are 3 % of the
+radius inside it."""
+SIDE_CORNERS = 4
+"""Number of corners of a side."""
+
+
+@dataclass(frozen=True)
+class MeshCylinder:
+    """Cylinder in the mesh's own space: centres of its ends and radius in its units.
+
+    sides : number of its sides.  slot : the material slot of all its faces.
+    """
+
+    start: Vector
+    end: Vector
+    radius: float
+    sides: int
+    slot: int = 0
+
+
+def recognise_cylinder(
+    points: FloatArray, corners: IntArray, starts: IntArray, slots: IntArray
+) -> MeshCylinder | None:
+    """Return the cylinder that a mesh represents, or None; parameters as `recognise_primitive`.
+
+    All faces must have one material slot.
+    """
+    sizes = np.diff(starts, append=len(corners))
+    count = int((sizes == SIDE_CORNERS).sum())
+    if count < FEWEST_SIDES or len(starts) - count not in (2, 2 * count):
+        return None
+    if np.ptp(slots) or not np.isfinite(points).all():
+        return None
+    used = np.unique(corners)
+    number = np.zeros(points.shape[1], dtype=np.int64)
+    number[used] = np.arange(used.size)
+    points, corners = points[:, used], number[corners]
+    sides = (sizes == SIDE_CORNERS).nonzero()[0]
+    rings = _rings(corners, starts, sizes, points.shape[1], len(sides))
+    if rings is None:
+        return None
+    placed = _placed(points, *rings)
+    if placed is None:
+        return None
+    start, end, radius, angle = placed
+    quads = corners[starts[sides][:, None] + np.arange(SIDE_CORNERS)]
+    if not _joins_rings(quads, rings[1], angle, len(sides)):
+        return None
+    return MeshCylinder(start, end, radius, len(sides), int(slots[0]))
+
+
+def _rings(
+    corners: IntArray, starts: IntArray, sizes: IntArray, count: int, sides: int
+) -> tuple[IntArray, IntArray] | None:
+    """Return the vertices (m,) of both rings, each closed once by a polygon or a fan, or None."""
+    rest = (sizes != SIDE_CORNERS).nonzero()[0]
+    if len(rest) == 2 and (sizes[rest] == sides).all() and count == 2 * sides:
+        first, last = (np.unique(corners[starts[face] : starts[face] + sides]) for face in rest)
+    elif len(rest) == 2 * sides and (sizes[rest] == 3).all() and count == 2 * sides + 2:
+        fans = corners[starts[rest][:, None] + np.arange(3)]
+        uses = np.bincount(fans.ravel(), minlength=count)
+        middles = (uses == sides).nonzero()[0]
+        if len(middles) != 2:
+            return None
+        own = [fans[(fans == middle).any(axis=1)] for middle in middles]
+        if any(len(each) != sides for each in own):
+            return None
+        first, last = (
+            np.setdiff1d(each, middle) for each, middle in zip(own, middles, strict=True)
+        )
+    else:
+        return None
+    apart = first.size == sides and last.size == sides and not np.isin(first, last).any()
+    return (first, last) if apart else None
+
+
+def _placed(
+    points: FloatArray, first: IntArray, last: IntArray
+) -> tuple[Vector, Vector, float, IntArray] | None:
+    """Return both centres, the radius and the angle (n,) of each vertex, in sides; or None.
+
+    Vertices that are in no ring, the middles of fans, must be the centres of the ends.
+    """
+    start, end = points[:, first].mean(axis=1), points[:, last].mean(axis=1)
+    length = float(np.linalg.norm(end - start))
+    if not length > 0.0:
+        return None
+    axis = (end - start) / length
+    x = points[:, first[0]] - start
+    radius = float(np.linalg.norm(x))
+    if not radius > 0.0:
+        return None
+    x = x / radius
+    y = np.cross(axis, x)
+    local = points - start[:, None]
+    local[:, last] -= (length * axis)[:, None]
+    step = math.tau / first.size
+    angle = np.arctan2(y @ local, x @ local) / step
+    k = np.rint(angle).astype(np.int64) % first.size
+    ideal = radius * (np.cos(k * step) * x[:, None] + np.sin(k * step) * y[:, None])
+    ring = np.concatenate([first, last])
+    extent = float(np.abs(points).max())
+    # one vertex fixes the frame's rotation, so its rounding error adds to that of all others
+    allowed = 4.0 * (RELATIVE_TOLERANCE * max(radius, length) + FLOAT32_ROUNDING * extent)
+    middles = np.setdiff1d(np.arange(points.shape[1]), ring)
+    off = [np.linalg.norm(local[:, ring] - ideal[:, ring], axis=0)]
+    if middles.size:
+        ends = np.stack([start, end], axis=1)
+        gaps = np.linalg.norm(points[:, middles, None] - ends[:, None], axis=0)
+        off.append(gaps.min(axis=1))
+    if float(np.concatenate(off).max()) > min(allowed, 0.1 * step * radius):
+        return None
+    return vector_of(start), vector_of(end), radius, k
+
+
+def _joins_rings(quads: IntArray, last: IntArray, angle: IntArray, sides: int) -> bool:
+    """Whether quads (m, 4) join neighbours of one ring with those at the same angles of the other,
+    each pair of neighbours once.
+    """
+    upper = np.isin(quads, last)
+    if not (upper.sum(axis=1) == 2).all():
+        return False
+    order = np.argsort(upper, axis=1, kind="stable")
+    k = np.sort(np.take_along_axis(angle[quads], order, 1).reshape(-1, 2, 2), axis=2)
+    if not np.array_equal(k[:, 0], k[:, 1]):
+        return False
+    low, high = k[:, 0, 0], k[:, 0, 1]
+    wraps = high - low == sides - 1
+    first = np.where(wraps, high, low)
+    next_to = wraps | (high - low == 1)
+    return bool(next_to.all()) and np.array_equal(np.sort(first), np.arange(sides))

@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Meshes in the form of a cylinder: which are rendered as cylinders, and what is told of them."""
+
+from __future__ import annotations
+
+import importlib
+import math
+
+import bmesh
+import bpy
+import numpy as np
+import pytest
+import things
+
+
+def tube(name="Bond", sides=32, fans=False, smooth=True, radius2=1.0):
+    """A primitive as Blender's menu makes it, with smooth sides and flat ends."""
+    thing = things.made(
+        name,
+        lambda b: bmesh.ops.create_cone(
+            b, cap_ends=True, cap_tris=fans, segments=sides, radius1=1.0, radius2=radius2, depth=2.0
+        ),
+    )
+    for face in thing.data.polygons:
+        face.use_smooth = smooth and len(face.vertices) == 4
+    things.light("POINT", energy=100.0).location = (0.0, 0.0, 9.0)
+    return thing
+
+
+@pytest.mark.parametrize("fans", [False, True])
+@pytest.mark.parametrize("sides", [12, 32])
+def test_smooth_primitives_are_cylinders(export, core, sides, fans):
+    thing = tube(sides=sides, fans=fans)
+    thing.scale, thing.rotation_euler, thing.location = (0.2, 0.2, 1.5), (0.4, 1.1, -0.3), (1, 2, 3)
+    scene = export()
+    (shape,) = scene.shapes
+    assert isinstance(shape, core.Cylinder) and shape.radius == pytest.approx(0.2, rel=1e-5)
+    bpy.context.view_layer.update()
+    ends = [thing.matrix_world @ thing.data.vertices[0].co.__class__((0, 0, z)) for z in (-1, 1)]
+    found = sorted([shape.start, shape.end])
+    np.testing.assert_allclose(found, sorted(tuple(end) for end in ends), atol=1e-5)
+    told = [issue for issue in scene.issues if "outline" in issue.reason]
+    assert len(told) == (sides == 12)
+
+
+@pytest.mark.parametrize("change", ["flat", "all smooth", "cone", "few", "stretched", "open"])
+def test_others_stay_meshes(export, core, change):
+    thing = tube(
+        smooth=change != "flat",
+        radius2=0.9 if change == "cone" else 1.0,
+        sides=10 if change == "few" else 32,
+    )
+    if change == "all smooth":
+        thing.data.shade_smooth()
+    if change == "stretched":
+        thing.scale = (1.0, 1.1, 1.0)
+    if change == "open":
+        work = bmesh.new()
+        work.from_mesh(thing.data)
+        ends = [face for face in work.faces if len(face.verts) > 4]
+        bmesh.ops.delete(work, geom=ends[:1], context="FACES_ONLY")
+        work.to_mesh(thing.data)
+        work.free()
+    assert not any(isinstance(shape, core.Cylinder) for shape in export().shapes)
+
+
+def test_what_shines_stays_as_it_was(export, core):
+    glow = things.material("Glow", "ShaderNodeEmission", Strength=2.0)
+    tube().data.materials.append(glow)
+    assert not any(isinstance(shape, core.Cylinder) for shape in export().shapes)
+
+
+def test_the_setting_of_spheres_is_that_of_cylinders(export, core):
+    tube()
+    bpy.context.scene.adaptive_drt.spheres = "FACES"
+    assert not any(isinstance(shape, core.Cylinder) for shape in export().shapes)
+
+
+def test_a_cylinder_may_spin_about_its_axis_and_move(export, core):
+    thing = tube()
+    scene = bpy.context.scene
+    scene.render.use_motion_blur = True
+    for frame, turn in ((0, 0.0), (2, math.pi / 2)):
+        thing.rotation_euler = (0.0, 0.0, turn)
+        thing.location = (0.5 * frame, 0.0, 0.0)
+        thing.keyframe_insert("rotation_euler", frame=frame)
+        thing.keyframe_insert("location", frame=frame)
+    for curve in things.curves(thing):
+        for key in curve.keyframe_points:
+            key.interpolation = "LINEAR"
+    scene.frame_set(1)
+    (shape,) = export().shapes
+    assert isinstance(shape, core.Cylinder) and shape.motion is not None
+    thing.rotation_euler = (1.0, 0.0, 0.0)
+    thing.keyframe_insert("rotation_euler", frame=2)
+    scene.frame_set(1)
+    assert not any(isinstance(shape, core.Cylinder) for shape in export().shapes)
+
+
+def test_balls_and_bonds_render(export, core):
+    """The ends within the atoms are no shapes of their own."""
+    thing = tube()
+    thing.scale = (0.2, 0.2, 1.0)
+    for z in (-1.0, 1.0):
+        things.uv_sphere(f"Atom {z}", radius=0.5).location = (0.0, 0.0, z)
+    scene = export()
+    root = core.__package__.rpartition(".")[0]
+    plan, settings = (
+        importlib.import_module(f"{root}.{name}") for name in ("tracing.compile", "scene.settings")
+    )
+    table = plan.make_plan(scene, settings.Settings(threads=1)).shapes
+    assert table.count == 3

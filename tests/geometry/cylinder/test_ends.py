@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The ends of cylinders, and which of them are left out because nothing can see them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from adaptive_drt.geometry.cylinder.ends import with_ends
+from adaptive_drt.scene.description import Cylinder, Ellipse, Motion, Sphere, Visibility
+from adaptive_drt.scene.sphere_batch import Spheres
+
+FAR = np.array([9.0, 0.0, 0.0]), np.zeros(3)
+BOND = Cylinder((0.0, 0.0, 0.0), (0.0, 0.0, 2.0), 0.25)
+ATOM = Sphere((0.0, 0.0, 2.0), 0.5)
+
+
+def ends(*shapes, camera=FAR):
+    """The ends that are shapes of their own."""
+    return [each for each in with_ends(shapes, camera) if isinstance(each, Ellipse)]
+
+
+def test_ends_are_disks_that_face_outwards():
+    first, last = ends(BOND)
+    for disk, place, way in ((first, 0.0, -1.0), (last, 2.0, 1.0)):
+        assert disk.center == (0.0, 0.0, place) and disk.body == 0
+        normal = np.cross(disk.half_u, disk.half_v)
+        np.testing.assert_allclose(normal, (0.0, 0.0, way * 0.25**2), atol=1e-12)
+        np.testing.assert_allclose(np.linalg.norm(disk.half_u), 0.25)
+
+
+def test_shapes_without_cylinders_stay_as_they_are():
+    assert with_ends([ATOM], FAR) == [ATOM]
+
+
+def test_ends_in_balls_are_left_out():
+    assert [each.center[2] for each in ends(BOND, ATOM)] == [0.0]
+    balls = np.array([[0.0, 0.0], [0.0, 0.0], [0.0, 2.0]])
+    slot = np.zeros(2, dtype=np.int64)
+    atoms = Spheres(balls, np.array([0.5, 0.5]), slot, (ATOM.material,))
+    assert not ends(BOND, atoms)
+
+
+def test_ends_that_may_be_seen_are_kept():
+    small = Sphere(ATOM.center, 0.24)
+    moving = Sphere(ATOM.center, 0.5, motion=Motion((0.0, 0.0, 1.0)))
+    unseen = Sphere(ATOM.center, 0.5, visibility=Visibility(camera=False))
+    for atom in (small, moving, unseen):
+        assert len(ends(BOND, atom)) == 2
+    within = np.array([0.0, 0.0, 2.3]), np.zeros(3)
+    passing = np.array([0.0, 0.0, 2.9]), np.array([0.0, 0.0, 1.0])
+    for camera in (within, passing):
+        assert len(ends(BOND, ATOM, camera=camera)) == 2
+
+
+def test_ends_between_halves_of_a_bond_are_left_out():
+    other = Cylinder((0.0, 0.0, 2.0), (0.0, 0.0, 3.0), 0.25)
+    assert [each.center[2] for each in ends(BOND, other)] == [0.0, 3.0]
+    assert len(ends(BOND, Cylinder((0.0, 0.0, 2.0), (0.0, 0.0, 3.0), 0.2))) == 4
+    assert len(ends(BOND, Cylinder((0.0, 0.0, 2.0), (0.0, 1.0, 3.0), 0.25))) == 4

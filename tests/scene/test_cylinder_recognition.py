@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which meshes stand for cylinders: those built as Blender's primitive, and no others."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from adaptive_drt.scene.cylinder_recognition import FEWEST_SIDES, recognise_cylinder
+
+
+def cylinder(sides=16, fans=False, radius=1.0, length=2.0, taper=1.0):
+    """Vertices (3, n) and faces of a primitive that is turned and moved, in float32."""
+    angle = np.arange(sides) * 2.0 * np.pi / sides
+    ring = np.stack([np.cos(angle), np.sin(angle), 0.0 * angle])
+    height = np.array([[0.0], [0.0], [length]])
+    points = [radius * ring, radius * taper * ring + height]
+    after = (np.arange(sides) + 1) % sides
+    faces = [(k, after[k], sides + after[k], sides + k) for k in range(sides)]
+    if fans:
+        points.append(np.array([[0.0, 0.0], [0.0, 0.0], [0.0, length]]))
+        for end in (0, 1):
+            middle, base = 2 * sides + end, end * sides
+            faces += [(middle, base + k, base + after[k]) for k in range(sides)]
+    else:
+        faces += [tuple(range(sides)), tuple(range(2 * sides - 1, sides - 1, -1))]
+    turn = np.linalg.qr(np.random.default_rng(sides).normal(size=(3, 3)))[0]
+    shape = turn @ np.concatenate(points, axis=1) + np.array([[0.3], [-0.2], [0.5]])
+    return np.float64(np.float32(shape)), faces
+
+
+def recognised(points, faces, slots=None):
+    corners = np.concatenate([np.array(face) for face in faces])
+    starts = np.cumsum([0, *(len(face) for face in faces[:-1])])
+    slots = np.zeros(len(faces), dtype=np.int64) if slots is None else slots
+    return recognise_cylinder(points, corners, starts, slots)
+
+
+@pytest.mark.parametrize("fans", [False, True])
+@pytest.mark.parametrize("sides", [FEWEST_SIDES, 32, 65])
+def test_primitives_are_cylinders(sides, fans):
+    points, faces = cylinder(sides, fans, 0.3, 1.7)
+    found = recognised(points, faces)
+    assert found.sides == sides and found.radius == pytest.approx(0.3, rel=1e-5)
+    ends = np.array([found.start, found.end])
+    assert np.linalg.norm(ends[1] - ends[0]) == pytest.approx(1.7, rel=1e-5)
+    np.testing.assert_allclose(ends[0], points[:, :sides].mean(axis=1), atol=1e-6)
+
+
+@pytest.mark.parametrize("fans", [False, True])
+def test_the_order_of_faces_and_vertices_does_not_matter(fans):
+    points, faces = cylinder(16, fans)
+    rng = np.random.default_rng(0)
+    order = rng.permutation(points.shape[1])
+    place = np.argsort(order)
+    mixed = [np.roll(place[list(face)], rng.integers(4)) for face in faces]
+    mixed = [face[::-1] if rng.random() < 0.5 else face for face in mixed]
+    found = recognised(points[:, order], [mixed[k] for k in rng.permutation(len(mixed))])
+    assert found is not None and found.sides == 16
+
+
+def changed(kind):
+    points, faces = cylinder(16, kind == "open fan")
+    if kind == "cone":
+        return cylinder(16, taper=0.8)
+    if kind == "few":
+        return cylinder(FEWEST_SIDES - 1)
+    if kind == "open":
+        faces = faces[:-1]
+    if kind == "open fan":
+        faces = faces[:-1]
+    if kind == "dented":
+        points[:, 3] *= 1.001
+    if kind == "sheared":
+        points[0] += 0.01 * points[1]
+    if kind == "oval":
+        points[0] *= 1.01
+    if kind == "twice":
+        faces = [faces[1], *faces[1:]]
+    return points, faces
+
+
+@pytest.mark.parametrize(
+    "kind", ["cone", "few", "open", "open fan", "dented", "sheared", "oval", "twice"]
+)
+def test_others_are_none(kind):
+    assert recognised(*changed(kind)) is None
+
+
+def test_faces_of_several_materials_are_none():
+    points, faces = cylinder()
+    slots = np.zeros(len(faces), dtype=np.int64)
+    slots[-1] = 1
+    assert recognised(points, faces, slots) is None
+    assert recognised(points, faces, slots * 0 + 1).slot == 1
