@@ -14,6 +14,7 @@ from __future__ import annotations
 import ctypes
 import threading
 from collections import deque
+from ctypes.util import find_library
 from functools import cache
 from importlib.util import find_spec
 from itertools import repeat
@@ -31,6 +32,9 @@ __all__ = ["SphereScene", "native_library", "native_version"]
 
 TESTED_VERSIONS = range(40_400, 40_500)
 """Versions of embree whose structures are known: major times 10,000, minor times 100, patch."""
+SYSTEM_LIBRARY = "embree4"
+"""Name of the library where it is installed for the whole system, as with Debian's Blender. Worker
+processes find it there as well, but not what only a program of its own brings."""
 VERSION_PROPERTY = 0
 """Number of the device's property that holds its version (RTC_DEVICE_PROPERTY_VERSION)."""
 SPHERE_POINTS, VERTICES, FLOAT4, ROBUST = 50, 1, 0x9004, 4
@@ -80,14 +84,19 @@ def native_version() -> str:
     return f"embree {number // 10_000}.{number // 100 % 100}.{number % 100}"
 
 
-def _library_paths() -> list[Path]:
-    """Files that may be embree's library, as wheels for Linux, Windows and macOS place them."""
+def _library_paths() -> list[Path | str]:
+    """Files that may be embree's library: as wheels for Linux, Windows and macOS place them, then
+    that of the system.
+    """
+    system = find_library(SYSTEM_LIBRARY)
+    installed: list[Path | str] = [] if system is None else [system]
     found = find_spec("embreex")
     if found is None or found.origin is None:
-        return []
+        return installed
     package = Path(found.origin).parent
     folders = (package.parent / "embreex.libs", package / ".dylibs", package)
-    return [path for folder in folders for path in sorted(folder.glob("*embree4*"))]
+    own = (path for folder in folders for path in sorted(folder.glob("*embree4*")))
+    return [*own, *installed]
 
 
 def _declared(library: Any) -> Any:
@@ -132,16 +141,26 @@ class SphereScene:
         center : (3, n) metres, at the middle of the shutter.  radius : (n,) metres.
         displacement : (3, n) metres, over the shutter; None at rest.
         """
-        path = 0.0 if displacement is None else 0.5 * np.abs(displacement)
-        low, high = (center - path - radius).min(axis=1), (center + path + radius).max(axis=1)
-        self._middle = 0.5 * (low + high)[:, None]
-        self.size = float((high - low).max())
+        self._middle, sides = self.extent(center, radius, displacement)
+        self.size = float(sides.max())
         self._center = (center - self._middle) / self.size
         self._radius = radius / self.size
         self._shift = None if displacement is None else displacement / self.size
-        self._ball = 0.5 * float(np.sqrt((((high - low) / self.size) ** 2).sum()))
+        self._ball = 0.5 * float(np.sqrt(((sides / self.size) ** 2).sum()))
         self._lock = threading.Lock()
         self._scene: int | None = None
+
+    @staticmethod
+    def extent(center: Array, radius: Array, displacement: Array | None) -> tuple[Array, Array]:
+        """Middle (3, 1) and sides (3,) of the box around spheres over the shutter, metres."""
+        path = 0.0 if displacement is None else 0.5 * np.abs(displacement)
+        low, high = (center - path - radius).min(axis=1), (center + path + radius).max(axis=1)
+        return 0.5 * (low + high)[:, None], high - low
+
+    @staticmethod
+    def rounding_of(sides: Array) -> float:
+        """The `rounding` of a scene that fills a box with such sides (3,), metres."""
+        return 2.0 * START_OFFSET * float(sides.max())
 
     @property
     def rounding(self) -> float:

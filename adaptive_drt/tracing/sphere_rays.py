@@ -61,17 +61,17 @@ def find_traced_spheres(
             return None
     if not any(light.extended and light.casts_shadow for light in lights):
         return None
-    scene = _scene(table, traced.nonzero()[0])
-    if scene.rounding > MAX_ROUNDING * float(radius[traced].min()):
+    spheres = _spheres(table, traced.nonzero()[0])
+    rounding = SphereScene.rounding_of(SphereScene.extent(*spheres)[1])
+    if rounding > MAX_ROUNDING * float(spheres[1].min()):
         return None
     return traced
 
 
-def _scene(table: ShapeTable, item: Ints) -> SphereScene:
-    """The spheres among the objects `item`, in embree."""
+def _spheres(table: ShapeTable, item: Ints) -> tuple[Array, Array, Array | None]:
+    """Centres (3, n), radii (n,) and displacements (3, n) of the spheres among the objects."""
     (center, radius), d = table.bounding_spheres, table.displacement
-    shift = None if d is None else columns(d, item)
-    return SphereScene(columns(center, item), radius[item], shift)
+    return columns(center, item), radius[item], None if d is None else columns(d, item)
 
 
 class SphereTracer:
@@ -81,11 +81,8 @@ class SphereTracer:
         """Take the objects that `find_traced_spheres` has found."""
         self.traced = traced
         self._item = traced.nonzero()[0]
-        center, radius = table.bounding_spheres
-        self._center, self._radius = columns(center, self._item), radius[self._item]
-        d = table.displacement
-        self._shift = None if d is None else columns(d, self._item)
-        self._scene = _scene(table, self._item)
+        self._center, self._radius, self._shift = _spheres(table, self._item)
+        self._scene = SphereScene(self._center, self._radius, self._shift)
 
     @property
     def items(self) -> Ints:
