@@ -22,7 +22,7 @@ from ..parallel.call_progress import iterate_with_progress, progress_range
 from ..tracing.compile import Plan
 from ..tracing.few_occluders import FewOccluders
 from ..tracing.intersect import Pairs, Surface, curvature, intersect_pairs, nearest_hits, surface
-from ..tracing.occluder_culling import Occluders
+from ..tracing.occluder_culling import MANY_OBJECTS, Occluders
 from ..tracing.ray_costs import rays_cost_less, regions_cost_more
 from .edges import EdgeTest, detect_edges
 from .moving_shadows import light_changes, patch_light_changes
@@ -58,6 +58,8 @@ CROWD, CROWD_SHARE = 48.0, 1.0 / 64.0
 """Number of objects before a light from which the surfaces that outlines bring into a pixel count
 as hidden in part by as many, whatever its centre shows; and the number of them where the centre
 hits nothing, as a fraction of the spheres. Chosen for cost, not fitted."""
+MOST_LISTED = 1_024.0
+"""Number of occluders of a point from which they are never all listed: it bounds memory."""
 UNBOUNDED_REACH = 1e100
 """Reach in metres from which a patch of surface is treated as unbounded."""
 
@@ -371,10 +373,9 @@ def _find_occluders(
     occluders: Occluders, light: Emitter, hits: Surface, reach: Array, by_rays: Mask
 ) -> Pairs:
     """Candidate occluders of n points; only enough of them to detect what they do where rays
-    follow, under lights that surround the points of still scenes.
+    follow, in still scenes under lights that surround the points or are behind very many spheres.
     """
-    moving = occluders.plan.motion
-    if moving or not light.surrounds or not light.casts_shadow or not by_rays.any():
+    if not by_rays.any() or not _may_know_few(occluders, light):
         return occluders.find_candidates(light, hits, reach)
     parts = []
     for rows, find in (
@@ -390,26 +391,44 @@ def _find_occluders(
     return Pairs(pixel[order], item[order])
 
 
+def _may_know_few(occluders: Occluders, light: Emitter) -> bool:
+    """Whether `FewOccluders` may stand for all occluders of a light where rays find it."""
+    if occluders.tracer is None or occluders.plan.motion or not light.casts_shadow:
+        return False
+    return light.surrounds or occluders.tracer.items.size >= MANY_OBJECTS
+
+
 def _prefer_rays(
     plan: Plan, occluders: Occluders, center: CenterRays, silhouette: Mask | None = None
 ) -> Mask:
-    """Pixels (n,) in which sampling costs less than light in closed form under skies.
+    """Pixels (n,) in which sampling costs less than light in closed form under lights whose
+    occluders are not all listed.
 
     silhouette : (n,) whether silhouettes may pass through the pixel; None where pixels stand for
         blocks that may be interpolated.
     """
     by_rays = np.zeros(center.depth.size, dtype=np.bool_)
-    skies = [light for light in plan.lights if light.surrounds and light.casts_shadow]
-    if not skies or occluders.tracer is None:
+    unlisted = [light for light in plan.lights if _may_know_few(occluders, light)]
+    if plan.motion:
+        unlisted = [light for light in plan.lights if light.surrounds and light.casts_shadow]
+    if not unlisted or occluders.tracer is None:
         return by_rays
-    # where the centre hits nothing, half of the spheres count
     few = FewOccluders.of(occluders)
-    number = np.full(by_rays.size, 0.5 * few.count)
-    number[center.rows] = few.count_above_horizons(center.hits)
+    number = np.zeros(by_rays.size)
+    if any(light.surrounds for light in unlisted):
+        # where the centre hits nothing, half of the spheres count
+        number[:] = 0.5 * few.count
+        number[center.rows] = few.count_above_horizons(center.hits)
+    for light in unlisted:
+        if not light.surrounds:
+            shape = plan.as_shadow_caster(light)
+            number[center.rows] += few.count_before(shape, center.hits)
     seen = by_rays.copy() if silhouette is None else silhouette.copy()
     seen[center.rows] = True
-    by_rays = seen & rays_cost_less(number, silhouette, plan.settings.tolerance)
-    return by_rays
+    less = (number >= MOST_LISTED) | rays_cost_less(number, silhouette, plan.settings.tolerance)
+    if not any(light.surrounds for light in unlisted):
+        less &= number > 0.0
+    return seen & less
 
 
 def _crowded_outlines(plan: Plan, occluders: Occluders, visible: Pairs, count: int) -> Mask:

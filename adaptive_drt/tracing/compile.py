@@ -214,8 +214,9 @@ def make_plan(scene: Scene, settings: Settings) -> Plan:
     motion = moving and bool(table.moves.any() or light_moves)
     skipped += _skipped_effects(settings, motion, sum(counts))
     complete = _with_shapes(lights, shapes, table, origin)
+    traced = find_traced_spheres(table, complete, settings)
     return Plan(
-        settings=_with_feasible_batches(settings, lights, sum(counts)),
+        settings=_with_feasible_batches(settings, lights, sum(counts), motion or traced is None),
         lens=lens,
         region=camera.region,
         resolution=camera.resolution,
@@ -236,7 +237,7 @@ def make_plan(scene: Scene, settings: Settings) -> Plan:
         emission=_emissions(shapes),
         seen=_mask(shapes, lambda shape: shape.visibility.camera, True),
         holdout=_mask(shapes, lambda shape: shape.visibility.holdout, False),
-        traced=find_traced_spheres(table, complete, settings),
+        traced=traced,
     )
 
 
@@ -457,9 +458,14 @@ def _with_coplanar_faces(light: Emitter, table: ShapeTable, origin: Array) -> Em
     return replace(light, coplanar=coplanar) if coplanar.any() else light
 
 
-def _with_feasible_batches(settings: Settings, lights: Sequence[Emitter], objects: int) -> Settings:
-    """The settings with batches so small that all pairs of their pixels and objects fit memory."""
-    if not any(light.surrounds for light in lights):
+def _with_feasible_batches(
+    settings: Settings, lights: Sequence[Emitter], objects: int, listed: bool
+) -> Settings:
+    """The settings with batches so small that all pairs of their pixels and objects fit memory.
+
+    listed : whether all occluders of a light that surrounds the scene are listed.
+    """
+    if not listed or not any(light.surrounds for light in lights):
         return settings
     most = max(MIN_BATCH, MAX_BATCH_PAIRS // max(objects, 1))
     return replace(settings, batch=min(settings.batch, most))

@@ -93,6 +93,11 @@ class SphereTracer:
         """Whether spheres block segments from points of surfaces: see `SphereScene.blocked`."""
         return self._scene.blocked(point, normal, to, time)
 
+    def first_blocking(self, point: Array, normal: Array, to: Array) -> Ints:
+        """Objects (n,) that block segments first, or -1: see `SphereScene.first_blocking`."""
+        found = self._scene.first_blocking(point, normal, to)
+        return np.where(found < 0, -1, self._item[found])
+
     def nearest(self, w: Array, time: Array | float) -> tuple[Array, Ints]:
         """Ray parameters (...) and objects of the first hits of rays from the camera, inf and -1.
 
