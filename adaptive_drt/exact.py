@@ -56,6 +56,9 @@ Found = TypeVar("Found")
 FIRST_PASS_PIXELS = 262_144
 """Largest number of pixels in one call of the first pass: most of them lie in smooth blocks and
 need only a few points."""
+FIRST_PASS_PAIRS = 1 << 17
+"""Largest number of pairs of blocks and objects in one call, unless those of a row of blocks are
+more: each takes up to 2 KB while outlines are looked for, and some are cut into four."""
 FIRST_PASS_BATCHES = 8
 """Largest number of batches in one call of the first pass: a viewport render, whose batches are
 small, then shows progress (a first pass of 1280 x 720 pixels took 5 % longer by 65,536 pixels than
@@ -161,7 +164,8 @@ class ExactRender:
         rows = -(-(top - bottom - first) // step)
         most = min(FIRST_PASS_PIXELS, FIRST_PASS_BATCHES * wide.settings.batch)
         most = max(1, most // (side * side * (right - left)))
-        count = -(-rows // most)
+        area = np.prod(np.maximum(bounds[2:] - bounds[:2], 0), axis=0).sum() / step
+        count = -(-rows // min(most, max(1, int(FIRST_PASS_PAIRS * rows / max(area, 1)))))
         pixels = side * side * rows * (right - left)
         if (
             pixels >= THREADS_PIXELS

@@ -22,8 +22,8 @@ from ..parallel.call_progress import iterate_with_progress, progress_range
 from ..tracing.compile import Plan
 from ..tracing.few_occluders import FewOccluders
 from ..tracing.intersect import Pairs, Surface, curvature, intersect_pairs, nearest_hits, surface
-from ..tracing.occluder_culling import Occluders
-from ..tracing.ray_costs import rays_cost_less
+from ..tracing.occluder_culling import MANY_OBJECTS, Occluders
+from ..tracing.ray_costs import rays_cost_less, regions_cost_more
 from .edges import EdgeTest, detect_edges
 from .moving_shadows import light_changes, patch_light_changes
 from .moving_silhouettes import detect_moving_silhouettes, moves_under_fixed_ray
@@ -54,6 +54,12 @@ its visibility is classified."""
 MIN_RELATIVE_GAP = 2.0
 """Distance of occluders from a block of pixels whose sky they may hide in part, in units of the
 block's reach: nearer ones change the light over the block too quickly for an interpolation."""
+CROWD, CROWD_SHARE = 48.0, 1.0 / 64.0
+"""Number of objects before a light from which the surfaces that outlines bring into a pixel count
+as hidden in part by as many, whatever its centre shows; and the number of them where the centre
+hits nothing, as a fraction of the spheres. Chosen for cost, not fitted."""
+MOST_LISTED = 1_024.0
+"""Number of occluders of a point from which they are never all listed: it bounds memory."""
 UNBOUNDED_REACH = 1e100
 """Reach in metres from which a patch of surface is treated as unbounded."""
 
@@ -154,16 +160,15 @@ def detect(
     test, outlines = found.test, found.silhouette
     mask = np.zeros((3, outlines.size), dtype=np.bool_)
     mask[1], mask[2] = found.motion, found.edge
+    visible = _visible_candidates(plan, pairs, test, outlines)
     by_rays = _prefer_rays(plan, occluders, center, outlines)
+    by_rays |= _crowded_outlines(plan, occluders, visible, outlines.size)
     shadows, candidates = _detect_light(plan, occluders, center, test, by_rays, mask, clock)
-    by_rays |= _crowded_penumbrae(plan, occluders, center, shadows, outlines)
+    by_rays |= _crowded_penumbrae(plan, occluders, center, shadows, candidates, outlines)
     if test is not None and plan.motion:
         mask[1] |= _light_changes_at_silhouettes(plan, occluders, center, test, mask)
         clock("detect moving shadows")
-    return DetectionFlags(
-        mask, shadows, candidates, outlines, _visible_candidates(plan, pairs, test, outlines),
-        by_rays,
-    )  # fmt: skip
+    return DetectionFlags(mask, shadows, candidates, outlines, visible, by_rays)
 
 
 @dataclass(frozen=True)
@@ -368,10 +373,9 @@ def _find_occluders(
     occluders: Occluders, light: Emitter, hits: Surface, reach: Array, by_rays: Mask
 ) -> Pairs:
     """Candidate occluders of n points; only enough of them to detect what they do where rays
-    follow, under lights that surround the points of still scenes.
+    follow, in still scenes under lights that surround the points or are behind very many spheres.
     """
-    moving = occluders.plan.motion
-    if moving or not light.surrounds or not light.casts_shadow or not by_rays.any():
+    if not by_rays.any() or not _may_know_few(occluders, light):
         return occluders.find_candidates(light, hits, reach)
     parts = []
     for rows, find in (
@@ -387,26 +391,55 @@ def _find_occluders(
     return Pairs(pixel[order], item[order])
 
 
+def _may_know_few(occluders: Occluders, light: Emitter) -> bool:
+    """Whether `FewOccluders` may stand for all occluders of a light where rays find it."""
+    if occluders.tracer is None or occluders.plan.motion or not light.casts_shadow:
+        return False
+    return light.surrounds or occluders.tracer.items.size >= MANY_OBJECTS
+
+
 def _prefer_rays(
     plan: Plan, occluders: Occluders, center: CenterRays, silhouette: Mask | None = None
 ) -> Mask:
-    """Pixels (n,) in which sampling costs less than light in closed form under skies.
+    """Pixels (n,) in which sampling costs less than light in closed form under lights whose
+    occluders are not all listed.
 
     silhouette : (n,) whether silhouettes may pass through the pixel; None where pixels stand for
         blocks that may be interpolated.
     """
     by_rays = np.zeros(center.depth.size, dtype=np.bool_)
-    skies = [light for light in plan.lights if light.surrounds and light.casts_shadow]
-    if not skies or occluders.tracer is None:
+    unlisted = [light for light in plan.lights if _may_know_few(occluders, light)]
+    if plan.motion:
+        unlisted = [light for light in plan.lights if light.surrounds and light.casts_shadow]
+    if not unlisted or occluders.tracer is None:
         return by_rays
-    # where the centre hits nothing, half of the spheres count
     few = FewOccluders.of(occluders)
-    number = np.full(by_rays.size, 0.5 * few.count)
-    number[center.rows] = few.count_above_horizons(center.hits)
+    number = np.zeros(by_rays.size)
+    if any(light.surrounds for light in unlisted):
+        # where the centre hits nothing, half of the spheres count
+        number[:] = 0.5 * few.count
+        number[center.rows] = few.count_above_horizons(center.hits)
+    for light in unlisted:
+        if not light.surrounds:
+            shape = plan.as_shadow_caster(light)
+            number[center.rows] += few.count_before(shape, center.hits)
     seen = by_rays.copy() if silhouette is None else silhouette.copy()
     seen[center.rows] = True
-    by_rays = seen & rays_cost_less(number, silhouette, plan.settings.tolerance)
-    return by_rays
+    less = (number >= MOST_LISTED) | rays_cost_less(number, silhouette, plan.settings.tolerance)
+    if not any(light.surrounds for light in unlisted):
+        less &= number > 0.0
+    return seen & less
+
+
+def _crowded_outlines(plan: Plan, occluders: Occluders, visible: Pairs, count: int) -> Mask:
+    """Which of `count` pixels may show so many objects that sampling costs less than their regions.
+
+    visible : pixels with outlines and objects that may be seen in them.
+    """
+    if occluders.tracer is None:
+        return np.zeros(count, dtype=np.bool_)
+    seen = np.bincount(visible.pixel, minlength=count)
+    return regions_cost_more(seen, plan.settings.tolerance)
 
 
 def _crowded_penumbrae(
@@ -414,23 +447,29 @@ def _crowded_penumbrae(
     occluders: Occluders,
     center: CenterRays,
     shadows: Sequence[LightVisibility],
+    candidates: Sequence[Pairs],
     silhouette: Mask,
 ) -> Mask:
     """Pixels (n,) in which sampling costs less than light that so many occluders hide in part.
 
     Of lights that surround the points only few occluders may be known: see `_prefer_rays`.
     """
-    by_rays = np.zeros(silhouette.size, dtype=np.bool_)
     if occluders.tracer is None:
-        return by_rays
-    number = np.zeros(center.rows.size)
-    for light, shadow in zip(plan.lights, shadows, strict=True):
-        if not light.surrounds:
-            number += np.bincount(shadow.pairs.pixel, minlength=number.size)
-    cut = silhouette[center.rows]
-    less = (number > 0.0) & rays_cost_less(number, cut, plan.settings.tolerance)
-    by_rays[center.rows] = less
-    return by_rays
+        return np.zeros(silhouette.size, dtype=np.bool_)
+    rows = center.rows
+    partly, before = np.zeros((2, rows.size))
+    near = [not light.surrounds and light.casts_shadow for light in plan.lights]
+    for chosen, shadow, pairs in zip(near, shadows, candidates, strict=True):
+        if chosen:
+            partly += np.bincount(shadow.pairs.pixel, minlength=rows.size)
+            before += np.bincount(pairs.pixel, minlength=rows.size)
+    # where the centre hits nothing, a part of the spheres counts
+    number = np.full(silhouette.size, any(near) * CROWD_SHARE * occluders.tracer.items.size)
+    number[rows] = before
+    # a pixel's other surfaces may be in penumbrae where its centre is not
+    number[~silhouette | (number < CROWD)] = 0.0
+    number[rows] = np.where(number[rows] > 0.0, number[rows], partly)
+    return (number > 0.0) & rays_cost_less(number, silhouette, plan.settings.tolerance)
 
 
 def _reach_bounds(plan: Plan, center: CenterRays, test: EdgeTest) -> tuple[Array, Array]:

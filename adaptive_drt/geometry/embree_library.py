@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import ctypes
 from collections import deque
+from ctypes.util import find_library
 from functools import cache
 from importlib.util import find_spec
 from itertools import repeat
@@ -45,6 +46,9 @@ __all__ = [
 
 TESTED_VERSIONS = range(40_400, 40_500)
 """Versions of embree whose structures are known: major times 10,000, minor times 100, patch."""
+SYSTEM_LIBRARY = "embree4"
+"""Name of the library where it is installed for the whole system, as with Debian's Blender. Worker
+processes find it there as well, but not what only a program of its own brings."""
 VERSION_PROPERTY = 0
 """Number of the device's property that holds its version (RTC_DEVICE_PROPERTY_VERSION)."""
 ROBUST = 4
@@ -88,14 +92,19 @@ def native_version() -> str:
     return f"embree {number // 10_000}.{number // 100 % 100}.{number % 100}"
 
 
-def _library_paths() -> list[Path]:
-    """Files that may be embree's library, as wheels for Linux, Windows and macOS place them."""
+def _library_paths() -> list[Path | str]:
+    """Files that may be embree's library: as wheels for Linux, Windows and macOS place them, then
+    that of the system.
+    """
+    system = find_library(SYSTEM_LIBRARY)
+    installed: list[Path | str] = [] if system is None else [system]
     found = find_spec("embreex")
     if found is None or found.origin is None:
-        return []
+        return installed
     package = Path(found.origin).parent
     folders = (package.parent / "embreex.libs", package / ".dylibs", package)
-    return [path for folder in folders for path in sorted(folder.glob("*embree4*"))]
+    own = (path for folder in folders for path in sorted(folder.glob("*embree4*")))
+    return [*own, *installed]
 
 
 def _declared(library: Any) -> Any:

@@ -98,6 +98,11 @@ class SphereScene:
         low, high = (center - path - radius).min(axis=1), (center + path + radius).max(axis=1)
         return 0.5 * (low + high)[:, None], high - low
 
+    @staticmethod
+    def rounding_of(sides: Array) -> float:
+        """The `rounding` of a scene that fills a box with such sides (3,), metres."""
+        return 2.0 * START_OFFSET * float(sides.max())
+
     @property
     def rounding(self) -> float:
         """Distance in metres to the surface of a sphere below which rounding decides."""
@@ -203,12 +208,31 @@ class SphereScene:
         if float((origin[:, :1] ** 2).sum()) > (NEAR_RADII * self._ball) ** 2:
             gone, met = self._entry(origin, unit)
             origin, away = origin + gone * unit, np.where(met, away, -1.0)
+        return self._first_met(origin, unit, away, time)
+
+    def _first_met(self, origin: Array, unit: Array, away: Array, time: Array | float) -> Ints:
+        """The first sphere (m,) that rays of lengths `away` meet, or -1, in the scene's units."""
         rays = ray_packets(origin, unit, away, RAY_WORDS + HIT_WORDS, time=time)
         count_rays("sphere nearest", unit.shape[1])
         trace_packets("rtcIntersect16", self._committed(), rays, unit.shape[1])
         item = word_of_rays(rays, ITEM_WORD, unit.shape[1])
         item[away < 0.0] = -1
         return item
+
+    def first_blocking(self, start: Array, normal: Array, to: Array) -> Ints:
+        """The first sphere (n,) between `start` and `start + to`, at rest, or -1.
+
+        start, normal : (3, n) as those of `blocked`.  to : (3, n) metres.
+        """
+        length = np.sqrt(dot(to, to)) / self.size
+        unit = to / (length * self.size)
+        away = np.minimum(length - START_OFFSET, LONGEST_RAY)
+        origin = (start - self._middle) / self.size + START_OFFSET * normal
+        gone, met = self._entry(origin, unit)
+        far = dot(origin, origin) > (NEAR_RADII * self._ball) ** 2
+        origin = np.where(far, origin + gone * unit, origin)
+        away = np.where(far, np.where(met, away - gone, -1.0), away)
+        return self._first_met(origin, unit, away, 0.0)
 
     def _entry(self, origin: Array, unit: Array) -> tuple[Array, Mask]:
         """Lengths (m,) of rays up to the ball around the scene, and whether they meet it."""

@@ -17,6 +17,7 @@ import numpy as np
 from ..numerics.arrays import Array, Ints
 from ..numerics.error_coefficients import COEFFICIENT_DECAY
 from ..numerics.floats import TINY
+from ..numerics.gather import columns
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs, Tile, find_candidates, run_indices
 
@@ -40,6 +41,8 @@ CHEBYSHEV_NODES: Array = np.cos(np.pi * (7.0 - 2.0 * np.arange(4)) / 8.0)
 DEGREES = np.arange(4)[:, None]
 SERIES_MATRIX = np.cos(DEGREES * np.arccos(CHEBYSHEV_NODES)) * np.where(DEGREES == 0, 0.25, 0.5)
 """Matrix (4, 4) from values at the nodes of an interval to its Chebyshev coefficients."""
+PAIRS_PER_CHUNK = 1 << 16
+"""Number of pairs of blocks and objects that are subdivided at a time: it bounds memory."""
 
 
 @dataclass(frozen=True)
@@ -70,9 +73,11 @@ class PixelBlocks:
         x: Array = np.asarray(self.x, dtype=np.float64) + 0.5
         return x, np.asarray(self.y, dtype=np.float64) + 0.5
 
-    def subdivide(self, chosen: Ints, side: int, region: tuple[int, int, int, int]) -> PixelBlocks:
+    def subdivide(
+        self, chosen: Ints, side: int, region: tuple[int, int, int, int], bounds: Ints
+    ) -> PixelBlocks:
         """Subdivide the chosen blocks to a smaller side, and keep those that overlap a region of
-        pixels.
+        pixels. Blocks of side 1 have no pairs of objects whose `screen_bounds` exclude the pixel.
         """
         parts = self.side // side
         left, bottom, right, top = region
@@ -85,17 +90,24 @@ class PixelBlocks:
         size[chosen] = inside.sum(axis=1)
         start = np.zeros_like(size)
         start[chosen] = np.cumsum(size[chosen]) - size[chosen]
-        copies = size[self.pairs.pixel]
-        child = run_indices(start[self.pairs.pixel], copies)
-        pairs = Pairs(child, np.repeat(self.pairs.item, copies))
-        return PixelBlocks(side, x[inside], y[inside], pairs)
+        blocks = PixelBlocks(side, x[inside], y[inside], self.pairs)
+        found = []
+        for first in range(0, max(self.pairs.item.size, 1), PAIRS_PER_CHUNK):
+            some = self.pairs.take(slice(first, first + PAIRS_PER_CHUNK))
+            copies = size[some.pixel]
+            child = run_indices(start[some.pixel], copies)
+            pairs = Pairs(child, np.repeat(some.item, copies))
+            found.append(blocks._within(pairs, bounds) if side == 1 else pairs)
+        pixel, item = (
+            np.concatenate([getattr(part, name) for part in found]) for name in ("pixel", "item")
+        )
+        return replace(blocks, pairs=Pairs(pixel, item))
 
-    def within(self, bounds: Ints) -> PixelBlocks:
-        """Blocks of side 1, without pairs of objects whose `screen_bounds` exclude the pixel."""
-        x, y, item = self.x[self.pairs.pixel], self.y[self.pairs.pixel], self.pairs.item
-        left, bottom, right, top = bounds
-        inside = (x >= left[item]) & (x < right[item]) & (y >= bottom[item]) & (y < top[item])
-        return replace(self, pairs=self.pairs.take(inside))
+    def _within(self, pairs: Pairs, bounds: Ints) -> Pairs:
+        """Pairs of blocks of side 1 and objects whose `screen_bounds` include the pixel."""
+        x, y, item = self.x[pairs.pixel], self.y[pairs.pixel], pairs.item
+        left, bottom, right, top = columns(bounds, item)
+        return pairs.take((x >= left) & (x < right) & (y >= bottom) & (y < top))
 
     def part(self, first: int, last: int) -> PixelBlocks:
         """Blocks from index `first` up to, but not including, `last`."""

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TypeAlias
 
 import numpy as np
@@ -51,6 +52,9 @@ SAMPLED_ITEM = -2
 CENTER_RAYS = 8
 """Number of rays to each light from the centre of a sampled pixel that one object fills: they tell
 where a light is visible in part."""
+BATCH_PAIRS = 1 << 18
+"""Number of pairs of pixels and objects that may be seen in them in one batch, unless those of one
+pixel are more: each takes up to 2 KB while outlines are looked for."""
 DETECTION_WORK_SHARE = 0.4
 """Fraction of the work of a first pass that precedes shading (a third to a half, with 2 to 2,000
 objects); for a progress bar."""
@@ -165,10 +169,10 @@ def trace_first_pass(
             smooth_blocks.append(interpolated)
             points += count
             cut[clear[smooth]] = False
-        blocks = blocks.subdivide(cut.nonzero()[0], smaller, plan.region)
+        blocks = blocks.subdivide(cut.nonzero()[0], smaller, plan.region, bounds)
         clock("smooth blocks")
         report_progress(BLOCK_WORK_SHARE / side)
-    pixels = _trace_batches(plan, occluders, blocks.within(bounds), clock)
+    pixels = _trace_batches(plan, occluders, blocks, clock)
     return FirstPass(smooth_blocks, pixels, points)
 
 
@@ -177,15 +181,29 @@ def _trace_batches(
 ) -> list[tuple[Ints, Ints, FirstPassPixels]]:
     """Trace pixels, given as blocks of side 1, in batches."""
     pixels = []
-    batch, count = plan.settings.batch, blocks.x.size
+    count = blocks.x.size
     with progress_range(BLOCK_WORK_SHARE / SIDES[-1], 1.0):
-        for first in range(0, count, batch):
+        for first, end in _batches(blocks, plan.settings.batch):
             plan.raise_if_cancelled()
-            part = blocks.part(first, first + batch)
-            with progress_range(first / count, min((first + batch) / count, 1.0)):
+            part = blocks.part(first, end)
+            with progress_range(first / count, end / count):
                 traced = _trace_pixels(plan, occluders, *part.centers, part.pairs, clock)
             pixels.append((part.x, part.y, traced))
     return pixels
+
+
+def _batches(blocks: PixelBlocks, most: int) -> list[tuple[int, int]]:
+    """First pixels and ends of batches of at most `most` pixels, and of not too many pairs."""
+    count = blocks.x.size
+    if blocks.pairs.item.size <= BATCH_PAIRS:
+        return [(first, min(first + most, count)) for first in range(0, count, most)]
+    before = np.concatenate([[0], np.bincount(blocks.pairs.pixel, minlength=count).cumsum()])
+    ends = [0]
+    while ends[-1] < count:
+        first = ends[-1]
+        enough = int(before.searchsorted(before[first] + BATCH_PAIRS, side="right")) - 1
+        ends.append(min(max(enough, first + 1), first + most, count))
+    return list(pairwise(ends))
 
 
 def _trace_pixels(

@@ -40,7 +40,7 @@ from ..numerics.vector import rms
 from ..scene.film import FILM_BORDER, Film
 from ..shading.sample_light import LIGHT_RAYS, NET_RAYS
 from ..shading.sampled_occlusion import SAMPLING_ERROR_SHARE
-from ..shading.variation import STEP_KIND, steps_after_shutter, zero_variation
+from ..shading.variation import STEP_KIND, steps_after_shutter
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs
 from ..visibility.fragments import MAX_REFINED_CANDIDATES
@@ -51,6 +51,7 @@ from .midpoint_correction import PixelCenters
 from .pixel_neighbours import UNKNOWN, agreeing_neighbours, largest_around
 from .sampled_budget import sampled_limits
 from .schedule import CenterTasks, SamplingTasks, Tasks
+from .traced_variation import TracedVariation
 from .visibility_key import NO_KEY
 
 __all__ = [
@@ -134,7 +135,7 @@ class Frame:
         self._unwritten_rows = np.zeros(self.height, dtype=np.bool_)
         n = self.width * self.height
         self.color, self.alpha = np.zeros((3, n)), np.zeros(n)
-        self.deviation, self.sampling = zero_variation(n), np.zeros(n)
+        self.variation, self.sampling = TracedVariation(n), np.zeros(n)
         self.mask = np.zeros((3, n), dtype=np.bool_)
         self.outline, self.error = np.zeros(n, dtype=np.bool_), np.zeros(n)
         # visibility keys: see `find_visibility_keys`
@@ -147,12 +148,13 @@ class Frame:
         self.regions_shaded, self._multi_node = np.zeros((2, n), dtype=np.bool_)
         self._spatial_error, self._shape_error = np.zeros((2, n))
         # of sampled pixels, see `SampledPixels`; and how many around them agree
-        (self._spread, self._unseen), self._seen = np.zeros((2, n)), np.full((2, n), UNKNOWN)
-        self._agreeing, self._edge_share = np.ones((2, n))
-        self._dusk, self._bright_around = np.zeros(n, dtype=np.bool_), np.zeros(n)
         self.law = SamplingLaw()
-        # light at the centres of sampled pixels that one object fills
         sampled = plan.may_sample
+        few = n if sampled else 0
+        (self._spread, self._unseen), self._seen = np.zeros((2, few)), np.full((2, few), UNKNOWN)
+        self._agreeing, self._edge_share = np.ones((2, few))
+        self._dusk, self._bright_around = np.zeros(few, dtype=np.bool_), np.zeros(few)
+        # light at the centres of sampled pixels that one object fills
         self.centers = CenterValues(self.width, n) if sampled else None
         # pixels traced by a ray of their own; predicted errors of the first pass are 0 elsewhere
         self.traced = np.zeros(n, dtype=np.bool_)
@@ -178,10 +180,12 @@ class Frame:
         """Enter pixels that the first pass has traced, given their coordinates (n,)."""
         index = self.pixel_indices(x, y)
         for name in (
-            "color", "alpha", "deviation", "sampling", "error", "mask", "outline", "item",
+            "color", "alpha", "sampling", "error", "mask", "outline", "item",
             "visibility_key", "sampled", "cut",
         ):  # fmt: skip
             place(getattr(self, name), index, getattr(pixels, name))
+        some = pixels.deviation.any(axis=(0, 1)).nonzero()[0]
+        self.variation.enter(index[some], columns(pixels.deviation, some, -1))
         self._spatial_error[index] = pixels.spatial_error
         if self.plan.backdrop is not None:
             alone = (pixels.item < 0) & ~pixels.outline & ~pixels.sampled
@@ -275,10 +279,10 @@ class Frame:
             some &= ~self.sampled[traced]
             index = traced[some]
             sharp = self.mask[0] | self.mask[2]
-            middles = PixelCenters(self.width, self.color, self.item, sharp, self.deviation)
+            middles = PixelCenters(self.width, self.color, self.item, sharp, self.variation.values)
             self.corrected = index
-            self.change = middles.correct(index, self.plan.threads)
-            self.error[index] = columns(self.deviation, index, -1).sum(axis=(0, 1))
+            self.change = middles.correct(index, self.variation.places(index), self.plan.threads)
+            self.error[index] = self.variation.of(index).sum(axis=(0, 1))
             self.error[index] += self.sampling[index]
 
     def correct_centers(self) -> None:
@@ -334,7 +338,7 @@ class Frame:
         done, index = self.error[index[settled]], index[~settled]
         motion = None
         if self.plan.motion:
-            deviation = columns(self.deviation, index, -1)
+            deviation = self.variation.of(index)
             hard, steps = deviation[:, :TIME].sum(axis=(0, 1)), deviation[STEP_KIND, TIME]
             # sampled pixels have errors of no kind, which more points reduce as cells do
             hard += np.where(self.sampled[index], self.error[index], 0.0)
@@ -381,7 +385,7 @@ class Frame:
         # errors of regions that may use the multi-node rule are already those
         rows = ((starred > least) & ~self._multi_node[index]).nonzero()[0]
         more = index[rows]
-        left = multi_node_error(columns(self.deviation, more, -1), np.full(more.size, 2))
+        left = multi_node_error(self.variation.of(more), np.full(more.size, 2))
         starred[rows] = left + self._shape_error[more] + self.sampling[more]
         return starred
 
@@ -531,7 +535,7 @@ class Frame:
 
     def _task(self, part: Ints, goal: Goal, whole: bool) -> RefinementTask:
         middle, half = self._pixel_centers(part), np.zeros((3, part.size))
-        deviation = columns(self.deviation, part, -1)
+        deviation = self.variation.of(part)
         if whole:
             half[:2] = 0.5
         else:
@@ -667,7 +671,7 @@ class Frame:
         """Enter the initial cells of pixels with outlines; they may still be refined."""
         cells = shaded.cells
         place(self.color, rows, cells.color)
-        place(self.deviation, rows, cells.deviation)
+        self.variation.enter(rows, cells.deviation)
         self.alpha[rows], self._shape_error[rows] = cells.alpha, cells.shape_error
         self.sampling[rows] = cells.sampling
         self._multi_node[rows], self.regions_shaded[rows] = cells.multi_node, True

@@ -56,7 +56,8 @@ class PixelCenters:
     ----------
     width : of the image in pixels.  color : (3, n).  item : (n,) the visible object.
     steep : (n,) whether a shadow edge may reach the pixel, or light varies steeply there.
-    deviation : (4, 3, n) predicted errors, by kind and axis: see `variation`. Updated in place.
+    deviation : (4, 3, m) predicted errors, by kind and axis, at places of their own: see
+        `TracedVariation`. Updated in place.
     """
 
     width: int
@@ -65,22 +66,22 @@ class PixelCenters:
     steep: Mask
     deviation: Array
 
-    def correct(self, index: Ints, threads: int = 1) -> Array:
+    def correct(self, index: Ints, places: Ints, threads: int = 1) -> Array:
         """Differences (3, m) between the means and the centres of some pixels.
 
-        Their predicted errors are replaced by the errors that remain after correction. Each pixel
-        must have a neighbour on every side.
+        Their predicted errors, at `places` (m,), are replaced by the errors that remain after
+        correction. Each pixel must have a neighbour on every side.
         """
         if threads == 1 or index.size < TWO_THREADS_PIXELS:
-            return self._along(index, 0, 1) + self._along(index, 1, self.width)
+            return self._along(index, places, 0, 1) + self._along(index, places, 1, self.width)
         with ThreadPoolExecutor(1, "Render") as pool:
-            other = pool.submit(self._along, index, 1, self.width)
-            return self._along(index, 0, 1) + other.result()
+            other = pool.submit(self._along, index, places, 1, self.width)
+            return self._along(index, places, 0, 1) + other.result()
 
-    def _along(self, index: Ints, axis: int, step: int) -> Array:
+    def _along(self, index: Ints, places: Ints, axis: int, step: int) -> Array:
         """Contribution of one axis, along which neighbouring pixels are `step` apart."""
         kinds = [kind[axis] for kind in self.deviation[:STEP_KIND]]
-        deviation = np.array([kind.take(index) for kind in kinds])
+        deviation = np.array([kind.take(places) for kind in kinds])
         foreseen, sharp = deviation.sum(axis=0), self.steep[index]
         near = self._alike(index, step).nonzero()[0]
         before, beside, after = second_differences(self.color, index[near], step)
@@ -102,7 +103,7 @@ class PixelCenters:
         deviation *= np.minimum(known, foreseen) / np.where(foreseen > 0.0, foreseen, 1.0)
         deviation[KINK_KIND] += np.maximum(known - foreseen, 0.0)
         for kind, changed in zip(kinds, deviation, strict=True):
-            kind[index] = changed
+            kind[places] = changed
         likely = np.where(sharp, np.inf, MAX_CORRECTION * foreseen)
         too_large = SECOND_DIFFERENCE_WEIGHT * own > likely
         change: Array = (

@@ -53,10 +53,8 @@ class NodeValues:
         if self.wanted.any():
             # predicted errors are 0 in pixels that the first pass did not trace
             self._rows = frame.traced.nonzero()[0]
-            roots, kinks, steps = (
-                columns(frame.deviation[kind], self._rows)
-                for kind in (ROOT_KIND, KINK_KIND, STEP_KIND)
-            )
+            deviation = frame.variation.of(self._rows)
+            roots, kinks, steps = (deviation[kind] for kind in (ROOT_KIND, KINK_KIND, STEP_KIND))
             self._across = [kind[0] + kind[1] for kind in (roots, kinks, steps)]
             self.remaining_steps = self._everywhere(steps_after_shutter(steps))
 

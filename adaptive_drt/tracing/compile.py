@@ -223,7 +223,7 @@ def make_plan(scene: Scene, settings: Settings) -> Plan:
     traced = find_traced_spheres(table, complete, settings)
     complete = _prepared(complete, settings, traced is not None or bool(table.sampled.any()))
     return Plan(
-        settings=_with_feasible_batches(settings, complete, sum(counts)),
+        settings=_with_feasible_batches(settings, complete, sum(counts), motion or traced is None),
         lens=lens,
         region=camera.region,
         resolution=camera.resolution,
@@ -466,9 +466,14 @@ def _with_coplanar_faces(light: Emitter, table: ShapeTable, origin: Array) -> Em
     return replace(light, coplanar=coplanar) if coplanar.any() else light
 
 
-def _with_feasible_batches(settings: Settings, lights: Sequence[Emitter], objects: int) -> Settings:
-    """The settings with batches so small that all pairs of their pixels and objects fit memory."""
-    if not any(light.surrounds for light in lights):
+def _with_feasible_batches(
+    settings: Settings, lights: Sequence[Emitter], objects: int, listed: bool
+) -> Settings:
+    """The settings with batches so small that all pairs of their pixels and objects fit memory.
+
+    listed : whether all occluders of a light that surrounds the scene are listed.
+    """
+    if not listed or not any(light.surrounds for light in lights):
         return settings
     most = max(MIN_BATCH, MAX_BATCH_PAIRS // max(objects, 1))
     return replace(settings, batch=min(settings.batch, most))

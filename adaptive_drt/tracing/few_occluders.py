@@ -16,8 +16,9 @@ from ..lights.emitter import Emitter
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.gather import columns
 from ..numerics.vector import dot
+from .ball_groups import BallGroups
 from .intersect import Pairs, Surface
-from .occluder_culling import Occluders, merge_pairs, pairs_by_blocks
+from .occluder_culling import MANY_OBJECTS, Occluders, merge_pairs, pairs_by_blocks
 
 __all__ = ["FewOccluders"]
 
@@ -31,6 +32,11 @@ TOUCH_MARGIN = 1.0 + 2.0**-40
 COUNTED_SPHERES = 512
 """Number of spheres in the sample by which those above a horizon are counted; their number is then
 known to some 3 %."""
+COUNTED_PAIRS = 1 << 16
+"""Number of pairs of points and spheres that are looked at in one call, to count them."""
+LISTED_PAIRS, MIN_LISTED = 1 << 22, 256
+"""Number of pairs of points and spheres of which all that may matter are listed in one call, and
+least number of points: it bounds memory."""
 
 
 _made: WeakKeyDictionary[Occluders, FewOccluders] = WeakKeyDictionary()
@@ -48,6 +54,8 @@ class FewOccluders:
         self._item = occluders.tracer.items
         self._center = columns(occluders.center, self._item)
         self._radius = occluders.radius[self._item]
+        many = self._item.size >= MANY_OBJECTS
+        self._groups = BallGroups(self._center, self._radius) if many else None
         number = np.arange(WITNESS_DIRECTIONS) + 0.5
         z, turn = 1.0 - 2.0 * number / WITNESS_DIRECTIONS, GOLDEN_ANGLE * number
         aside = np.sqrt(1.0 - z * z)
@@ -64,7 +72,7 @@ class FewOccluders:
         return found
 
     def find(self, light: Emitter, surface: Surface, reach: Array) -> Pairs:
-        """Enough candidates, under a light that surrounds n points, to detect what they do there.
+        """Enough candidates to detect what a light does at n points.
 
         They hold for all surface points within `reach` (n,) metres. A point that has candidates
         among the traced spheres has at least one of them; those that may touch its patch, and
@@ -74,15 +82,30 @@ class FewOccluders:
         if not count:
             return self._occluders.find_candidates(light, surface, reach)
         objects = self._occluders.radius.size
-        pairs = [self._touching(surface, reach), self._highest_witnesses(surface)]
-        found = self._occluders.select(light, surface, reach, merge_pairs(pairs, count, objects))
+        witnesses = (
+            self._highest_witnesses(surface)
+            if light.surrounds
+            else self._blocking_witnesses(light, surface)
+        )
+        pairs = merge_pairs([self._touching(surface, reach), witnesses], count, objects)
+        found = self._occluders.select(light, surface, reach, pairs)
         others = self._occluders.find_untraced(light, surface, reach)
         unknown = np.ones(count, dtype=np.bool_)
         unknown[found.pixel] = False
-        rows = unknown.nonzero()[0]
-        rest = self._occluders.find_candidates(light, surface.take(rows), reach[rows])
-        every = Pairs(rows[rest.pixel], rest.item)
-        return merge_pairs([found, others, every], count, objects)
+        every = self._every_candidate(light, surface, reach, unknown.nonzero()[0])
+        return merge_pairs([found, others, *every], count, objects)
+
+    def _every_candidate(
+        self, light: Emitter, surface: Surface, reach: Array, rows: Ints
+    ) -> list[Pairs]:
+        """All candidates of the points `rows`, in parts so small that their pairs fit memory."""
+        parts = []
+        step = max(MIN_LISTED, LISTED_PAIRS // self._item.size)
+        for first in range(0, rows.size, step):
+            some = rows[first : first + step]
+            found = self._occluders.find_candidates(light, surface.take(some), reach[some])
+            parts.append(Pairs(some[found.pixel], found.item))
+        return parts
 
     def count_above_horizons(self, surface: Surface) -> Array:
         """Number of spheres above the horizons of n points, by a sample of them: (n,)."""
@@ -91,6 +114,21 @@ class FewOccluders:
         above = surface.normal.T @ self._center[:, ::step] > lowest
         count: Array = above.sum(axis=1) * float(step)
         return count
+
+    def count_before(self, light: Emitter, surface: Surface) -> Array:
+        """Number of spheres that may hide a light from n points, by a sample of them: (n,)."""
+        step = -(-self._item.size // COUNTED_SPHERES)
+        sample, count = self._item[::step], surface.item.size
+        number = np.zeros(count)
+        size = max(1, COUNTED_PAIRS // sample.size)
+        for first in range(0, count, size):
+            rows = np.arange(first, min(first + size, count))
+            point = np.repeat(np.arange(rows.size), sample.size)
+            pairs = Pairs(point, np.tile(sample, rows.size))
+            own, reach = surface.take(rows), np.zeros(rows.size)
+            found = self._occluders.select(light, own, reach, pairs)
+            number[rows] = np.bincount(found.pixel, minlength=rows.size)
+        return number * float(step)
 
     @property
     def count(self) -> int:
@@ -105,15 +143,29 @@ class FewOccluders:
         height[item == surface.item[:, None]] = -np.inf
         return Pairs(np.arange(surface.item.size), item[height.argmax(axis=1)])
 
+    def _blocking_witnesses(self, light: Emitter, surface: Surface) -> Pairs:
+        """Pairs of points and the first sphere that hides the centre of a light from them."""
+        tracer = self._occluders.tracer
+        assert tracer is not None
+        item = tracer.first_blocking(surface.point, surface.normal, light.to_center(surface.point))
+        rows = (item >= 0).nonzero()[0]
+        return Pairs(rows, item[rows])
+
     def _touching(self, surface: Surface, reach: Array) -> Pairs:
         """Pairs of points and spheres that their patches may touch."""
 
-        def near(middle: Array, span: Array, item: Ints) -> Mask:
+        def near(balls: tuple[Array, Array], point: Array, span: Array, number: Ints) -> Mask:
             self._plan.raise_if_cancelled()
-            gap = columns(self._center, item) - middle
-            wide = TOUCH_MARGIN * (self._radius[item] + span)
+            gap = columns(balls[0], number) - point
+            wide = TOUCH_MARGIN * (balls[1][number] + span)
             close: Mask = dot(gap, gap) <= wide * wide
             return close
 
-        pairs = pairs_by_blocks(surface.point, reach, self._item.size, near)
+        if self._groups is not None:
+            at, number = self._groups.pairs(surface.point, reach, near)
+            return Pairs(at, self._item[number])
+        balls = self._center, self._radius
+        pairs = pairs_by_blocks(
+            surface.point, reach, self._item.size, lambda *block: near(balls, *block)
+        )
         return Pairs(pairs.pixel, self._item[pairs.item])

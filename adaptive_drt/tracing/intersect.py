@@ -81,8 +81,8 @@ class Pairs:
     pixel: Ints
     item: Ints
 
-    def take(self, keep: NDArray[np.bool_] | Ints) -> Pairs:
-        """The pairs selected by a mask or an index array."""
+    def take(self, keep: NDArray[np.bool_] | Ints | slice) -> Pairs:
+        """The pairs selected by a mask, an index array or a slice."""
         return Pairs(self.pixel[keep], self.item[keep])
 
     def numbered(self, count: int) -> tuple[Ints, Pairs]:

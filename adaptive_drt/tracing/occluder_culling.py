@@ -25,9 +25,11 @@ from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.gather import columns
 from ..numerics.vector import dot
 from ..parallel.call_progress import progress_range, report_progress
+from .ball_groups import BallGroups
 from .compile import Plan
 from .embree import ProxyScene
 from .intersect import Pairs, Surface, cache_sized_chunks, curvature, receivers_of, run_indices
+from .point_blocks import group_balls, morton_order
 from .shadowed_occluders import hidden_by_spheres
 from .sphere_rays import SphereTracer
 
@@ -42,10 +44,6 @@ BLOCK_SIZES = (256, 32, 8)
 """Numbers of points, consecutive in Morton order, that share one culling test at each level."""
 LEVEL_COUNT = len(BLOCK_SIZES) + 1
 """Number of levels of tests, with that of single points. All take about the same time."""
-MORTON_CELLS = 1 << 10
-"""Number of cells of the Morton curve along each axis."""
-MORTON_SPREADS = ((16, 0x030000FF), (8, 0x0300F00F), (4, 0x030C30C3), (2, 0x09249249))
-"""Shifts and masks that move the bits of a number below `MORTON_CELLS` three places apart."""
 MAX_PAIRS_WITHOUT_BLOCKS = 6_144
 """Largest number of pairs of points and objects that are all tested in one call, without blocks.
 
@@ -55,6 +53,8 @@ MAX_OBJECTS_WITHOUT_BLOCKS = 16
 """Largest number of objects that are each tested against all points, without blocks.
 
 That costs 15 ns a pair, and 80 where points are gathered. With 48 it took a fifth longer."""
+MANY_OBJECTS = 4_096
+"""Number of objects from which groups of them are tested before they are."""
 MAX_BALLS = 8
 """Number of balls of an object from which a block of points counts as occluded by it without a
 closer look: in the middle of a shadow there are many."""
@@ -88,6 +88,8 @@ class Occluders:
         self._planes = _FacePlanes.make(plan.shapes)
         self._balls = _enclosing_balls(plan.shapes)
         self.tracer = None if plan.traced is None else SphereTracer(plan.shapes, plan.traced)
+        many = self.radius.size >= MANY_OBJECTS
+        self._groups = BallGroups(self.center, self.radius) if many else None
         self._proxies: dict[float, ProxyScene] = {}  # by the inflation of the spheres
         proxied = plan.shapes.proxied
         for light in plan.lights:
@@ -175,7 +177,7 @@ class Occluders:
         Blocks of points are tested with all balls, and smaller ones with those that are left. A
         block with more than `MAX_BALLS` of these counts as occluded.
         """
-        order = _morton_order(sight.surface.point)
+        order = morton_order(sight.surface.point)
         point, reach = columns(sight.surface.point, order), sight.reach[order]
         count, bounds = order.size, sight.bounds
         kept = np.zeros(count, dtype=np.bool_)
@@ -183,7 +185,7 @@ class Occluders:
         block = np.repeat(np.arange(larger), radius.size)
         ball = np.tile(np.arange(radius.size), larger)
         levels = zip((*BLOCK_SIZES, 1), (*BLOCK_SIZES[1:], 1, 0), strict=True)
-        balls = (*_block_balls(point, reach), (point, reach))
+        balls = (*group_balls(point, reach, BLOCK_SIZES), (point, reach))
         for (middle, span), (size, smaller) in zip(balls, levels, strict=True):
             test = partial(_balls_hide_from_blocks, bounds, (center, radius))
             some = _passing_pairs(partial(_test_blocks, test, middle, span), block, ball)
@@ -295,7 +297,11 @@ class Occluders:
 
         if sight.light.surrounds:
             return self._pairs_above_horizons(sight)
-        pairs = pairs_by_blocks(sight.surface.point, sight.reach, radius.size, seen)
+        point, reach = sight.surface.point, sight.reach
+        if not first_item and self._groups is not None:
+            test = partial(_balls_hide_from_blocks, bounds)
+            return Pairs(*self._groups.pairs(point, reach, test))
+        pairs = pairs_by_blocks(point, reach, radius.size, seen)
         return Pairs(pairs.pixel, pairs.item + first_item)
 
     def _pairs_above_horizons(self, sight: _LightView) -> Pairs:
@@ -303,12 +309,12 @@ class Occluders:
 
         Dropped are objects below the horizons of all points of a block, and those that others hide.
         """
-        order = _morton_order(sight.surface.point)
+        order = morton_order(sight.surface.point)
         reach, count = sight.reach[order], order.size
-        balls = _block_balls(columns(sight.surface.point, order), reach)
+        balls = group_balls(columns(sight.surface.point, order), reach, BLOCK_SIZES)
         # normals turn by no more than this within the reach
         turn = (sight.curvature[order] if sight.any_reach else 0.0) * reach
-        normals = _block_balls(columns(sight.surface.normal, order), turn)
+        normals = group_balls(columns(sight.surface.normal, order), turn, BLOCK_SIZES)
         pairs = _all_pairs(-(-count // BLOCK_SIZES[0]), self.radius.size)
         for level, (size, smaller) in enumerate(
             zip(BLOCK_SIZES, (*BLOCK_SIZES[1:], 1), strict=True)
@@ -549,9 +555,9 @@ def pairs_by_blocks(point: Array, reach: Array, objects: int, test: BallTest) ->
     test : takes centres (3, k) and radii (k,) of blocks' bounding balls and objects (k,), metres,
         and returns (k,) bool.
     """
-    order = _morton_order(point)
+    order = morton_order(point)
     count = order.size
-    balls = _block_balls(columns(point, order), reach[order])
+    balls = group_balls(columns(point, order), reach[order], BLOCK_SIZES)
     larger = -(-count // BLOCK_SIZES[0])
     block, item = np.repeat(np.arange(larger), objects), np.tile(np.arange(objects), larger)
     for level, (size, smaller) in enumerate(zip(BLOCK_SIZES, (*BLOCK_SIZES[1:], 1), strict=True)):
@@ -575,33 +581,6 @@ def _passing_pairs(test: Callable[[Ints, Ints], Mask], number: Ints, item: Ints)
         report_progress(rows[0] / item.size)
         kept.append(rows[test(number[rows], item[rows])])
     return np.concatenate(kept)
-
-
-def _block_balls(point: Array, reach: Array) -> list[tuple[Array, Array]]:
-    """Centres (3, b) and radii (b,) of balls around blocks of points and their reach, by level."""
-    balls, low, high, far, before = [], point, point, reach, 1
-    for size in reversed(BLOCK_SIZES):
-        # of the blocks of the level below: bounds of bounds are the same numbers
-        starts = np.arange(0, far.size, size // before)
-        low = np.minimum.reduceat(low, starts, axis=1)
-        high = np.maximum.reduceat(high, starts, axis=1)
-        far, before = np.maximum.reduceat(far, starts), size
-        gap = high - low
-        balls.append((0.5 * (low + high), 0.5 * np.sqrt(dot(gap, gap)) + far))
-    return balls[::-1]
-
-
-def _morton_order(point: Array) -> Ints:
-    """Indices (n,) that sort points (3, n) along the Morton curve (Morton 1966)."""
-    low = point.min(axis=1, keepdims=True)
-    size = float((point.max(axis=1, keepdims=True) - low).max()) or 1.0
-    cell = ((point - low) * (MORTON_CELLS / size)).astype(np.int64)
-    np.minimum(cell, MORTON_CELLS - 1, out=cell)
-    for shift, mask in MORTON_SPREADS:
-        cell |= cell << shift
-        cell &= mask
-    x, y, z = cell
-    return np.argsort(x | (y << 1) | (z << 2), kind="stable")
 
 
 def merge_pairs(parts: list[Pairs], points: int, objects: int) -> Pairs:

@@ -70,30 +70,35 @@ def find_traced_spheres(
             return None
     if not any(light.extended and light.casts_shadow for light in lights):
         return None
-    scene, _ = _scene(table, traced)
-    if scene.rounding > MAX_ROUNDING * float(radius[traced].min()):
+    spheres = _spheres(table, traced.nonzero()[0])
+    rounding = SphereScene.rounding_of(SphereScene.extent(*spheres)[1])
+    if rounding > MAX_ROUNDING * float(spheres[1].min()):
         return None
     return traced
 
 
-def _scene(table: ShapeTable, traced: Mask) -> tuple[SphereScene, Mask]:
-    """The traced spheres in embree with some faces, and which objects (n,) are in it."""
-    item, held = traced.nonzero()[0], traced.copy()
+def _spheres(table: ShapeTable, item: Ints) -> tuple[Array, Array, Array | None]:
+    """Centres (3, n), radii (n,) and displacements (3, n) of the spheres among the objects."""
     (center, radius), d = table.bounding_spheres, table.displacement
-    shift = None if d is None else columns(d, item)
-    center, radius = columns(center, item), radius[item]
-    middle, sides = SphereScene.extent(center, radius, shift)
+    return columns(center, item), radius[item], None if d is None else columns(d, item)
+
+
+def _scene(
+    table: ShapeTable, traced: Mask, spheres: tuple[Array, Array, Array | None]
+) -> tuple[SphereScene, Mask]:
+    """The traced spheres in embree with some faces, and which objects (n,) are in it."""
+    held, others = traced.copy(), (~traced).nonzero()[0]
+    middle, sides = SphereScene.extent(*spheres)
     corners = [np.zeros((3, 4, 0))]
-    for shapes, rows, index in table.groups((~traced).nonzero()[0]):
+    for shapes, rows, index in table.groups(others):
         each = shapes.quad_corners(index)
         if each is None:
             continue
         inside = (np.abs(each - middle[:, :, None]) <= MAX_FACE_SIZE * sides.max()).all(axis=(0, 1))
         inside &= ~shapes.moves[index]
         corners.append(each[:, :, inside])
-        held[(~traced).nonzero()[0][rows[inside]]] = True
-    faces = np.concatenate(corners, axis=2)
-    return SphereScene(center, radius, shift, faces), held
+        held[others[rows[inside]]] = True
+    return SphereScene(*spheres, np.concatenate(corners, axis=2)), held
 
 
 class SphereTracer:
@@ -107,11 +112,9 @@ class SphereTracer:
         """
         self.traced = traced
         self._item = traced.nonzero()[0]
-        center, radius = table.bounding_spheres
-        self._center, self._radius = columns(center, self._item), radius[self._item]
-        d = table.displacement
-        self._shift = None if d is None else columns(d, self._item)
-        self._scene, held = _scene(table, traced)
+        spheres = _spheres(table, self._item)
+        self._center, self._radius, self._shift = spheres
+        self._scene, held = _scene(table, traced, spheres)
         self.holds_all = bool(held.all())
 
     @property
@@ -132,6 +135,11 @@ class SphereTracer:
     ) -> tuple[Mask, NDArray[np.float32] | None]:
         """Which of few directions from points are open: see `SphereScene.open_rays`."""
         return self._scene.open_rays(point, normal, a, b, ways)
+
+    def first_blocking(self, point: Array, normal: Array, to: Array) -> Ints:
+        """Objects (n,) that block segments first, or -1: see `SphereScene.first_blocking`."""
+        found = self._scene.first_blocking(point, normal, to)
+        return np.where(found < 0, -1, self._item[found])
 
     def nearest(self, w: Array, time: Array | float) -> tuple[Array, Ints]:
         """Ray parameters (...) and objects of the first hits of rays from the camera, inf and -1.

@@ -89,8 +89,12 @@ def test_squares_are_cut_down_to_each_pixel_once(region):
     side = SIDES[0]
     rough = coarse_plan(plan, side)
     squares = PixelBlocks.of_tile(rough, side, screen_bounds(rough), Tile.make(rough, 0, 1))
+    bounds = screen_bounds(plan)
     for smaller in (*SIDES[1:], 1):
-        squares = squares.subdivide(np.arange(squares.x.size), smaller, region)
+        squares = squares.subdivide(np.arange(squares.x.size), smaller, region, bounds)
+    item = squares.pairs.item
+    place = np.array([squares.x, squares.y])[:, squares.pairs.pixel]
+    assert ((place >= bounds[:2, item]) & (place < bounds[2:, item])).all()
     left, bottom, right, top = region
     width = right - left
     number = np.sort((squares.y - bottom) * width + squares.x - left)

@@ -40,7 +40,7 @@ def kinked(place):
 
 def corrected(table):
     """What is added at the middle pixel, and what it may be off by then."""
-    change = table.correct(np.array([INDEX]))[0, 0]
+    change = table.correct(np.array([INDEX]), np.array([INDEX]))[0, 0]
     return change, table.deviation[:STEP_KIND, :2, INDEX].sum()
 
 
@@ -81,7 +81,8 @@ def test_other_objects_beside_it_are_left_out(away):
 
 def test_pixels_at_the_sides_have_no_second_neighbours():
     table = middles(X * X + Y * Y, shadow=True)
-    table.correct(np.array([WIDTH + 1, 2 * WIDTH - 2, (HEIGHT - 2) * WIDTH + 1]))
+    rows = np.array([WIDTH + 1, 2 * WIDTH - 2, (HEIGHT - 2) * WIDTH + 1])
+    table.correct(rows, rows)
     assert (table.deviation[KINK_KIND] == 0.0).all()
 
 

@@ -26,7 +26,7 @@ def frame():
     made.mask[1], made.outline, made.settled = rng.random((3, n)) < 0.5
     made.color[:], made.alpha[:] = rng.random((3, n)), rng.random(n)
     made.traced[:] = rng.random(n) < 0.8
-    made.deviation[..., made.traced] = rng.random((4, 3, made.traced.sum()))
+    made.variation.enter(made.traced.nonzero()[0], rng.random((4, 3, made.traced.sum())))
     made.error[:] = rng.random(n)
     return made
 
@@ -46,7 +46,8 @@ def test_values_are_known_where_nothing_moves_or_all_is_settled(frame):
 @pytest.mark.parametrize("spacing", [1, 2, 4])
 def test_predicted_deviations_grow_with_the_spacing_by_their_kinds(frame, spacing):
     found = NodeValues(frame, Goal(0.5, 1.0)).predicted_deviation(spacing)
-    across = frame.deviation[:, 0] + frame.deviation[:, 1]
+    every = frame.variation.of(np.arange(frame.item.size))
+    across = every[:, 0] + every[:, 1]
     want = (
         spacing**1.5 * across[ROOT_KIND] + spacing * across[KINK_KIND] + across[STEP_KIND]
     ) * frame.traced

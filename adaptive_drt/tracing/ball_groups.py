@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Groups of neighbouring balls, so that a few tests settle what very many balls have in common.
+
+A ball around each group of consecutive balls of the Morton curve is tested before the balls
+themselves, from large groups to small ones. Tests must be conservative: one that a ball passes is
+passed by every ball around it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TypeAlias
+
+import numpy as np
+
+from ..numerics.arrays import Array, Ints, Mask
+from ..numerics.gather import columns
+from .point_blocks import group_balls, morton_order
+
+__all__ = ["BallGroups", "BallTest"]
+
+BallTest: TypeAlias = Callable[[tuple[Array, Array], Array, Array, Ints], Mask]
+"""Test of pairs of points and balls: it takes the balls (centres (3, n) and radii (n,)), points
+(3, k) with their reach (k,), metres, and the balls' numbers (k,), and returns (k,) bool."""
+
+GROUP_SIZES = (32_768, 4_096, 512, 64, 8)
+"""Numbers of balls in a group, by level."""
+ENCLOSING = 1.0 + 2.0**-40
+"""Factor on the radii of balls around groups: far above the rounding of what they enclose."""
+PAIRS_PER_CHUNK = 1 << 15
+"""Number of pairs that are tested in one call: what is gathered for them stays in the cache."""
+
+
+class BallGroups:
+    """Balls (centres (3, n) and radii (n,), metres) in groups, by level."""
+
+    def __init__(self, center: Array, radius: Array) -> None:
+        """Sort the balls, and enclose the groups."""
+        self._order = morton_order(center)
+        sorted_balls = columns(center, self._order), radius[self._order]
+        groups = group_balls(*sorted_balls, GROUP_SIZES)
+        self._levels = [(middle, ENCLOSING * wide) for middle, wide in groups] + [sorted_balls]
+
+    def pairs(self, point: Array, reach: Array, test: BallTest) -> tuple[Ints, Ints]:
+        """Pairs of points and balls that pass a test, by numbers: (m,) each, sorted by point.
+
+        point, reach : (3, n) and (n,) metres.
+        """
+        groups, count = self._levels[0][1].size, reach.size
+        at, number = np.repeat(np.arange(count), groups), np.tile(np.arange(groups), count)
+        sizes = (*GROUP_SIZES, 1)
+        for level, balls in enumerate(self._levels):
+            kept = [np.zeros(0, dtype=np.int64)]
+            for first in range(0, at.size, PAIRS_PER_CHUNK):
+                part = slice(first, first + PAIRS_PER_CHUNK)
+                some = test(balls, columns(point, at[part]), reach[at[part]], number[part])
+                kept.append(some.nonzero()[0] + first)
+            rows = np.concatenate(kept)
+            at, number = at[rows], number[rows]
+            if level < len(GROUP_SIZES):
+                smaller = sizes[level + 1]
+                low, most = number * (sizes[level] // smaller), -(-self._order.size // smaller)
+                inside = np.minimum(low + sizes[level] // smaller, most) - low
+                begun = np.cumsum(inside) - inside
+                at = np.repeat(at, inside)
+                number = np.repeat(low - begun, inside) + np.arange(at.size)
+        return at, self._order[number]
