@@ -542,10 +542,8 @@ def _gather_faces(instance: Any, name: str, gathered: _Export) -> None:
         if shining and isinstance(form, MeshForm):
             form = gathered.shining_form(mesh, known, form, worn)
         closed = shining and is_closed(mesh)
-        tube = None if shining else known.cylinder
-        if tube is not None and stays_cylinder(tube, matrix_of(instance)):
-            form = tube
-            gathered.tell(name, *facets_left_out(tube))
+        if not shining:
+            form = _tube(known, form, instance, name, gathered)
         gathered.tell(name, *known.left_out)
         if gathered.deforming is not None and known.layout is not None:
             gathered.tell(name, *gathered.deforming.reasons(instance, mesh, known.layout))
@@ -570,6 +568,17 @@ def _gather_faces(instance: Any, name: str, gathered: _Export) -> None:
         return
     found = shapes_of(form, track, worn, name, gathered.issues)
     gathered.add_shapes(found, instance, name, closed)
+
+
+def _tube(
+    known: _Known, form: Form | MeshForm, instance: Any, name: str, gathered: _Export
+) -> Form | MeshForm:
+    """Return the cylinder that a mesh stands for where it stays one, else its form."""
+    tube = known.cylinder
+    if tube is None or not stays_cylinder(tube, matrix_of(instance)):
+        return form
+    gathered.tell(name, *facets_left_out(tube))
+    return tube
 
 
 def _read(mesh: Any, gathered: _Export) -> _Known:
