@@ -32,7 +32,7 @@ LAYERS = (
 rank, or of its own package; siblings of one rank do not know each other."""
 RANK = {name: rank for rank, layer in enumerate(LAYERS) for name in layer}
 
-ROOMS = {"geometry": ("sphere", "polygon", "ellipse", "cylinder"), "lights": ()}
+ROOMS = {"geometry": ("sphere", "polygon", "ellipse", "ellipsoid", "cylinder"), "lights": ()}
 """Packages that may tell kinds of shapes or of lights apart, and the folders of single kinds."""
 KIND_FREE = {
     "geometry.sphere.kernels",
@@ -258,6 +258,12 @@ TESTED_BY = {
         "line_polynomials": "visibility/test_line_forms.py",
         "pixel_coverage": "geometry/test_pixel_coverage.py",
         "shape": "geometry/test_pixel_coverage.py",
+    },
+    "geometry/ellipsoid": {
+        "light_occlusion": "geometry/test_ellipsoids.py",
+        "shadow_edges": "geometry/test_shadow_edges.py",
+        "shape": "geometry/test_ellipsoids.py",
+        "unit_space": "geometry/test_ellipsoids.py",
     },
     "geometry/mesh": {"shape": "geometry/mesh/test_faces.py"},
     "geometry/polygon": {

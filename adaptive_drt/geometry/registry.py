@@ -6,11 +6,21 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ..numerics.arrays import Array
-from ..scene.description import Cylinder, Ellipse, Quad, ShapeBatch, ShapeRecord, Sphere, Triangle
+from ..scene.description import (
+    Cylinder,
+    Ellipse,
+    Ellipsoid,
+    Quad,
+    ShapeBatch,
+    ShapeRecord,
+    Sphere,
+    Triangle,
+)
 from ..scene.triangle_mesh import TriangleMesh
 from .cylinder.ends import with_ends
 from .cylinder.shape import CylinderSet
 from .ellipse.shape import EllipseSet
+from .ellipsoid.shape import EllipsoidSet
 from .mesh.shape import MeshSet
 from .polygon.shape import ParallelogramSet
 from .polygon.triangle import TriangleSet
@@ -24,6 +34,7 @@ SHAPES: tuple[tuple[type, type[ShapeSet]], ...] = (
     (Quad, ParallelogramSet),
     (Triangle, TriangleSet),
     (Ellipse, EllipseSet),
+    (Ellipsoid, EllipsoidSet),
     (Cylinder, CylinderSet),
     (TriangleMesh, MeshSet),
 )

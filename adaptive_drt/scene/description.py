@@ -42,6 +42,7 @@ from .values import (
     radius_defect,
     vector_defect,
     vector_of,
+    volume_defect,
 )
 
 __all__ = [
@@ -51,6 +52,7 @@ __all__ = [
     "DiskLight",
     "Ellipse",
     "EllipseLight",
+    "Ellipsoid",
     "EnvironmentLight",
     "Issue",
     "Light",
@@ -260,6 +262,37 @@ class Ellipse:
 
 
 @dataclass(frozen=True)
+class Ellipsoid:
+    """Ellipsoid: `center` + u * `half_u` + v * `half_v` + w * `half_w`, u^2 + v^2 + w^2 up to 1.
+
+    The half axes are any three that span space, metres: images of perpendicular radii of a ball.
+    Shaded alike on both sides.
+    """
+
+    center: Vector
+    half_u: Vector
+    half_v: Vector
+    half_w: Vector
+    material: Material = Material()
+    motion: Motion | None = None
+    name: str = "Ellipsoid"
+    visibility: Visibility = EVERYWHERE
+
+    def defect(self) -> str | None:
+        """Return the reason why it cannot be rendered, or None."""
+        return (
+            vector_defect(self, "center", "half_u", "half_v", "half_w")
+            or motion_defect(self.motion)
+            or _color_defect(self.material)
+            or volume_defect(self.half_u, self.half_v, self.half_w)
+        )
+
+    def numbers(self) -> NDArray[np.float64]:
+        """Return numbers (12, 1) that tell its place and size."""
+        return np.array([*self.center, *self.half_u, *self.half_v, *self.half_w])[:, None]
+
+
+@dataclass(frozen=True)
 class Cylinder:
     """Solid right circular cylinder with flat ends, whose centres are `start` and `end`, metres."""
 
@@ -447,7 +480,7 @@ class Triangles(ShapeBatch):
         )
 
 
-Shape: TypeAlias = Sphere | Quad | Triangle | Ellipse | Cylinder
+Shape: TypeAlias = Sphere | Quad | Triangle | Ellipse | Ellipsoid | Cylinder
 """Record of one shape."""
 ShapeRecord: TypeAlias = Shape | ShapeBatch
 """Record of one shape, or of several."""

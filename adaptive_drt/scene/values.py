@@ -27,6 +27,7 @@ __all__ = [
     "scaled_color",
     "vector_defect",
     "vector_of",
+    "volume_defect",
 ]
 
 Vector: TypeAlias = tuple[float, float, float]
@@ -42,6 +43,9 @@ MIN_EDGE_SINE = 2.0**-50
 """Smallest sine of the angle between two edges. Below it their cross product is mostly rounding
 error."""
 
+MIN_THICKNESS = 1e-6
+"""Smallest ratio of the shortest to the longest half axis of an ellipsoid: in units of its half
+axes, positions near a thinner one are known to few digits."""
 PLANE_TOLERANCE = 1e-4
 """Largest distance of a planar polygon's vertices from its plane, as a fraction of its size, and
 largest sine by which its outline may turn back: vertices come from float32, and from meshes whose
@@ -95,6 +99,18 @@ def length_defect(start: Vector, end: Vector) -> str | None:
 def area_defect(u: Vector, v: Vector) -> str | None:
     """Return what is wrong with the edges that span an area, or None."""
     return None if _has_area(u, v) else "it has no area"
+
+
+def volume_defect(u: Vector, v: Vector, w: Vector) -> str | None:
+    """Return what is wrong with the half axes of an ellipsoid, or None."""
+    axes = np.array([u, v, w])
+    largest = float(np.abs(axes).max())
+    if largest < SMALLEST_SIZE:
+        return f"it is smaller than {SMALLEST_SIZE:g} m"
+    sizes = largest * np.linalg.svd(axes / largest, compute_uv=False)
+    if sizes[2] < MIN_THICKNESS * sizes[0]:
+        return f"it is thinner than {MIN_THICKNESS:g} of its length"
+    return None if sizes[2] >= SMALLEST_SIZE else f"it is thinner than {SMALLEST_SIZE:g} m"
 
 
 def convexity_defect(vertices: NDArray[np.float64]) -> str | None:

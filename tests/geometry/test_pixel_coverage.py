@@ -12,6 +12,7 @@ from adaptive_drt.detection.detect import detect, trace_center_rays
 from adaptive_drt.detection.shadow_discontinuities import patch_reach
 from adaptive_drt.geometry.camera import PinholeCamera
 from adaptive_drt.geometry.ellipse.shape import EllipseSet
+from adaptive_drt.geometry.ellipsoid.shape import EllipsoidSet
 from adaptive_drt.geometry.polygon.shape import ParallelogramSet
 from adaptive_drt.geometry.polygon.triangle import TriangleSet
 from adaptive_drt.geometry.shape import UNKNOWN_CURVATURE
@@ -88,8 +89,18 @@ def ellipse_set(rng, w, displacement):
     return EllipseSet(depth * w - aside, u, v, displacement)
 
 
+def ellipsoid_set(rng, w, displacement):
+    """Ellipsoids within the balls of `sphere_set`."""
+    balls = sphere_set(rng, w, displacement)
+    count = w.shape[1]
+    axes = np.linalg.qr(rng.normal(size=(count, 3, 3)))[0] * rng.uniform(0.1, 1.0, (count, 1, 3))
+    axes = np.ascontiguousarray(np.moveaxis(axes, 0, -1)) * balls.radius
+    return EllipsoidSet(balls.center, axes, displacement)
+
+
 KINDS = {
     "spheres": sphere_set,
+    "ellipsoids": ellipsoid_set,
     "parallelograms": lambda *rest: polygon_set(ParallelogramSet, *rest),
     "triangles": lambda *rest: polygon_set(TriangleSet, *rest),
     "ellipses": ellipse_set,

@@ -6,6 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from adaptive_drt.geometry.ellipsoid.shape import EllipsoidSet
 from adaptive_drt.geometry.patch import Patch
 from adaptive_drt.geometry.polygon.kernels import distance_to_polygon, distance_to_quad
 from adaptive_drt.geometry.polygon.shape import ParallelogramSet
@@ -55,8 +56,14 @@ def _spheres(kind, rng, middle, size):
     return kind(middle, size * rng.uniform(0.3, 1.5, COUNT), None)
 
 
+def _ellipsoids(kind, rng, middle, size):
+    axes = np.linalg.qr(rng.normal(size=(COUNT, 3, 3)))[0] * rng.uniform(0.3, 1.5, (COUNT, 1, 3))
+    return kind(middle, np.ascontiguousarray(np.moveaxis(axes, 0, -1)) * size, None)
+
+
 KINDS = {
     "spheres": (SphereSet, _spheres),
+    "ellipsoids": (EllipsoidSet, _ellipsoids),
     "parallelograms": (ParallelogramSet, _polygons),
     "triangles": (TriangleSet, _polygons),
     "balls around spheres": (DefaultSpheres, _spheres),

@@ -6,6 +6,7 @@ import numpy as np
 from adaptive_drt.scene.description import (
     Camera,
     DiskLight,
+    Ellipsoid,
     Material,
     Motion,
     PointLight,
@@ -21,6 +22,7 @@ from adaptive_drt.scene.description import (
 __all__ = [
     "look_at",
     "random_camera",
+    "random_ellipsoid",
     "random_floor",
     "random_light",
     "random_motion",
@@ -44,12 +46,21 @@ def look_at(location, target, **fields):
     return Camera(matrix=rows, **fields)
 
 
-def random_scene(seed):
-    """Scene of a seed: the same on every machine."""
+def random_scene(seed, ellipsoids=False):
+    """Scene of a seed: the same on every machine.
+
+    ellipsoids : whether some of the spheres are ellipsoids of the same place and motion.
+    """
     rng = np.random.default_rng(seed)
     shapes = [random_floor(rng)] if rng.random() < 0.85 else []
     shapes += [random_sphere(rng) for _ in range(rng.integers(1, 6))]
     shapes += [random_quad(rng) for _ in range(rng.integers(0, 3))]
+    if ellipsoids:
+        own = np.random.default_rng((seed, 1))
+        shapes = [
+            random_ellipsoid(own, x) if isinstance(x, Sphere) and own.random() < 0.7 else x
+            for x in shapes
+        ]
     lights = []
     while len(lights) < 1 + (rng.random() < 0.5) + (rng.random() < 0.3):
         light = random_light(rng)
@@ -86,6 +97,17 @@ def random_sphere(rng):
     if rng.random() < 0.4:
         center[2] = radius  # rests on the floor: contact shadows
     return Sphere(vector_of(center), radius, _material(rng), random_motion(rng, 0.3))
+
+
+def random_ellipsoid(rng, sphere):
+    """An ellipsoid within a sphere, of its material and motion."""
+    turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    size = 10.0 ** rng.uniform(-1.0, 0.0, 3) if rng.random() < 0.5 else rng.uniform(0.4, 1.0, 3)
+    # any three conjugate half axes
+    axes = sphere.radius * turn @ np.diag(size) @ np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    return Ellipsoid(
+        sphere.center, *(vector_of(axis) for axis in axes.T), sphere.material, sphere.motion
+    )
 
 
 def random_quad(rng):
@@ -131,6 +153,9 @@ def touch(light, shape):
     ]
     if isinstance(shape, Sphere):
         middle, size = np.array(shape.center), shape.radius
+    elif isinstance(shape, Ellipsoid):
+        axes = np.array([shape.half_u, shape.half_v, shape.half_w])
+        middle, size = np.array(shape.center), np.linalg.norm(axes, 2)
     elif isinstance(shape, Triangle):
         middle = np.mean(shape.vertices, axis=0)
         size = np.linalg.norm(np.array(shape.vertices) - middle, axis=1).max()
@@ -164,7 +189,7 @@ def scaled(scene, factor):
 
     def grow(thing):
         changes = {}
-        for name in ("center", "corner", "edge_u", "edge_v", "half_u", "half_v"):
+        for name in ("center", "corner", "edge_u", "edge_v", "half_u", "half_v", "half_w"):
             if hasattr(thing, name):
                 changes[name] = vector_of(np.array(getattr(thing, name)) * factor)
         if hasattr(thing, "radius"):

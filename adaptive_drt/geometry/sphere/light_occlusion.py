@@ -15,14 +15,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...numerics.arrays import Array, Ints, Mask
+from ...numerics.arrays import Array, Mask
 from ...numerics.axes import SHUTTER_ENDS
 from ...numerics.floats import TINY
 from ...numerics.gather import columns
 from ...numerics.jet import Jet
 from ...numerics.taylor_range import rectangle_range
 from ...numerics.vector import cross, dot, norm, squared_norm
-from ..footprint import Footprint
 from ..light_protocol import LightBall, LightShape, LinearSpan
 from ..receivers import Receivers
 from .kernels import (
@@ -40,6 +39,8 @@ __all__ = [
     "ball_occlusion",
     "enclosed_may_cast_sharp_edge",
     "moving_sphere_may_shadow",
+    "point_light_range",
+    "span_occlusion",
     "sphere_casts_sharp_edge",
     "sphere_hides_from_footprint",
     "sphere_hides_from_patch",
@@ -105,7 +106,7 @@ def ball_occlusion(
     if light.span is not None:
         unsure = (~none & ~full & ~enclosed).nonzero()[0]
         if unsure.size:
-            some = _occlusion_over_span(
+            some = span_occlusion(
                 order,
                 light.span,
                 light.radius,
@@ -118,12 +119,21 @@ def ball_occlusion(
     return none, full
 
 
-def _occlusion_over_span(
-    order: int, span: LinearSpan, radius: float, to: Array, v: Array, r: Array, tangent: Array
+def span_occlusion(
+    order: int,
+    span: LinearSpan,
+    radius: Array | float,
+    to: Array,
+    v: Array,
+    r: Array,
+    tangent: Array,
 ) -> tuple[Mask, Mask]:
     """`ball_occlusion` for a light of a linear span, by jets of an order in its two coordinates.
 
-    radius : metres, of the light.  tangent : (m,) metres, of `cone_overlap`.
+    Parameters
+    ----------
+    span : of one light, or (3, m).  radius : metres, of the light, or (m,).
+    tangent : (m,) metres, of `cone_overlap`.
     """
     w = Jet.linear(to, (span.half_u, span.half_v), order)
     d, ww, side = discriminant_and_terms(w, v, r)
@@ -142,9 +152,14 @@ def _occlusion_over_span(
     plane = np.abs(dot(span.normal, to))
     unsure = (full & (tangent > plane)).nonzero()[0]
     if unsure.size:
-        near = Jet.linear(columns(to, unsure), (span.half_u, span.half_v), order)
+        one, other = (
+            each if each.shape[1] == 1 else columns(each, unsure)
+            for each in (span.half_u, span.half_v)
+        )
+        near = Jet.linear(columns(to, unsure), (one, other), order)
         foot = dot(near, columns(v, unsure)) - squared_norm(near)
-        full[unsure] = rectangle_range(foot, 1.0, 1.0, square)[1] < 0.0
+        rest = square[unsure] if isinstance(square, np.ndarray) else square
+        full[unsure] = rectangle_range(foot, 1.0, 1.0, rest)[1] < 0.0
     return none, full
 
 
@@ -244,8 +259,10 @@ def sphere_casts_sharp_edge(
         rows = (sharp & np.isfinite(patch.thickness[at])).nonzero()[0]
         rows = rows[patch.is_clear_of(columns(v, rows), r[rows], at[rows])]
         if rows.size:
-            low, high, rounding = _shadow_line_range(
-                columns(to, rows), columns(v, rows), r[rows], patch, at[rows]
+            some = at[rows]
+            steps = columns(patch.steps[0], some), columns(patch.steps[1], some)
+            low, high, rounding = point_light_range(
+                columns(to, rows), columns(v, rows), r[rows], steps, patch.thickness[some]
             )
             sharp[rows] = (high >= -rounding) & (low <= rounding)
     if light.span is not None and order == 2:
@@ -286,30 +303,32 @@ def sphere_hides_from_footprint(
     if patch is None:
         return np.zeros(r.shape, dtype=np.bool_)
     v, to, gap = center - point, light.to_center(point), light.to_center(center)
-    low, _, rounding = _shadow_line_range(to, v, r, patch, receivers.at)
+    at = receivers.at
+    steps = columns(patch.steps[0], at), columns(patch.steps[1], at)
+    low, _, rounding = point_light_range(to, v, r, steps, patch.thickness[at])
     along = dot(to, v)
     hidden: Mask = patch.is_clear_of(v, r, receivers.at) & (low > rounding)
     hidden &= (dot(gap, gap) > r * r) & (along > 0.0) & (along < dot(to, to))
     return hidden
 
 
-def _shadow_line_range(
-    to: Array, v: Array, r: Array, patch: Footprint, at: Ints
+def point_light_range(
+    to: Array, v: Array, r: Array, sides: tuple[Array, Array], thickness: Array
 ) -> tuple[Array, Array, Array]:
     """Bounds of D(L - p, C - p), a quadratic in p, for p in patches, and its rounding: (m,) each.
 
     D is the discriminant of the line from p to a point light L and a sphere of centre C. `to` and v
     (3, m) lead from the patches' centres to L and C.
+
+    sides : (3, m) each, and thickness (m,), of the patches: see `Footprint`.
     """
-    steps = tuple(-columns(step, at) for step in patch.steps)
-    wide = sum(np.sqrt(dot(step, step)) for step in steps) + patch.thickness[at]
+    steps = tuple(-step for step in sides)
+    wide = sum(np.sqrt(dot(step, step)) for step in steps) + thickness
     far, away = np.sqrt(dot(to, to)) + wide, np.sqrt(dot(v, v)) + wide
     rounding = discriminant_rounding(far * far, away * away, r, far * away)
     ray, ball = Jet.linear(to, steps, 2), Jet.linear(v, steps, 2)
-    high = rectangle_range(discriminant(ray, ball, r + patch.thickness[at]), 1.0, 1.0)[1]
-    low = rectangle_range(
-        discriminant(ray, ball, np.maximum(r - patch.thickness[at], 0.0)), 1.0, 1.0
-    )[0]
+    high = rectangle_range(discriminant(ray, ball, r + thickness), 1.0, 1.0)[1]
+    low = rectangle_range(discriminant(ray, ball, np.maximum(r - thickness, 0.0)), 1.0, 1.0)[0]
     return low, high, rounding
 
 

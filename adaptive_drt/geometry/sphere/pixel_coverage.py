@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...numerics.arrays import Array
+from ...numerics.arrays import Array, Mask
 from ...numerics.gather import columns
 from ...numerics.jet import Jet
 from ...numerics.taylor_range import interval_range, rectangle_range
@@ -23,7 +23,12 @@ from ..camera import PinholeCamera
 from ..pixel_coverage import PixelCoverage
 from .kernels import discriminant, discriminant_rounding
 
-__all__ = ["moving_sphere_coverage", "sphere_coverage"]
+__all__ = [
+    "coverage_from_ranges",
+    "moving_ball_coverage",
+    "moving_sphere_coverage",
+    "sphere_coverage",
+]
 
 
 def sphere_coverage(
@@ -48,11 +53,31 @@ def sphere_coverage(
         )
     # over the pixel w x v grows by no more than h |v|
     rounding = discriminant_rounding(ww, vv, r, np.sqrt(square) + h * np.sqrt(vv))
+    lengths = camera.least_length(length), length + h
+    return coverage_from_ranges((low, high), rounding, (along, slope), lengths, vv < r * r)
+
+
+def coverage_from_ranges(
+    discriminant: tuple[Array, Array],
+    rounding: Array,
+    center_dot: tuple[Array, Array],
+    lengths: tuple[Array, Array],
+    inside: Mask,
+) -> PixelCoverage:
+    """Coverage of pixels, from what is known of their directions w and of spheres' centres v.
+
+    Parameters
+    ----------
+    discriminant : least and greatest D (m,), but for its `rounding` (m,).
+    center_dot : w.v of the centre rays, and its largest change in the pixel: (m,) each.
+    lengths : least and greatest length (m,) of w.  inside : (m,) whether the camera is inside.
+    """
+    low, high = discriminant
+    along, slope = center_dot
+    small, large = lengths
     may_hit, covers = high >= -rounding, low > rounding
-    inside = vv < r * r
     may_hit &= inside | (along + slope >= 0.0)
     covers &= inside | (along - slope > 0.0)
-    small, large = camera.least_length(length), length + h
     root_low, root_high = np.sqrt(np.maximum(low, 0.0)), np.sqrt(np.maximum(high, 0.0))
     sign = np.where(inside, 1.0, -1.0)
     first = along - slope + np.where(inside, root_low, -root_high)
@@ -80,15 +105,19 @@ def moving_sphere_coverage(
 
     whole_pixel : whether all rays of a pixel count, or only its centre's.
     """
+    return moving_ball_coverage(v, d, r, w, camera.half_pixel if whole_pixel else 0.0, order)
+
+
+def moving_ball_coverage(
+    v: Array, d: Array, r: Array, w: Array, h: Array | float, order: int
+) -> PixelCoverage:
+    """`moving_sphere_coverage` of the rays whose directions are within h of w."""
     ww = dot(w, w)
     length = np.sqrt(ww)
     v0, v1 = v - 0.5 * d, v + 0.5 * d
     farthest = np.maximum(dot(v0, v0), dot(v1, v1))
-    h = camera.half_pixel if whole_pixel else 0.0
     # a ray of the pixel passes the sphere no farther than `widen` from where the centre ray does
-    widen = np.zeros_like(r)
-    if whole_pixel:
-        widen = np.sqrt(farthest) * (h / np.maximum(length - h, 0.5 * length))
+    widen = np.sqrt(farthest) * (h / np.maximum(length - h, 0.5 * length))
     place = Jet.linear(v, (d,), order)
     remainder = 0.25 * ww * dot(d, d)
     sides = [cross(w, end) for end in (v0, v1)]

@@ -45,10 +45,16 @@ def sphere_shadow_edges(
     displacement: Array | None,
     receivers: ShadedPatches,
     light: AreaLight,
+    bounds: tuple[Array, Array] | None = None,
 ) -> ShadowEdges:
-    """Shadow edges of spheres of radii r (m,), metres."""
-    edges = _shadow_edges_around if light.surrounds else _shadow_edges_across
-    return edges(center, r, displacement, receivers, light)
+    """Shadow edges of spheres of radii r (m,), metres.
+
+    bounds : of shapes that are no spheres, radii (m,) of balls within them and around them; r is
+        their extent towards the light.
+    """
+    if light.surrounds:
+        return _shadow_edges_around(center, r, displacement, receivers, light)
+    return _shadow_edges_across(center, r, displacement, receivers, light, bounds)
 
 
 def _shadow_edges_across(
@@ -57,6 +63,7 @@ def _shadow_edges_across(
     displacement: Array | None,
     receivers: ShadedPatches,
     light: AreaLight,
+    bounds: tuple[Array, Array] | None,
 ) -> ShadowEdges:
     """`sphere_shadow_edges` from the angles between the spheres' outlines and that of the light."""
     point = receivers.places
@@ -78,17 +85,20 @@ def _shadow_edges_across(
     # within its outline, from all of the patch
     farthest, clearance = _outline_angles(light, axis, toward, v, far, angle, half)
     # all directions over the horizon count, but not alike: within the hemisphere a shadow varies
-    inner = np.where(lit_around, -np.inf, clearance - opening)
-    crosses = (angle - opening - half < whole) & (opening - farthest < whole)
+    least = most = opening
+    if bounds is not None:
+        least, most = (np.arcsin(np.minimum(each / np.sqrt(vv), 1.0)) for each in bounds)
+    inner = np.where(lit_around, -np.inf, clearance - most)
+    crosses = (angle - opening - half < whole) & (least - farthest < whole)
     crosses &= (inner < whole) & (whole > ROUNDING_ANGLE)
-    inside = (angle - opening - half < within) & (opening - farthest < within) & (inner < within)
+    inside = (angle - opening - half < within) & (least - farthest < within) & (inner < within)
     before = np.sqrt(vv) - r < far + light.radius
     enclosed = (vv <= r * r) | receivers.own
     depth = np.minimum(1.0, opening / np.maximum(half, MIN_ANGLE_RATIO * opening)) ** 2
     depth = depth * np.where(inside, 1.0, MARGIN_WEIGHT) * (crosses & before & ~enclosed)
-    bounds = np.abs(np.array([angle - opening - half, opening - farthest, clearance - opening]))
-    nearest = _nearest_bound(light, bounds, whole, half, opening)
-    hides_all = (opening - farthest >= whole) & ~enclosed & (tangent < far - light.radius)
+    away = np.abs(np.array([angle - opening - half, opening - farthest, clearance - opening]))
+    nearest = _nearest_bound(light, away, whole, half, opening)
+    hides_all = (least - farthest >= whole) & ~enclosed & (tangent < far - light.radius)
     width = 2.0 * np.minimum(half, opening)
     edges = ShadowEdges(depth, shifts, width, *nearest, hides_all)
     _add_touching_edges(edges, enclosed, half, (v, to, r), receivers, light, displacement)
