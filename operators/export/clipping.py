@@ -12,6 +12,7 @@ import numpy as np
 from ...adaptive_drt.scene.description import (
     Camera,
     Cylinder,
+    Ellipsoid,
     Issue,
     Motion,
     ShapeBatch,
@@ -30,6 +31,9 @@ MOST_POINTS = 100_000
 """Number of vertices of all instances of a mesh from which only some are looked at."""
 
 STILL: Vector = (0.0, 0.0, 0.0)
+
+ELLIPSOID_POINTS = 400
+"""Number of points of an ellipsoid's surface that are looked at: they are some 0.1 radii apart."""
 
 MOMENTS = np.linspace(-0.5, 0.5, 9)
 """Of the shutter, at which moving shapes are looked at."""
@@ -100,8 +104,20 @@ def _count(shape: ShapeRecord) -> int:
         return len(_instance_points(shape))
     if isinstance(shape, TriangleMesh):
         return shape.vertices.shape[1]
+    if isinstance(shape, Ellipsoid):
+        return ELLIPSOID_POINTS
     count = shape.count if isinstance(shape, ShapeBatch) else 1
     return 3 * count if isinstance(shape, Triangle | Triangles) else count
+
+
+def _ellipsoid_points(shape: Ellipsoid) -> Matrix:
+    """Return points (n, 3) of an ellipsoid's surface, along a spiral around one of its axes."""
+    height = 1.0 - (2.0 * np.arange(ELLIPSOID_POINTS) + 1.0) / ELLIPSOID_POINTS
+    turn = np.pi * (3.0 - math.sqrt(5.0)) * np.arange(ELLIPSOID_POINTS)
+    side = np.sqrt(1.0 - height * height)
+    place = np.stack([side * np.cos(turn), side * np.sin(turn), height], axis=1)
+    points: Matrix = shape.center + place @ np.array([shape.half_u, shape.half_v, shape.half_w])
+    return points
 
 
 def _parts(shape: ShapeRecord) -> tuple[Matrix, Matrix, Matrix]:
@@ -115,8 +131,11 @@ def _parts(shape: ShapeRecord) -> tuple[Matrix, Matrix, Matrix]:
         return np.array([shape.start]), edges, np.array([shape.radius])
     if isinstance(shape, Spheres):
         return shape.center.T, np.zeros((shape.count, 2, 3)), shape.radius
-    if isinstance(shape, MeshInstances):
-        points = _instance_points(shape)
+    if isinstance(shape, MeshInstances | Ellipsoid):
+        if isinstance(shape, Ellipsoid):
+            points = _ellipsoid_points(shape)
+        else:
+            points = _instance_points(shape)
         return points, np.zeros((len(points), 2, 3)), np.zeros(len(points))
     if isinstance(shape, TriangleMesh):
         # its faces are so many that the points between their corners may be left out

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -160,9 +161,11 @@ def _points(shape: Any) -> Array:
         return np.stack([place, place + u, place + v, place + u + v], axis=1)
     if isinstance(shape, Triangle):
         return np.array(shape.vertices).T[..., None]
-    center, u, v = (np.array(each) for each in (shape.center, shape.half_u, shape.half_v))
-    corners = [center + a * u + b * v for a in (-1.0, 1.0) for b in (-1.0, 1.0)]
-    return np.array(corners).T[..., None]
+    names = ("half_u", "half_v", "half_w")  # an ellipse has two, an ellipsoid three
+    axes = np.array([getattr(shape, name) for name in names if hasattr(shape, name)])
+    signs = np.array(list(itertools.product((-1.0, 1.0), repeat=len(axes))))
+    corners: Array = np.array(shape.center)[:, None] + (signs @ axes).T
+    return corners[..., None]
 
 
 def _front(light: Any) -> tuple[Array, Array]:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from ...adaptive_drt.scene.cylinder_recognition import MeshCylinder, recognise_cylinder
 from ...adaptive_drt.scene.description import (
     Cylinder,
+    Ellipsoid,
     Issue,
     Material,
     Quads,
@@ -181,6 +182,8 @@ def shapes_of(
             issues.append(Issue(name, NO_SCALE, missing=True))
         return facets
     scale = uniform_scale(linear)
+    if is_stretched(track.middle):
+        return [_ellipsoid(form, track, materials[form.slot], name, issues)]
     if not scale:
         issues.append(Issue(name, _no_sphere(linear), missing=True))
         return []
@@ -194,13 +197,16 @@ def turns(form: MeshSphere | MeshCylinder | Facets, track: Track) -> bool:
     if isinstance(form, MeshCylinder):
         # it may spin about its axis: the axis and the length of a radius show
         axis, radius, _ = _axes(form)
-        sized = [_length_along(each, radius) for each in (track.middle, track.opens, track.closes)]
+        times = track.middle, track.opens, track.closes
+        still, sized = Track(*map(_linear, times)), [_length_along(each, radius) for each in times]
         return (
-            path_of(track, shape=axis[:, None]).reason is not None
+            path_of(still, shape=axis[:, None]).reason is not None
             or path_of(Track(*sized), shape=np.eye(3)).reason is not None
         )
     if isinstance(form, MeshSphere):
-        return path_of(_sized_track(track), shape=np.eye(3)).reason is not None
+        seen = track if is_stretched(track.middle) else _sized_track(track)
+        still = Track(*(_linear(each) for each in (seen.middle, seen.opens, seen.closes)))
+        return path_of(still, shape=np.eye(3)).reason is not None
     flat, cut = form.parallelograms, form.triangles
     a, b, c = (cut.points[:, each] for each in cut.corners)
     still = Track(*(_linear(each) for each in (track.middle, track.opens, track.closes)))
@@ -269,7 +275,7 @@ def _cylinder(
 
 
 def is_stretched(matrix: Matrix) -> bool:
-    """Whether a 4 x 4 matrix makes an ellipsoid of a sphere, which is rendered as a mesh."""
+    """Whether a 4 x 4 matrix makes an ellipsoid of a sphere."""
     linear = matrix[:3, :3]
     if not np.isfinite(matrix).all() or uniform_scale(linear) is not None:
         return False
@@ -294,6 +300,17 @@ def _sphere(
     if reason:
         issues.append(Issue(name, reason))
     return Sphere(path.position, form.radius * scale, material, path.motion, name)
+
+
+def _ellipsoid(
+    form: MeshSphere, track: Track, material: Material, name: str, issues: list[Issue]
+) -> Ellipsoid:
+    """Return a sphere that a matrix stretches or shears."""
+    path = path_of(track, form.center, np.eye(3))
+    if path.reason:
+        issues.append(Issue(name, path.reason))
+    axes = (vector_of(form.radius * axis) for axis in track.middle[:3, :3].T)
+    return Ellipsoid(path.position, *axes, material, path.motion, name)
 
 
 def _sized_track(track: Track) -> Track:

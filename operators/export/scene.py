@@ -222,6 +222,17 @@ class _Export:
             self.tell(name, *((reason,) if reason else ()))
         self.entries += [(shape, names) for shape in shapes]
 
+    def keeps_faces(self, instance: Any, form: MeshSphere) -> bool:
+        """Whether a mesh in the form of a sphere, where it is stretched, is no ellipsoid.
+
+        It stays a mesh where it shines, since no light has that form, and under a world that lights
+        from all sides, where the work grows with the square of the number of ellipsoids.
+        """
+        if not is_stretched(matrix_of(instance)):
+            return False
+        worn = self.material(slot_material(instance.object, form.slot))
+        return self.lit_around or any(worn.emission)
+
     def turning_form(self, thing: Any) -> MeshForm:
         """Return the triangles of a mesh that was read as another form, but turns or grows."""
         pointer = thing.data.as_pointer()
@@ -528,7 +539,7 @@ def _gather_faces(instance: Any, name: str, gathered: _Export) -> None:
         if pointer not in gathered.meshes:
             gathered.meshes[pointer] = _read(mesh, gathered)
         known = gathered.meshes[pointer]
-        if isinstance(known.form, MeshSphere) and is_stretched(matrix_of(instance)):
+        if isinstance(known.form, MeshSphere) and gathered.keeps_faces(instance, known.form):
             if pointer not in gathered.stretched:
                 gathered.stretched[pointer] = replace(known, form=triangle_form(mesh), left_out=())
             known = gathered.stretched[pointer]
@@ -542,10 +553,8 @@ def _gather_faces(instance: Any, name: str, gathered: _Export) -> None:
         if shining and isinstance(form, MeshForm):
             form = gathered.shining_form(mesh, known, form, worn)
         closed = shining and is_closed(mesh)
-        tube = None if shining else known.cylinder
-        if tube is not None and stays_cylinder(tube, matrix_of(instance)):
-            form = tube
-            gathered.tell(name, *facets_left_out(tube))
+        if not shining:
+            form = _tube(known, form, instance, name, gathered)
         gathered.tell(name, *known.left_out)
         if gathered.deforming is not None and known.layout is not None:
             gathered.tell(name, *gathered.deforming.reasons(instance, mesh, known.layout))
@@ -570,6 +579,17 @@ def _gather_faces(instance: Any, name: str, gathered: _Export) -> None:
         return
     found = shapes_of(form, track, worn, name, gathered.issues)
     gathered.add_shapes(found, instance, name, closed)
+
+
+def _tube(
+    known: _Known, form: Form | MeshForm, instance: Any, name: str, gathered: _Export
+) -> Form | MeshForm:
+    """Return the cylinder that a mesh stands for where it stays one, else its form."""
+    tube = known.cylinder
+    if tube is None or not stays_cylinder(tube, matrix_of(instance)):
+        return form
+    gathered.tell(name, *facets_left_out(tube))
+    return tube
 
 
 def _read(mesh: Any, gathered: _Export) -> _Known:

@@ -110,22 +110,54 @@ def test_flattened_by_parents(export):
     assert things.reasons(export())["Sphere"] == [NO_AXIS]
 
 
+def _grey_world():
+    world = bpy.context.scene.world = bpy.data.worlds.new("Grey")
+    world.color = (0.5, 0.5, 0.5)
+
+
+def _half_axes(shape):
+    return np.array([shape.half_u, shape.half_v, shape.half_w]).T
+
+
 @pytest.mark.parametrize("scale", [(1.0, 1.0, 2.0), (2.0, 3.0, -1.0)])
-def test_a_stretched_sphere_is_a_mesh(export, scale):
+def test_a_stretched_sphere_is_an_ellipsoid(export, scale):
     ball = things.uv_sphere()
     ball.scale = scale
     other = things.link(bpy.data.objects.new("Round", ball.data))
     scene = export()
     kinds = {shape.name: type(shape).__name__ for shape in scene.shapes}
-    assert kinds == {"Sphere": "TriangleMesh", "Round": "Sphere"} and scene.issues == ()
-    (mesh,) = (shape for shape in scene.shapes if shape.name == "Sphere")
+    assert kinds == {"Sphere": "Ellipsoid", "Round": "Sphere"} and scene.issues == ()
+    (found,) = (shape for shape in scene.shapes if shape.name == "Sphere")
+    np.testing.assert_allclose(_half_axes(found), np.diag(scale), atol=1e-5)
+    assert other.data == ball.data
+
+
+@pytest.mark.parametrize("why", ["shines", "sky", "turns"])
+def test_a_stretched_sphere_stays_a_mesh(export, why):
+    """Where it shines, under a world that lights from all sides, and where it turns."""
+    ball = things.uv_sphere()
+    ball.scale = (1.0, 1.0, 2.0)
+    if why == "shines":
+        glow = things.material("Glow", "ShaderNodeEmission", Strength=1.0)
+        ball.data.materials.append(glow)
+    elif why == "sky":
+        _grey_world()
+    else:
+        things.keyed(ball, "rotation_euler", (0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
+        bpy.context.scene.render.use_motion_blur = True
+        bpy.context.scene.frame_set(6)
+    assert "Ellipsoid" not in {type(shape).__name__ for shape in export().shapes}
+
+
+def test_the_normals_of_a_stretched_sphere_are_those_of_the_ellipsoid(export):
+    ball, scale = things.uv_sphere(), (1.0, 1.0, 2.0)
+    ball.scale = scale
+    _grey_world()
+    (mesh,) = export().shapes
     np.testing.assert_allclose(np.abs(mesh.vertices).max(axis=1), np.abs(scale), rtol=1e-2)
-    assert mesh.normals is not None
-    # normals are those of the ellipsoid
     at = mesh.vertices[:, mesh.faces].transpose(1, 0, 2) / np.square(scale)[None, :, None]
     at /= np.linalg.norm(at, axis=1, keepdims=True)
     assert (at * mesh.normals).sum(axis=1).min() > 0.99
-    assert other.data == ball.data
 
 
 def test_sheared_by_parents(export):
@@ -134,7 +166,10 @@ def test_sheared_by_parents(export):
     ball = things.uv_sphere()
     ball.parent, ball.rotation_euler = parent, (0.0, 0.0, 0.7)
     scene = export()
-    assert [type(shape).__name__ for shape in scene.shapes] == ["TriangleMesh"]
+    assert [type(shape).__name__ for shape in scene.shapes] == ["Ellipsoid"]
+    turn = np.array([[np.cos(0.7), -np.sin(0.7), 0.0], [np.sin(0.7), np.cos(0.7), 0.0], [0, 0, 1]])
+    want = np.diag([1.0, 3.0, 1.0]) @ turn
+    np.testing.assert_allclose(_half_axes(scene.shapes[0]), want, atol=1e-5)
     assert scene.issues == ()
 
 
