@@ -6,7 +6,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Iterator
 from contextlib import closing
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -56,7 +56,7 @@ Found = TypeVar("Found")
 FIRST_PASS_PIXELS = 262_144
 """Largest number of pixels in one call of the first pass: most of them lie in smooth blocks and
 need only a few points."""
-FIRST_PASS_PAIRS = 1 << 17
+FIRST_PASS_PAIRS = 1 << 15
 """Largest number of pairs of blocks and objects in one call, unless those of a row of blocks are
 more: each takes up to 2 KB while outlines are looked for, and some are cut into four."""
 FIRST_PASS_BATCHES = 8
@@ -123,13 +123,13 @@ class ExactRender:
     def _run(self, film: Film) -> Steps:
         traced, resolved = progress_shares(self.plan, self.work.free_workers > 0)
         wide = widened_plan(self.plan, self.plan.region)
-        calls, progress = self._first_pass_calls(wide, 0, 1), CallProgress()
+        (count, calls), progress = self._first_pass_calls(wide, 0, 1), CallProgress()
         with closing(self.work.executor.run(calls, progress)) as results:
             # memory for the frame is allocated while workers trace
             frame = Frame(wide, self.plan.region, film)
             # steps 1 to 5: centre rays, mask, smooth blocks, light, predicted errors
             for done in self._enter_first_pass(frame, results, progress):
-                yield traced * done / len(calls)
+                yield traced * done / count
         # step 6: the goal of each pixel
         self.stage = "Setting the goal"
         self._correct_smooth_pixels(frame)
@@ -154,8 +154,11 @@ class ExactRender:
 
     # --- steps 1 to 5: the first pass ------------------------------------------------------
 
-    def _first_pass_calls(self, wide: Plan, first: int, step: int) -> list[Call]:
-        """Calls that trace the first pass over every `step`-th row of blocks, from row `first`."""
+    def _first_pass_calls(self, wide: Plan, first: int, step: int) -> tuple[int, Iterator[Call]]:
+        """Calls that trace the first pass over every `step`-th row of blocks, from row `first`.
+
+        They are made as they are needed, and come with their number.
+        """
         side = SMOOTH_SIDES[0]
         rough = coarse_plan(wide, side)
         fine = screen_bounds(wide)
@@ -174,10 +177,10 @@ class ExactRender:
         ):
             at_a_time = worker_pool.concurrency(wide.threads)
             count = min(rows, -(-count // at_a_time) * at_a_time)
-        tiles = [Tile.make(rough, first + step * k, step * count) for k in range(count)]
+        tiles = (Tile.make(rough, first + step * k, step * count) for k in range(count))
         shared = SharedArguments((wide, self.occluders, fine))
-        blocks = [PixelBlocks.of_tile(rough, side, bounds, tile) for tile in tiles]
-        return [Call(_first_pass_call, shared, (each,)) for each in blocks]
+        blocks = (PixelBlocks.of_tile(rough, side, bounds, tile) for tile in tiles)
+        return count, (Call(_first_pass_call, shared, (each,)) for each in blocks)
 
     def _enter_first_pass(
         self,
@@ -276,7 +279,7 @@ class ExactRender:
         step = self._goal_row_step()
         # the frame's first row of blocks is the one below the picture
         below = -(frame.bottom // SMOOTH_SIDES[0])
-        calls = self._first_pass_calls(frame.plan, (step // 2 + below) % step, step)
+        _, calls = self._first_pass_calls(frame.plan, (step // 2 + below) % step, step)
         with closing(self.work.executor.run(calls)) as results:
             yield from self._enter_first_pass(frame, results, {})
         frame.correct_smooth_pixels()

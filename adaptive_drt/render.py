@@ -14,7 +14,9 @@ import numpy as np
 from .cost_model import PixelCosts, affordable_pixels, measure_pixel_costs, predicted_ratio
 from .distributed import DistributedRender
 from .exact import ExactRender
+from .image.memory_bound import memory_bound
 from .parallel.executor import run_in_thread
+from .parallel.memory_use import MemoryWatch
 from .parallel.pool import worker_pool
 from .scene.description import Issue, Scene, checked_camera, validate
 from .scene.film import Film
@@ -66,7 +68,7 @@ def render(scene: Scene, settings: Settings | None = None) -> Generator[Progress
         The scene has no camera that could form a picture.
     """
     settings = settings or Settings()
-    began = time.perf_counter()
+    began, memory = time.perf_counter(), MemoryWatch()
     np.empty(ALLOCATOR_HINT, dtype=np.uint8)
     left, bottom, right, top = checked_camera(scene).region
     film = Film(right - left, top - bottom)
@@ -85,6 +87,7 @@ def render(scene: Scene, settings: Settings | None = None) -> Generator[Progress
     share = size / (size + sum(layer.width * layer.height for layer in layers))
     with closing(method.run(film)) as steps:
         for done in steps:
+            memory.look()
             # completed fractions and finished results may be entered out of step
             most = max(most, round(share * done * size))
             yield Progress(most, size, method.stage, film)
@@ -98,9 +101,19 @@ def render(scene: Scene, settings: Settings | None = None) -> Generator[Progress
     if isinstance(method, DistributedRender):
         costs = yield from _pixel_costs(method, film, most, time.perf_counter() - began)
         film.stats |= _cost_model(plan, film, costs)
+    memory.look()
+    film.stats["memory"] = {
+        "bound_megabytes": _megabytes(memory_bound(plan, len(worker_pool.process_ids))),
+        "peak_megabytes": None if memory.peak is None else _megabytes(memory.peak),
+    }
     seconds = {"prepare": prepared, **method.seconds, "total": time.perf_counter() - began}
     film.stats["seconds"] = {stage: round(span, 6) for stage, span in seconds.items()}
     return film
+
+
+def _megabytes(count: int) -> float:
+    """Megabytes of 2^20 bytes, for the statistics."""
+    return round(count / 2.0**20, 1)
 
 
 def _compile_scene(scene: Scene, settings: Settings) -> tuple[Scene, Plan]:

@@ -52,7 +52,7 @@ SAMPLED_ITEM = -2
 CENTER_RAYS = 8
 """Number of rays to each light from the centre of a sampled pixel that one object fills: they tell
 where a light is visible in part."""
-BATCH_PAIRS = 1 << 18
+BATCH_PAIRS = 1 << 16
 """Number of pairs of pixels and objects that may be seen in them in one batch, unless those of one
 pixel are more: each takes up to 2 KB while outlines are looked for."""
 DETECTION_WORK_SHARE = 0.4

@@ -137,6 +137,11 @@ class _Worker:
         self._process.wait()
 
     @property
+    def process_id(self) -> int:
+        """The system's number of the process."""
+        return self._process.pid
+
+    @property
     def alive(self) -> bool:
         # a process may run for a while after it was killed
         return not self._killed and self._process.poll() is None
@@ -195,6 +200,12 @@ class WorkerPool:
         """Number of workers that have loaded and run no call."""
         with self._lock:
             return sum(worker.ready and worker.alive for worker in self._idle)
+
+    @property
+    def process_ids(self) -> list[int]:
+        """System's numbers of the workers' processes."""
+        with self._lock:
+            return [worker.process_id for worker in (*self._idle, *self._busy)]
 
     def concurrency(self, threads: int) -> int:
         """Number of calls to run at a time, at most `threads`.

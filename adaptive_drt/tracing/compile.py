@@ -30,6 +30,7 @@ from ..scene.description import Motion, Scene, ShapeBatch, ShapeRecord
 from ..scene.mesh_instances import MeshInstances
 from ..scene.settings import Settings
 from ..scene.values import ZERO
+from .irrelevance import SeenBounds
 from .sphere_rays import find_traced_spheres
 
 __all__ = ["Plan", "make_plan"]
@@ -46,6 +47,8 @@ objects that have proxies.
 Embree's proxies are inflated by the light's radius, so a ray towards a large light intersects many
 of them, and each hit costs one call."""
 
+IDLE = "the camera does not see them, and they are before no light of what it sees"
+"""Why objects are left out, for the statistics."""
 MAX_BATCH_PAIRS = 1 << 22
 """Largest number of pairs of pixels and objects in a batch under a light that surrounds the scene.
 
@@ -215,6 +218,16 @@ def make_plan(scene: Scene, settings: Settings) -> Plan:
     origin = lens.origin[:, None]
     table = _make_shape_table(records, origin, displacement)
     lights, seen_lights = _make_emitters(scene, moving, lens.origin, drift, skipped)
+    visible = _mask(shapes, lambda shape: shape.visibility.camera, True)
+    bounds = SeenBounds.make(table, lens, camera.resolution, visible)
+    lights = _without_averted(lights, bounds, skipped)
+    idle = bounds.idle_objects(lights)
+    if idle.any():
+        why = {"what": f"{idle.sum():,} objects", "why": IDLE}
+        kept = tuple(_remaining(shapes, counts, ~idle))
+        rest = make_plan(replace(scene, shapes=kept), settings)
+        known = [each for each in skipped if each not in rest.skipped]
+        return replace(rest, skipped=(*known, why, *rest.skipped))
     penumbra = _has_penumbra(settings, lights, sum(counts), skipped)
     light_moves = any(light.displacement is not None for light in lights)
     motion = moving and bool(table.moves.any() or light_moves)
@@ -242,10 +255,35 @@ def make_plan(scene: Scene, settings: Settings) -> Plan:
         skipped=tuple(skipped),
         seen_lights=seen_lights,
         emission=_emissions(shapes),
-        seen=_mask(shapes, lambda shape: shape.visibility.camera, True),
+        seen=visible,
         holdout=_mask(shapes, lambda shape: shape.visibility.holdout, False),
         traced=traced,
     )
+
+
+def _without_averted(
+    lights: Iterable[Emitter], bounds: SeenBounds, skipped: list[dict[str, str]]
+) -> tuple[Emitter, ...]:
+    """The lights without those that face away from all that is seen; these go to `skipped`."""
+    away = [(light, bounds.faces_away(light)) for light in lights]
+    why = "the light faces away from all that is seen"
+    skipped += [{"what": light.name, "why": why} for light, averted in away if averted]
+    return tuple(light for light, averted in away if not averted)
+
+
+def _remaining(
+    records: Sequence[ShapeRecord], counts: Sequence[int], kept: NDArray[np.bool_]
+) -> list[ShapeRecord]:
+    """The shapes of which a mask (n,) keeps some, reduced to those."""
+    remaining: list[ShapeRecord] = []
+    parts = np.split(kept, np.cumsum(counts)[:-1])
+    for record, own in zip(records, parts, strict=True):
+        if own.all():
+            remaining.append(record)
+        elif own.any():
+            assert isinstance(record, ShapeBatch)
+            remaining.append(record.take(own))
+    return remaining
 
 
 def _with_shapes(

@@ -16,9 +16,8 @@ from ..lights.emitter import Emitter
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.gather import columns
 from ..numerics.vector import dot
-from .ball_groups import BallGroups
 from .intersect import Pairs, Surface
-from .occluder_culling import MANY_OBJECTS, Occluders, merge_pairs, pairs_by_blocks
+from .occluder_culling import Occluders, merge_pairs, pairs_by_blocks
 
 __all__ = ["FewOccluders"]
 
@@ -32,11 +31,18 @@ TOUCH_MARGIN = 1.0 + 2.0**-40
 COUNTED_SPHERES = 512
 """Number of spheres in the sample by which those above a horizon are counted; their number is then
 known to some 3 %."""
-COUNTED_PAIRS = 1 << 16
-"""Number of pairs of points and spheres that are looked at in one call, to count them."""
+COUNTED_PAIRS = 1 << 20
+"""Number of pairs of points and spheres that are looked at in one call, to count them: it bounds
+memory."""
 LISTED_PAIRS, MIN_LISTED = 1 << 22, 256
 """Number of pairs of points and spheres of which all that may matter are listed in one call, and
 least number of points: it bounds memory."""
+
+
+def _chunks(points: int, spheres: int) -> list[slice]:
+    """Slices of so many points that all their pairs with so many spheres fit memory."""
+    size = max(1, COUNTED_PAIRS // spheres)
+    return [slice(first, min(first + size, points)) for first in range(0, points, size)]
 
 
 _made: WeakKeyDictionary[Occluders, FewOccluders] = WeakKeyDictionary()
@@ -54,8 +60,6 @@ class FewOccluders:
         self._item = occluders.tracer.items
         self._center = columns(occluders.center, self._item)
         self._radius = occluders.radius[self._item]
-        many = self._item.size >= MANY_OBJECTS
-        self._groups = BallGroups(self._center, self._radius) if many else None
         number = np.arange(WITNESS_DIRECTIONS) + 0.5
         z, turn = 1.0 - 2.0 * number / WITNESS_DIRECTIONS, GOLDEN_ANGLE * number
         aside = np.sqrt(1.0 - z * z)
@@ -110,9 +114,12 @@ class FewOccluders:
     def count_above_horizons(self, surface: Surface) -> Array:
         """Number of spheres above the horizons of n points, by a sample of them: (n,)."""
         step = -(-self._item.size // COUNTED_SPHERES)
-        lowest = dot(surface.normal, surface.point)[:, None] - self._radius[::step]
-        above = surface.normal.T @ self._center[:, ::step] > lowest
-        count: Array = above.sum(axis=1) * float(step)
+        center, radius = self._center[:, ::step], self._radius[::step]
+        count = np.empty(surface.item.size)
+        for rows in _chunks(count.size, radius.size):
+            normal = surface.normal[:, rows]
+            lowest = dot(normal, surface.point[:, rows])[:, None] - radius
+            count[rows] = (normal.T @ center > lowest).sum(axis=1) * float(step)
         return count
 
     def count_before(self, light: Emitter, surface: Surface) -> Array:
@@ -120,9 +127,8 @@ class FewOccluders:
         step = -(-self._item.size // COUNTED_SPHERES)
         sample, count = self._item[::step], surface.item.size
         number = np.zeros(count)
-        size = max(1, COUNTED_PAIRS // sample.size)
-        for first in range(0, count, size):
-            rows = np.arange(first, min(first + size, count))
+        for part in _chunks(count, sample.size):
+            rows = np.arange(count)[part]
             point = np.repeat(np.arange(rows.size), sample.size)
             pairs = Pairs(point, np.tile(sample, rows.size))
             own, reach = surface.take(rows), np.zeros(rows.size)
@@ -139,9 +145,12 @@ class FewOccluders:
         """Pairs of points and the witness that is highest above the horizon."""
         center, radius = columns(self._center, self._witness), self._radius[self._witness]
         item = self._item[self._witness]
-        height = surface.normal.T @ center + radius
-        height[item == surface.item[:, None]] = -np.inf
-        return Pairs(np.arange(surface.item.size), item[height.argmax(axis=1)])
+        highest = np.empty(surface.item.size, dtype=np.int64)
+        for rows in _chunks(highest.size, item.size):
+            height = surface.normal[:, rows].T @ center + radius
+            height[item == surface.item[rows, None]] = -np.inf
+            highest[rows] = item[height.argmax(axis=1)]
+        return Pairs(np.arange(highest.size), highest)
 
     def _blocking_witnesses(self, light: Emitter, surface: Surface) -> Pairs:
         """Pairs of points and the first sphere that hides the centre of a light from them."""
@@ -161,9 +170,10 @@ class FewOccluders:
             close: Mask = dot(gap, gap) <= wide * wide
             return close
 
-        if self._groups is not None:
-            at, number = self._groups.pairs(surface.point, reach, near)
-            return Pairs(at, self._item[number])
+        groups, tracer = self._occluders.groups, self._occluders.tracer
+        if groups is not None and tracer is not None:
+            pairs = Pairs(*groups.pairs(surface.point, reach, near))
+            return pairs.take(tracer.traced[pairs.item])
         balls = self._center, self._radius
         pairs = pairs_by_blocks(
             surface.point, reach, self._item.size, lambda *block: near(balls, *block)

@@ -89,7 +89,7 @@ class Occluders:
         self._balls = _enclosing_balls(plan.shapes)
         self.tracer = None if plan.traced is None else SphereTracer(plan.shapes, plan.traced)
         many = self.radius.size >= MANY_OBJECTS
-        self._groups = BallGroups(self.center, self.radius) if many else None
+        self.groups = BallGroups(self.center, self.radius) if many else None
         self._proxies: dict[float, ProxyScene] = {}  # by the inflation of the spheres
         proxied = plan.shapes.proxied
         for light in plan.lights:
@@ -298,9 +298,9 @@ class Occluders:
         if sight.light.surrounds:
             return self._pairs_above_horizons(sight)
         point, reach = sight.surface.point, sight.reach
-        if not first_item and self._groups is not None:
+        if not first_item and self.groups is not None:
             test = partial(_balls_hide_from_blocks, bounds)
-            return Pairs(*self._groups.pairs(point, reach, test))
+            return Pairs(*self.groups.pairs(point, reach, test))
         pairs = pairs_by_blocks(point, reach, radius.size, seen)
         return Pairs(pairs.pixel, pairs.item + first_item)
 

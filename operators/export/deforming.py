@@ -41,22 +41,23 @@ def mesh_of(thing: Any) -> Iterator[Any]:
         thing.to_mesh_clear()
 
 
-def snapshot(depsgraph: Any) -> Snapshot:
-    """Return copies of all meshes and points as they are now; instances of one share its copy."""
-    found: Snapshot = {}
-    read: dict[int, Layout] = {}
-    for instance in depsgraph.object_instances:
-        thing = instance.object
-        if thing.type not in ("MESH", "POINTCLOUD"):
-            continue
-        pointer = thing.data.as_pointer()
-        if pointer not in read and thing.type == "POINTCLOUD":
-            read[pointer] = cloud_of(thing.data).layout
-        elif pointer not in read:
-            with mesh_of(thing) as mesh:
-                read[pointer] = layout_of(mesh)
-        found[key_of(instance)] = read[pointer]
-    return found
+class LayoutReader:
+    """Reads copies of meshes and points as they are now; instances of one share its copy."""
+
+    def __init__(self) -> None:
+        self._read: dict[int, Layout] = {}
+
+    def layout(self, thing: Any) -> Layout:
+        """Return the copy of an evaluated mesh or point cloud object."""
+        data = thing.data
+        pointer = data.as_pointer()
+        if pointer not in self._read:
+            if thing.type == "POINTCLOUD":
+                self._read[pointer] = cloud_of(data).layout
+            else:
+                with mesh_of(thing) as mesh:
+                    self._read[pointer] = layout_of(mesh)
+        return self._read[pointer]
 
 
 @dataclass

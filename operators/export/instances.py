@@ -9,9 +9,11 @@ from typing import Any
 
 def key_of(instance: Any) -> Hashable:
     """Return what identifies an instance at every time of the shutter."""
-    parent = instance.parent.original.name_full if instance.parent else ""
-    place = tuple(instance.persistent_id) if instance.is_instance else ()
-    return (instance.object.original.name_full, parent, place)
+    # each access to Blender's data costs some tenths of a microsecond, and there may be millions
+    parent = instance.parent
+    name = parent.original.name_full if parent else ""
+    place = instance.persistent_id[:] if instance.is_instance else ()
+    return (instance.object.original.name_full, name, place)
 
 
 def repetition_of(instance: Any) -> Hashable | None:

@@ -32,7 +32,7 @@ from .clipping import clipped
 from .closed_solids import ClosedSolid, closed_solid, is_closed, unseen_lights
 from .components import Components, holds_smoke
 from .copies import Copies, placed_shapes
-from .deforming import Deforming, mesh_of, snapshot
+from .deforming import Deforming, LayoutReader, Snapshot, mesh_of
 from .exposure import brightened, exposed, exposure_of
 from .instances import key_of, name_of, owner_of, repetition_of
 from .layer_filter import lets_through
@@ -394,11 +394,11 @@ def _sample_ends(
 ) -> None:
     """Gather what the scene is like at both ends of the shutter."""
     samplers = (
-        lambda: _matrices(depsgraph, camera),
-        lambda: snapshot(depsgraph),
+        lambda: _instances_now(depsgraph, camera),
         lambda: animated.sample(depsgraph),
     )
-    (gathered.opens, gathered.closes), meshes, _ = _ends(move, shutter, samplers)
+    ends, _ = _ends(move, shutter, samplers)
+    (gathered.opens, gathered.closes), meshes = zip(*ends, strict=True)
     gathered.deforming = Deforming(*meshes)
 
 
@@ -425,16 +425,22 @@ def _ends(
     return list(zip(opens, closes, strict=True))
 
 
-def _matrices(depsgraph: Any, camera: Any) -> dict[Hashable, Matrix]:
-    found: dict[Hashable, Matrix] = {
-        key_of(instance): matrix
-        for instance, matrix in zip(
-            depsgraph.object_instances, instance_matrices(depsgraph), strict=True
-        )
-        if instance.object.type in ("MESH", "LIGHT", "POINTCLOUD")
-    }
-    found[CAMERA_KEY] = matrix_of(camera.evaluated_get(depsgraph))
-    return found
+def _instances_now(depsgraph: Any, camera: Any) -> tuple[dict[Hashable, Matrix], Snapshot]:
+    """Return the world matrices and the meshes of all instances, by their keys, as they are now."""
+    matrices: dict[Hashable, Matrix] = {}
+    meshes: Snapshot = {}
+    reader, places = LayoutReader(), instance_matrices(depsgraph)
+    for instance, matrix in zip(depsgraph.object_instances, places, strict=True):
+        thing = instance.object
+        kind = thing.type
+        if kind not in ("MESH", "LIGHT", "POINTCLOUD"):
+            continue
+        key = key_of(instance)
+        matrices[key] = matrix
+        if kind != "LIGHT":
+            meshes[key] = reader.layout(thing)
+    matrices[CAMERA_KEY] = matrix_of(camera.evaluated_get(depsgraph))
+    return matrices, meshes
 
 
 def _camera(depsgraph: Any, camera: Any, gathered: _Export) -> Camera:

@@ -1,0 +1,44 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Memory that a render takes in this process and its workers, where the system tells: on Linux."""
+
+from __future__ import annotations
+
+import os
+from contextlib import suppress
+from pathlib import Path
+
+from .pool import worker_pool
+
+__all__ = ["MemoryWatch", "own_bytes"]
+
+
+def own_bytes(process: int) -> int | None:
+    """Bytes in memory that a process shares with no file; None where the system does not tell."""
+    with suppress(OSError, ValueError, IndexError):
+        sizes = Path(f"/proc/{process}/statm").read_text(encoding="ascii").split()
+        # size, resident, resident of files, ... in pages
+        return (int(sizes[1]) - int(sizes[2])) * int(os.sysconf("SC_PAGE_SIZE"))
+    return None
+
+
+class MemoryWatch:
+    """Watches the memory of a render.
+
+    Attributes
+    ----------
+    peak : the most bytes seen: those of the workers, and of this process beyond what it had before;
+        None where the system does not tell.
+    """
+
+    def __init__(self) -> None:
+        """Note what this process has before the render."""
+        self._before = own_bytes(os.getpid())
+        self.peak: int | None = None if self._before is None else 0
+
+    def look(self) -> None:
+        """Take in what is used now."""
+        now = own_bytes(os.getpid())
+        if now is None or self._before is None or self.peak is None:
+            return
+        others = sum(own_bytes(each) or 0 for each in worker_pool.process_ids)
+        self.peak = max(self.peak, now - self._before + others)
