@@ -98,7 +98,7 @@ def interpolate_blocks(
     # sorted by object, so that the blocks of one object are one slice of the arrays
     index = smooth.nonzero()[0]
     index = index[np.argsort(item[index], kind="stable")]
-    # whatever the polynomial gives
+    # the polynomial may leave the range that radiance has
     mean = np.maximum(block_means(columns(coefficients, index, -1), side), plan.least_radiance)
     kept = _make_smooth_blocks(
         plan, blocks, clear[index], item[index], mean, off[index],

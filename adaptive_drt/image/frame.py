@@ -480,7 +480,7 @@ class Frame:
         rest = self.corrected
         kept = (~(chosen[rest] | self.settled[rest] | self._in_progress[rest])).nonzero()[0]
         rows = rest[kept]
-        # whatever the differences give
+        # the differences may leave the range that radiance has
         changed = columns(self.color, rows) + columns(self.change, kept)
         self.color[:, rows] = np.maximum(changed, self.plan.least_radiance)
         self._write_pixels(rows)

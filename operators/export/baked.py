@@ -56,7 +56,7 @@ class Baked:
 
     Attributes
     ----------
-    pixels : radiance (rows, 2 rows, 3), equirectangular from the top down; (1, 2, 3) of one colour.
+    pixels : radiance (rows, 2 rows, 3), equirectangular from the top down.
     error : of the irradiance by which the image differs from the nodes.
     suns : those of skies, which are not in the image.
     """

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ...adaptive_drt.scene.description import Vector
 from ...adaptive_drt.scene.environment_images import MappedImage
 from .links import Input, Source, value_of
+from .node_graph import STILL_SOURCES
 from .nodes import node_called
 
 TEXTURE = "ShaderNodeTexEnvironment"
@@ -20,8 +21,6 @@ Matrix = NDArray[np.float64]
 
 LINEAR_SPACES = ("Linear Rec.709", "Non-Color", "Linear", "scene_linear")
 """Colour spaces in which pixels are what Cycles renders."""
-STILL_SOURCES = ("FILE", "GENERATED")
-"""Sources of images that are the same at all times."""
 
 
 def image_of(source: Source, color: Vector, unread: list[str]) -> MappedImage | None:

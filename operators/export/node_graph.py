@@ -49,7 +49,7 @@ VALUES = ("ShaderNodeNormal", "ShaderNodeRGB", "ShaderNodeValue")
 """Nodes whose outputs hold their values."""
 
 PURE = frozenset(
-    f"ShaderNode{name}"
+    name if name.startswith("Function") else f"ShaderNode{name}"
     for name in (
         *("AddShader", "Background", "Blackbody", "BrightContrast", "Clamp", "CombineColor"),
         *("CombineHSV", "CombineRGB", "CombineXYZ", "Emission", "FloatCurve", "Gamma"),
@@ -57,6 +57,7 @@ PURE = frozenset(
         *("RGB", "RGBCurve", "RGBToBW", "SeparateColor", "SeparateHSV", "SeparateRGB"),
         *("SeparateXYZ", "Squeeze", "ValToRGB", "Value", "VectorCurve", "VectorMath"),
         *("VectorRotate", "Wavelength"),
+        *("FunctionNodeInputBool", "FunctionNodeInputInt", "FunctionNodeInputVector"),
     )
 )
 """Nodes whose outputs depend on their inputs alone."""

@@ -14,7 +14,7 @@ from ...adaptive_drt.scene.environment_images import (
     MappedImage,
     make_environment_light,
 )
-from .baked import SKY, baked, folding
+from .baked import SKY, Baked, baked, folding
 from .environment import TEXTURE, image_of
 from .links import Input, Known, Source, Value, number_of, output_node, own_number, surface_of
 from .listing import left_out
@@ -146,8 +146,12 @@ def _shaded(world: Any, reasons: list[str]) -> tuple[Radiance, Radiance]:
     seen, thrown = (_radiance(source, folding(known), found) for known in RAYS)
     if not found.is_whole:
         try:
+            graphs = [graph_of(source, known) for known in RAYS]
             notes: list[str] = []
-            seen, thrown = (_baked(source, known, notes) for known in RAYS)
+            seen, thrown = (
+                _tabulated(part, f"its {_named(source)}", notes)
+                for part in (baked(graphs[0]), baked(graphs[1]).for_light())
+            )
             reasons.extend(dict.fromkeys(notes))
             return seen, thrown
         except NotDescribedError as error:
@@ -171,14 +175,11 @@ def _named(source: Source) -> str:
     return "world" if source.node is None else node_called(source.node)
 
 
-def _baked(source: Source, known: Known, notes: list[str]) -> Radiance:
-    """Return the radiance of a world's shader for one kind of ray, as Blender evaluates it.
+def _tabulated(found: Baked, said: str, notes: list[str]) -> Radiance:
+    """Return the radiance of a world as Blender evaluates it.
 
-    notes : gets what is left out.
+    said : what a person calls it.  notes : gets what is left out.
     """
-    found = baked(graph_of(source, known))
-    found = found if known is _camera_ray else found.for_light()
-    said = f"its {_named(source)}"
     if found.suns:
         notes.append(f"the sun of {said} {SUN_IS_NOT_SEEN}")
     lowest = float(found.pixels.min())
