@@ -27,6 +27,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "tests" / "helpe
 import numpy as np
 
 import kernel_arcs
+import kernel_cones
 import kernel_ellipses
 import kernel_families
 import kernel_hidden
@@ -45,6 +46,7 @@ MODULES = (
     kernel_lights,
     kernel_spots,
     kernel_arcs,
+    kernel_cones,
     kernel_hidden,
     kernel_skies,
     kernel_ellipses,

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import kernel_arcs
+import kernel_cones
 import kernel_families
 import kernel_hidden
 import kernel_lights
@@ -28,6 +29,7 @@ MODULES = (
     kernel_lights,
     kernel_spots,
     kernel_arcs,
+    kernel_cones,
     kernel_hidden,
 )
 FAMILIES = {

@@ -90,6 +90,8 @@ def _batch_factors(
     number[pairs.pixel[other]] = MOST_POLYGONS
     known, factor = number < MOST_POLYGONS, np.zeros(count)
     oval = np.bincount(pairs.pixel[kind == ELLIPSE], minlength=count) > 0
+    found = (((kind == ELLIPSE) | (kind == CIRCLE)) & (oval & known)[pairs.pixel]).nonzero()[0]
+    cones = _cones(plan, surface, pairs, time, found, (kind, v, r))
     for m in np.unique(number[known]).tolist():
         same = number == m
         mine = flat[same[pairs.pixel[flat]]]
@@ -97,9 +99,7 @@ def _batch_factors(
         if rows.size:
             own = pairs.take(mine[oval[pairs.pixel[mine]]])
             corners = _polygons(plan, surface, own, time, m)
-            factor[rows] = _factors_of_cones(
-                plan, surface, pairs, time, (kind, v, r), rows, corners
-            )
+            factor[rows] = _factors_of_cones(surface, pairs.pixel[found], cones, rows, corners)
         rows = (same & ~oval).nonzero()[0]
         if not rows.size:
             continue
@@ -139,25 +139,17 @@ def _factors_of_circles(
 
 
 def _factors_of_cones(
-    plan: Plan,
-    surface: Surface,
-    pairs: Pairs,
-    time: Array | float,
-    outlines: tuple[Ints, Array, Array],
-    rows: Ints,
-    corners: Array,
+    surface: Surface, pixel: Ints, cones: EllipticCones, rows: Ints, corners: Array
 ) -> Array:
     """Factors of points `rows` (k,) behind ellipses, circles and polygons.
 
     Points are taken together whose numbers of outlines are not the same: those with fewer have
     cones of no size as well.
 
-    outlines : as of `_outlines`.  corners : (m, j, 3, k) metres, of the polygons.
+    pixel : (m,) ascending, the points of cones (m + 1,), of which the last one has no size.
+    corners : (p, j, 3, k) metres, of the polygons.
     """
-    kind = outlines[0]
-    found = ((kind == ELLIPSE) | (kind == CIRCLE)).nonzero()[0]
-    cones = _cones(plan, surface, pairs, time, found, outlines)
-    number = np.bincount(pairs.pixel[found], minlength=surface.item.size)
+    number = np.bincount(pixel, minlength=surface.item.size)
     first = (np.cumsum(number) - number)[rows]
     number = number[rows]
     factor = np.zeros(rows.size)
@@ -166,7 +158,7 @@ def _factors_of_cones(
         some = (width == k).nonzero()[0]
         index = first[some] + np.arange(k)[:, None]
         unused = np.arange(k)[:, None] >= number[some]
-        index[unused] = found.size
+        index[unused] = pixel.size
         none = np.zeros((0, 3, some.size)), np.zeros((0, some.size))
         own = map_cones(lambda each, at=index: columns(each, at, -1), cones)
         factor[some] = visible_factor(
@@ -207,7 +199,7 @@ def _cones(
     ):  # fmt: skip
         place(values, round_, parts)
     for shapes, rows, index in plan.shapes.groups(pairs.item):
-        own = (kind[rows] == ELLIPSE).nonzero()[0]
+        own = ((kind[rows] == ELLIPSE) & (place_of[rows] >= 0)).nonzero()[0]
         if own.size:
             pixel = pairs.pixel[rows[own]]
             when = time[pixel] if isinstance(time, np.ndarray) else time

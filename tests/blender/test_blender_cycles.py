@@ -108,6 +108,15 @@ def _cube():
         face.material_index = int(face.normal.z > 0.5)
 
 
+def _stretched():
+    """The balls, scaled unevenly and turned: ellipsoids."""
+    _area()
+    scales = ((1.0, 0.5, 0.8), (0.6, 1.2, 1.0), (1.3, 0.4, 0.7))
+    for name, scale in zip("ABC", scales, strict=True):
+        ball = bpy.data.objects[name]
+        ball.scale, ball.rotation_euler = scale, (0.4, 0.3, 0.8)
+
+
 def _torus():
     """A torus of few flat faces, none of which is a parallelogram, over the balls."""
     _area()
@@ -243,6 +252,7 @@ SCENES = {
     "world": _world,
     "moving under a world": lambda: _world(True),
     "area": _area,
+    "stretched balls": _stretched,
     "cube": _cube,
     "torus": _torus,
     "monkey before an area": lambda: _monkey_before(_area),
@@ -284,7 +294,7 @@ CASES = [
     for method in ("RAYS", "EXACT")
     for kind in SCENES
     # rays do not average over a pixel in a penumbra: 1.1 % where that is all around a cube
-    if kind not in ("cube", "torus", *TURNING) or method != "RAYS"
+    if kind not in ("cube", "torus", "stretched balls", *TURNING) or method != "RAYS"
 ]
 
 

@@ -6,11 +6,17 @@ from itertools import pairwise
 
 import numpy as np
 
+from adaptive_drt.geometry.elliptic_cones import (
+    EllipticCones,
+    cone_antiderivative,
+    cone_boundary_values,
+)
 from adaptive_drt.lights.ellipse_light import make_ellipse_emitter
 from adaptive_drt.lights.emitter import LightMotion
 from adaptive_drt.lights.occluded_form_factor import visible_factor
 from adaptive_drt.scene.description import EllipseLight, vector_of
-from kernel_families import Family, across, length, unit
+from kernel_cones import random_cone
+from kernel_families import Family, U, across, length, unit
 from kernel_skies import CLOSED, LIGHTS, QUADRATURE, given, occluders, plain
 from oracle.numbers import cross, dot
 from oracle.visible import Light, visible
@@ -182,4 +188,60 @@ HIDDEN_ELLIPSE = Family(
     lambda to, a, b, up, **_: _share_of(QUADRATURE)(to, a, b, up),
     digits=False,
     share=SINGLE,
+)
+
+
+def _cone_arcs(rng, n):
+    z = unit(rng, n)
+    low = rng.uniform(-np.pi, np.pi, n)
+    return {
+        **random_cone(rng, z, -4.0, 0.6, -3.0),
+        "up": unit(rng, n),
+        "low": low,
+        "high": low + rng.uniform(0.0, 2.0 * np.pi, n),
+    }
+
+
+def _cone_integral(x, y, z, a, b, up, low, high):
+    cones = EllipticCones(*(each[..., None, :] for each in (x, y, z, a, b)))
+    potential = cone_antiderivative(up, z, cones)
+    ends = [cone_boundary_values(potential, phi[None])[0] for phi in (low, high)]
+    return ends[1] - ends[0]
+
+
+def _true_cone_integral(m, x, y, z, a, b, up, low, high):
+    """By quadrature of n.((w - c) x dw), with c the axis, in a variable in which w turns evenly."""
+
+    def place(phi):
+        r = a * np.cos(phi) * x + b * np.sin(phi) * y + z
+        return r, r / np.sqrt(dot(r, r))
+
+    total = 0 * low
+    start, end = place(low)[1], place(high)[1]
+    # tan(phi) = g tan(t)
+    g = np.sqrt((1 + a * a) / (1 + b * b))
+    turn = [np.arctan2(np.sin(e) / g, np.cos(e)) + 2 * np.pi * np.round((e - np.arctan2(
+        np.sin(e) / g, np.cos(e))) / (2 * np.pi)) for e in (low, high)]  # fmt: skip
+    step = (turn[1] - turn[0]) / PIECES
+    for piece in range(PIECES):
+        for node, weight in zip(NODES, WEIGHTS, strict=True):
+            t = turn[0] + (piece + 0.5 + 0.5 * node) * step
+            c, s = np.cos(t), np.sin(t)
+            phi = np.arctan2(g * s, c)
+            rate = g / (c * c + g * g * s * s)
+            r, _ = place(phi)
+            d = b * np.cos(phi) * y - a * np.sin(phi) * x
+            total = total + 0.5 * weight * step * rate * dot(up, cross(r, d)) / dot(r, r)
+    return total - dot(cross(up, z), end - start)
+
+
+ALONG = Family(
+    "integral along the boundary of an elliptic cone",
+    "64 u sr",
+    _cone_arcs,
+    _cone_integral,
+    _true_cone_integral,
+    lambda low, **_: np.full(low.size, 64.0 * U),
+    digits=False,
+    share=0.01,
 )
