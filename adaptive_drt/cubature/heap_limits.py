@@ -60,7 +60,7 @@ eight independent ones has a part of 8^-0.5 of that, so that 0.81 is expected.""
 PILOT_PIXELS, LEAST_PILOTS = 400, 50
 """Number of pixels that are sampled to tell how the errors of a picture end, and the least number
 of them that are believed: the errors of 400 are known to some 5 %."""
-LEAST_PILOT_STEP = 12
+LEAST_PILOT_STEP = 20
 """Least number of pixels to each pilot: with their reference they take six times the points."""
 PILOT_RATIO = 2.5
 """Ratio of the limits of pilot pixels to those of their reference."""
