@@ -2,7 +2,7 @@
 """Many spheres on a floor under a sky or a square light, ours beside Mitsuba: CPU time to an error.
 
     python benchmarks/many_spheres.py [--kinds packed] [--numbers 20 1000] [--lights sky square]
-        [--sizes 80x60] [--tolerances 0.01] [--page FILE]
+        [--sizes 80x60] [--tolerances 0.01] [--page FILE] [--append]
 
 A packed cluster (overlapping balls, as a molecule) and a sparse gas (5 % of its volume). Both
 renderers run on one thread, and CPU seconds count, so that other work on the machine matters
@@ -229,8 +229,12 @@ def main() -> None:
     parser.add_argument("--sizes", nargs="+", default=["80x60"], help="as 80x60")
     parser.add_argument("--tolerances", nargs="+", type=float, default=list(TOLERANCES))
     parser.add_argument("--page", type=Path, help="where to write as well")
+    parser.add_argument("--append", action="store_true", help="keep the rows of the page")
     given = parser.parse_args()
     about, rows, version = machine.describe(), [], ""
+    if given.append and given.page and given.page.exists():
+        lines = given.page.read_text(encoding="utf-8").splitlines()
+        rows = [line for line in lines if line.startswith("| ") and line[2].isdigit()]
     cases = product(given.lights, given.kinds, given.numbers, given.sizes)
     for light, kind, count, size in cases:
         width, height = (int(part) for part in size.split("x"))

@@ -34,8 +34,8 @@ SCENES = (
     ("packed", 100), ("packed", 300), ("packed", 1_000), ("packed", 3_000),
     ("gas", 100), ("gas", 300), ("gas", 1_000),
 )  # fmt: skip
-SIZE = (80, 60)
-POINTS = 250
+SIZE = (48, 36)
+POINTS = 120
 """Number of points in closed form of each scene."""
 REACH = 0.02
 """Extent in metres of the patches around the points."""

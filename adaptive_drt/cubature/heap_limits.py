@@ -31,7 +31,7 @@ __all__ = [
 __all__ += ["SamplingErrors", "SamplingLaw", "first_limit"]
 
 
-SAMPLED_BUDGET = 0.9
+SAMPLED_BUDGET = 0.82
 """Part of the tolerance that the stated errors of pixels may add up to where rays sample all.
 
 These errors are measured by the spread of the rays, so that less has to be held back for what
@@ -60,12 +60,15 @@ eight independent ones has a part of 8^-0.5 of that, so that 0.81 is expected.""
 PILOT_PIXELS, LEAST_PILOTS = 400, 50
 """Number of pixels that are sampled to tell how the errors of a picture end, and the least number
 of them that are believed: the errors of 400 are known to some 5 %."""
-LEAST_PILOT_STEP = 12
+LEAST_PILOT_STEP = 20
 """Least number of pixels to each pilot: with their reference they take six times the points."""
 PILOT_RATIO = 2.5
 """Ratio of the limits of pilot pixels to those of their reference."""
 PILOT_ROUNDS = 2
 """Number of times that the law is corrected: how errors end depends on the number of points."""
+PRIOR_PILOTS, PILOT_DEVIATION = 100.0, 0.7
+"""Number of pilots that count as much as what is expected without any, and relative deviation of
+what one pilot tells."""
 PILOT_RANGE = 0.4, 1.3
 """Least and greatest factors that pilot pixels may change expectations by."""
 CLOSED_PILOTS, LEAST_CLOSED, CLOSED_RATIO = 64, 24, 3.0
@@ -129,7 +132,10 @@ class SamplingLaw:
         # the reference has an error as well
         square = ((pilots.color - reference.color) ** 2).mean()
         square /= 1.0 + reference.mean_square / stated
-        true = np.clip(np.sqrt(square / stated), *PILOT_RANGE)
+        count = expected.size
+        true = np.sqrt(square / stated) * (1.0 + PILOT_DEVIATION / np.sqrt(count))
+        # a few pilots count as much as what is expected without any
+        true = np.clip(true, *PILOT_RANGE) ** (count / (count + PRIOR_PILOTS))
         end = np.clip(np.sqrt(stated / (expected**2).mean()), *PILOT_RANGE)
         return replace(self, end=float(end) * self.end, spread=float(true) * self.spread)
 

@@ -67,7 +67,7 @@ def test_pilots_tell_how_far_the_spread_is_to_be_believed(true):
     rng = np.random.default_rng(2)
     found, exact = pilots(rng, 4_000, 0.01, 0.01 * true)
     law = SamplingLaw().corrected(np.full(4_000, 0.02), found, exact)
-    assert law.spread == pytest.approx(true * NET_SPREAD, rel=0.03)
+    assert law.spread == pytest.approx(true * NET_SPREAD, rel=0.04)
     assert law.end == pytest.approx(0.5, rel=1e-9)
 
 
@@ -76,7 +76,7 @@ def test_few_pilots_and_wild_ones_are_not_believed():
     found, exact = pilots(rng, LEAST_PILOTS - 1, 0.01, 0.01)
     assert SamplingLaw().corrected(found.error, found, exact) == SamplingLaw()
     wild, exact = pilots(rng, 1_000, 0.01, 1.0)
-    assert SamplingLaw().corrected(wild.error, wild, exact).spread == PILOT_RANGE[1] * NET_SPREAD
+    assert SamplingLaw().corrected(wild.error, wild, exact).spread < PILOT_RANGE[1] * NET_SPREAD
     few, exact = pilots(rng, LEAST_CLOSED - 1, 0.01, 1e-4)
     assert SamplingLaw().with_closed([few], exact) == SamplingLaw()
 

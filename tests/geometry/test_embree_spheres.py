@@ -103,6 +103,43 @@ def test_endless_rays_and_no_rays():
 
 
 @native
+@pytest.mark.parametrize("count", [1, 16, 37, 400])
+def test_open_rays_are_those_that_nothing_blocks(count):
+    rng = np.random.default_rng(count)
+    center, radius = rng.uniform(-1.0, 1.0, (3, 150)), rng.uniform(0.05, 0.3, 150)
+    corner = np.array([[-9.0, 9.0, 9.0, -9.0], [-9.0, -9.0, 9.0, 9.0], [1.4] * 4])
+    scene = SphereScene(center, radius, faces=corner[:, :, None])
+    start, normal, _ = surface_points(rng, center, radius, count)
+    start, normal = start[:, start[2] < 1.35], normal[:, start[2] < 1.35]
+    assert scene.is_near(start).all()
+    a, b = rng.uniform(0.0, 1.0, (2, start.shape[1]))
+    free, way = scene.open_rays(start, normal, a, b, True)
+    assert free.shape == way.shape[1:] == (4, start.shape[1])
+    np.testing.assert_allclose((way**2).sum(axis=0), 1.0, atol=1e-6)
+    np.testing.assert_allclose((way * normal[:, None]).sum(axis=0)[0] ** 2, 1.0 - a, atol=1e-5)
+    to = np.moveaxis(way, 1, 2).astype(float)
+    below = start[2][:, None] + to[2] * 100.0 < 1.4
+    hit = (1.4 - start[2][:, None]) / np.where(to[2] > 0.0, to[2], 1.0)
+    inside = (np.abs(start[:2, :, None] + hit * to[:2]) < 9.0).all(axis=0)
+    wanted = scene.blocked(start, normal, 100.0 * to) | (inside & ~below)
+    assert (free.T == ~wanted).mean() > 0.999
+    assert scene.open_rays(start, normal, a, b, False)[1] is None
+
+
+@native
+def test_open_rays_have_the_density_of_the_cosine():
+    scene = SphereScene(np.array([[50.0], [0.0], [0.0]]), np.ones(1))
+    side = (np.arange(64) + 0.5) / 64.0
+    a, b = (part.ravel() for part in np.meshgrid(side, side))
+    normal = np.repeat(np.array([[0.36], [0.48], [-0.8]]), a.size, axis=1)
+    start = np.array([[50.0], [0.0], [0.0]]) + normal
+    free, way = scene.open_rays(start, normal, a, b, True)
+    assert free.all()
+    # the mean direction by the density cos / pi is 2/3 of the normal
+    np.testing.assert_allclose(way.mean(axis=(1, 2)), 2.0 / 3.0 * normal[:, 0], atol=1e-4)
+
+
+@native
 @pytest.mark.parametrize("inside", [False, True])
 def test_nearest_spheres_are_those_of_brute_force(inside):
     rng = np.random.default_rng(4)

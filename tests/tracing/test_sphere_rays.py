@@ -108,3 +108,28 @@ def test_nearest_hits_are_those_of_all_pairs(change):
     same = item.ravel() == wanted[1]
     assert same.mean() > 0.995 and (item >= 0).mean() > 0.3
     np.testing.assert_allclose(depth.ravel()[same], wanted[0][same], rtol=1e-9)
+
+
+def test_faces_at_rest_are_traced_with_the_spheres():
+    plan = make_plan(sphere_heap(3, 150), SETTINGS)
+    tracer = Occluders(plan).tracer
+    assert tracer.holds_all
+    rng = np.random.default_rng(0)
+    center, radius = plan.shapes.bounding_spheres
+    item = rng.integers(0, 150, 200)
+    normal = rng.normal(size=(3, 200))
+    normal /= np.sqrt((normal**2).sum(axis=0))
+    surface = Surface(
+        center[:, item] + radius[item] * normal, normal, item, np.zeros(200, dtype=bool)
+    )
+    free, way = tracer.open_rays(surface.point, normal, *rng.uniform(0.0, 1.0, (2, 200)), True)
+    pairs = Pairs(*np.nonzero(np.arange(plan.object_count) != item[:, None]))
+    to = 100.0 * np.moveaxis(way, 1, 2).astype(float)
+    wanted = blocked_segments(plan, surface, to, pairs, 0.0)
+    assert (free.T == ~wanted).mean() > 0.995 and 0.02 < free.mean() < 0.9
+    # a floor that is very large, or that moves, is tested by itself
+    far = 1e4
+    floor = Quad((-far, -far, -0.5), (2.0 * far, 0.0, 0.0), (0.0, 2.0 * far, 0.0))
+    scene = sphere_heap(3, 150)
+    scene = replace(scene, shapes=(floor, *scene.shapes[1:]))
+    assert not Occluders(make_plan(scene, SETTINGS)).tracer.holds_all
