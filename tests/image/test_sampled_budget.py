@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from adaptive_drt.image.sampled_budget import raised_tolerance, sampled_limits
+from adaptive_drt.image.sampled_budget import raised_tolerance, sampled_limits, sampled_rise
 from adaptive_drt.numerics.error_coefficients import BUDGETED_SHARE
 
 
@@ -22,3 +22,8 @@ def test_the_tolerance_is_raised_by_the_share_of_sampled_pixels_and_is_kept():
     raised = [raised_tolerance(0.01, share) for share in (0.0, 0.5, 1.0)]
     assert raised == sorted(raised)
     assert BUDGETED_SHARE * raised[-1] < 0.01
+
+
+def test_the_goal_rises_with_the_tolerance_between_its_ends():
+    found = [sampled_rise(tolerance) for tolerance in (1e-5, 1e-3, 3e-3, 1e-2, 0.1)]
+    assert found == sorted(found) and found[1] == 1.0 and found[3] == found[4] > found[2] > 1.0
