@@ -274,7 +274,9 @@ class ExactRender:
     def _sampling_goal(self) -> Goal:
         """The error goal of pixels that are sampled by rays."""
         plan = self.plan
-        rise = sampled_rise(plan.settings.tolerance) if plan.traced is None else 1.0
+        if plan.traced is not None:
+            return self.goal
+        rise = sampled_rise(plan.settings.tolerance, plan.motion)
         return replace(self.goal, error=rise * self.goal.error)
 
     def _take_goal(self, frame: Frame, inside: Mask) -> None:

@@ -56,7 +56,9 @@ def raised_tolerance(tolerance: float, share: float) -> float:
     return tolerance * (1.0 + share**SHARE_POWER * (SAMPLED_BUDGET / BUDGETED_SHARE - 1.0))
 
 
-def sampled_rise(tolerance: float) -> float:
+def sampled_rise(tolerance: float, motion: bool) -> float:
     """Factor of the goal of a picture for pixels that show meshes or are shaded by them."""
     steps = np.log(tolerance / NO_RISE) / np.log(FULL_RISE / NO_RISE)
-    return 1.0 + (SAMPLED_RISE - 1.0) * float(np.clip(steps, 0.0, 1.0))
+    # the law for motion expects more to be left, and so do the limits of pixels
+    full = SAMPLED_RISE * (STILL_ACHIEVED_ERROR / ACHIEVED_ERROR if motion else 1.0)
+    return 1.0 + (full - 1.0) * float(np.clip(steps, 0.0, 1.0))

@@ -25,5 +25,6 @@ def test_the_tolerance_is_raised_by_the_share_of_sampled_pixels_and_is_kept():
 
 
 def test_the_goal_rises_with_the_tolerance_between_its_ends():
-    found = [sampled_rise(tolerance) for tolerance in (1e-5, 1e-3, 3e-3, 1e-2, 0.1)]
-    assert found == sorted(found) and found[1] == 1.0 and found[3] == found[4] > found[2] > 1.0
+    for motion in (False, True):
+        found = [sampled_rise(tolerance, motion) for tolerance in (1e-5, 1e-3, 3e-3, 1e-2, 0.1)]
+        assert found == sorted(found) and found[1] == 1.0 and found[3] == found[4] > found[2] > 1.0
