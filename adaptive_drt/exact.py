@@ -30,6 +30,7 @@ from .image.frame import Frame, widened_plan
 from .image.heap_pilots import closed_pilots, corrected_pilots, sampled_pilots
 from .image.node_values import NodeValues
 from .image.progress_model import LEVEL_SHARES, progress_shares
+from .image.sampled_budget import sampled_rise
 from .image.schedule import Scheduler, StageTimer
 from .image.shadow_blocks import SIDES as SHADOW_SIDES
 from .image.shadow_blocks import ShadowBlocks
@@ -135,11 +136,12 @@ class ExactRender:
         self._correct_smooth_pixels(frame)
         yield from _within(traced, resolved, self._set_goal(frame))
         self.stage = "Sampling pixels"
-        for _ in self._interpolate_shadows(frame):
+        goal = self._sampling_goal
+        for _ in self._interpolate_shadows(frame, goal):
             yield resolved
-        for _ in self._sample_cut_pixels(frame):
+        for _ in self._sample_cut_pixels(frame, goal):
             yield resolved
-        for _ in self._sample(frame, frame.unsettled_sampled(self.goal), self.goal):
+        for _ in self._sample(frame, frame.unsettled_sampled(goal), goal):
             yield resolved
         frame.settled[frame.sampled] = True
         # step 7: pixels smooth in time
@@ -285,6 +287,15 @@ class ExactRender:
         frame.correct_smooth_pixels()
         frame.correct_centers()
 
+    @property
+    def _sampling_goal(self) -> Goal:
+        """The error goal of pixels that are sampled by rays."""
+        plan = self.plan
+        if plan.traced is not None:
+            return self.goal
+        rise = sampled_rise(plan.settings.tolerance, plan.motion)
+        return replace(self.goal, error=rise * self.goal.error)
+
     def _take_goal(self, frame: Frame, inside: Mask) -> None:
         clock = StageTimer()
         self.goal = frame.goal(inside)
@@ -356,15 +367,15 @@ class ExactRender:
         yield from self._enter_outcomes(outcomes, enter, rows.size)
         return Pilots(found.color, found.spread)
 
-    def _sample_cut_pixels(self, frame: Frame) -> Steps:
+    def _sample_cut_pixels(self, frame: Frame, goal: Goal) -> Steps:
         """Sample the pixels that edges cut by lines across them, where that is possible."""
-        rows = frame.unsettled_sampled(self.goal)
+        rows = frame.unsettled_sampled(goal)
         rows = rows[frame.cut[rows] & self.plan.shapes.sampled.any()]
-        tasks = frame.sampling_tasks(rows, self.goal, self.work.pixels_per_call(rows.size))
+        tasks = frame.sampling_tasks(rows, goal, self.work.pixels_per_call(rows.size))
         outcomes = self.work.run(sample_cut_pixels, tasks, "cut pixels")
-        return self._enter_outcomes(outcomes, partial(frame.enter_cut, self.goal), rows.size)
+        return self._enter_outcomes(outcomes, partial(frame.enter_cut, goal), rows.size)
 
-    def _interpolate_shadows(self, frame: Frame) -> Steps:
+    def _interpolate_shadows(self, frame: Frame, goal: Goal) -> Steps:
         """Interpolate the light of sampled pixels between centres, where it varies smoothly."""
         if frame.centers is None:
             return
@@ -373,9 +384,9 @@ class ExactRender:
         sides = (*SHADOW_SIDES, 1) if self.plan.traced is None else SHADOW_SIDES[:-1]
         for side in sides:
             blocks: ShadowBlocks | ShadowStencil = (
-                ShadowStencil(frame, self.goal)
+                ShadowStencil(frame, goal)
                 if side == 1
-                else ShadowBlocks(frame, self.goal, side)
+                else ShadowBlocks(frame, self.goal, goal, side)
             )
             rows = blocks.missing_pixels()
             clock("shadow blocks")
@@ -389,7 +400,7 @@ class ExactRender:
             if isinstance(blocks, ShadowBlocks):
                 blocks.settle()
             else:
-                corners = ShadowCorners(frame, self.goal, blocks.estimates())
+                corners = ShadowCorners(frame, goal, blocks.estimates())
                 tasks = corners.tasks(self.work.pixels_per_call(corners.size))
                 clock("shadow blocks")
                 outcomes = self.work.run(sample_centers, tasks, "shadow nodes")

@@ -250,7 +250,7 @@ class _Points:
     ) -> _Points:
         axes, index = 2 * plan.edges + moving, task.index[rows]
         seed, stream = plan.settings.seed, CAMERA_STREAM
-        if plan.traced is None:
+        if not plan.samples_by_nets:
             spots = hashed_sequence_points(seed, index, stream, span, max(axes, 1))
         else:
             spots = net_points(seed, index, stream, np.arange(*span), tuple(range(axes)))

@@ -376,6 +376,11 @@ class ShapeSet(ABC):
         """
         return None
 
+    @property
+    def has_instances(self) -> bool:
+        """Whether one of the objects is many copies of a mesh, at rest, which are stored once."""
+        return False
+
     def figures(self) -> dict[str, Any]:
         """Figures for the statistics, such as numbers of faces; none for most kinds."""
         return {}

@@ -52,9 +52,13 @@ deviations of the latter, beyond the error allowed."""
 class ShadowBlocks:
     """Blocks of one side whose pixels one object fills, and whose light is to be interpolated."""
 
-    def __init__(self, frame: Frame, goal: Goal, side: int) -> None:
-        """Find the candidate blocks; no node values are requested yet."""
-        self._frame, self._goal, self._side = frame, goal, side
+    def __init__(self, frame: Frame, goal: Goal, node_goal: Goal, side: int) -> None:
+        """Find the candidate blocks; no node values are requested yet.
+
+        goal : error goal of interpolation, and of what all rays of uniform blocks may have missed.
+        node_goal : error goal of what is sampled.
+        """
+        self._frame, self._goal, self._node_goal, self._side = frame, goal, node_goal, side
         assert frame.centers is not None
         self._centers = frame.centers
         self._wanted = frame.unsettled_centers(goal)
@@ -74,7 +78,7 @@ class ShadowBlocks:
     @property
     def node_limit(self) -> float:
         """Error of the light at nodes that is small enough, as a radiance."""
-        return NODE_ERROR_SHARE * self._goal.error
+        return NODE_ERROR_SHARE * self._node_goal.error
 
     @property
     def _allowed(self) -> float:

@@ -21,11 +21,15 @@ from ..numerics.gather import columns, place
 from ..numerics.vector import rms
 from .frame import Frame
 from .schedule import CenterTasks
-from .shadow_blocks import INTERPOLATION_ERROR_SHARE, NODE_ERROR_SHARE
+from .shadow_blocks import INTERPOLATION_ERROR_SHARE
 
-__all__ = ["CORNER_WEIGHT", "ShadowCorners", "StencilEstimates"]
+__all__ = ["CORNER_WEIGHT", "STENCIL_ERROR_SHARE", "ShadowCorners", "StencilEstimates"]
 
 
+STENCIL_ERROR_SHARE = 0.45
+"""Error of the light at the centres and corners of pixels, as a fraction of the goal, at which they
+take no more rays. At a centre it becomes the error of one pixel, where that at a node of a block
+becomes the error of many pixels alike. Chosen for cost, not fitted."""
 CORNER_WEIGHT = 1.0 / 12.0
 """Weight of each corner of a square in the rule of degree 3 of its centre and its corners."""
 
@@ -86,7 +90,7 @@ class ShadowCorners:
 
     def tasks(self, size: int) -> CenterTasks:
         """Tasks of at most `size` corners that sample their light."""
-        limit = NODE_ERROR_SHARE * self._goal.error
+        limit = STENCIL_ERROR_SHARE * self._goal.error
         return self._frame.corner_tasks(self._corner, self._item, limit, size)
 
     def enter(self, rows: Ints, found: SampledCenters) -> None:

@@ -22,8 +22,8 @@ from ..numerics.midpoint import (
 )
 from ..numerics.vector import rms
 from .frame import Frame
-from .shadow_blocks import INTERPOLATION_ERROR_SHARE, NODE_ERROR_SHARE
-from .shadow_corners import StencilEstimates
+from .shadow_blocks import INTERPOLATION_ERROR_SHARE
+from .shadow_corners import STENCIL_ERROR_SHARE, StencilEstimates
 
 __all__ = ["ShadowStencil"]
 
@@ -40,7 +40,7 @@ class ShadowStencil:
     @property
     def node_limit(self) -> float:
         """Error of the light at centres that is small enough, as a radiance."""
-        return NODE_ERROR_SHARE * self._goal.error
+        return STENCIL_ERROR_SHARE * self._goal.error
 
     def missing_pixels(self) -> Ints:
         """Pixels whose light these pixels need and that is not yet known: ascending indices."""

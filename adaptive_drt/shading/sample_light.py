@@ -35,8 +35,8 @@ LIGHT_RAYS = LATTICE_SIZE
 """Number of rays from each point to each light that may be hidden in part. A point costs as much as
 some ten rays."""
 NET_RAYS = 4
-"""The same where spheres are traced as one set (`Plan.traced`): a point then costs as much as some
-three rays. Their points are those of one net with the places in the pixel."""
+"""The same where rays to the lights and places in the pixel are points of one net
+(`Plan.samples_by_nets`): a point before spheres or instances costs as much as some three rays."""
 LIGHT_STREAM = 41
 """Stream of the hashes that shift the sequence of the first light; each other one has the next."""
 
@@ -212,14 +212,14 @@ class LightSampler:
     @property
     def rays(self) -> int:
         """Number of rays from each point."""
-        return LIGHT_RAYS if self.axes is None or self.plan.traced is None else NET_RAYS
+        return LIGHT_RAYS if self.axes is None or not self.plan.samples_by_nets else NET_RAYS
 
     def _spots(self, pixel: Ints, index: Ints) -> tuple[Array, Array]:
         """Points on the light, two (m, rays), of points (m,) by pixel and number in it."""
         seed, stream = self.plan.settings.seed, LIGHT_STREAM + self.number
         if self.axes is None:
             return hashed_kronecker_points(seed, pixel, stream, index * self.rays, self.rays)
-        if self.plan.traced is None:
+        if not self.plan.samples_by_nets:
             return hashed_subpoints(seed, pixel, stream, index)
         axes = (self.axes, self.axes + 1)
         net = net_points(seed, pixel, stream, index[:, None], axes)[..., 0]

@@ -161,6 +161,15 @@ class Plan:
         return inflation <= EMBREE_MAX_LIGHT_SIZE * float(radius.mean())
 
     @property
+    def samples_by_nets(self) -> bool:
+        """Whether places in sampled pixels and directions to the lights are points of one net.
+
+        It is so where nearly all pixels are sampled to many points: of sets of spheres, and of many
+        instances of a mesh. These then take 0.7 to 0.8 of the time.
+        """
+        return self.traced is not None or any(each.has_instances for each in self.shapes.sets)
+
+    @property
     def all_shadows_soft(self) -> bool:
         """Whether every light that casts shadows has a size, so that all shadows have penumbrae."""
         casting = (light for light in self.lights if light.casts_shadow)

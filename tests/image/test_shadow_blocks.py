@@ -34,11 +34,11 @@ def wires(height, width=0.02):
 
 
 def test_interpolated_pictures_are_those_of_sampled_pixels(monkeypatch):
-    film = render_image(SCENE, Settings(tolerance=4e-3))
+    film = render_image(SCENE, Settings(tolerance=3e-3))
     with monkeypatch.context() as without:
         without.setattr(ExactRender, "_interpolate_shadows", lambda *_: iter(()))
-        plain = render_image(SCENE, Settings(tolerance=4e-3))
-    assert relative_rmse(film.color, plain.color) < 5.5e-3
+        plain = render_image(SCENE, Settings(tolerance=3e-3))
+    assert relative_rmse(film.color, plain.color) < 4.1e-3
     assert abs(film.color.mean() / plain.color.mean() - 1.0) < 1e-3
     shaded = [each.stats["rays"]["mesh shadow"] for each in (film, plain)]
     assert shaded[0] < 0.4 * shaded[1]

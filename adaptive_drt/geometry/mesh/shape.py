@@ -179,6 +179,11 @@ class MeshSet(ShapeSet):
         """See `ShapeSet.outline_crossings`."""
         return None if self.moves[index] else self.meshes[index].outline_crossings(point, lines)
 
+    @property
+    def has_instances(self) -> bool:
+        """See `ShapeSet.has_instances`."""
+        return any(isinstance(each, InstancedFaces) and not each.moves for each in self.meshes)
+
     def figures(self) -> dict[str, Any]:
         """Number of faces, seconds that embree's trees took, and bytes of the arrays of faces; the
         number of instances, and what takes rays to them."""
@@ -192,8 +197,7 @@ class MeshSet(ShapeSet):
         placed = [each for each in self.meshes if isinstance(each, InstancedFaces)]
         if placed:
             found["mesh_instances"] = sum(each.placements.count for each in placed)
-            engines = {each.tracer.engine for each in placed if not each.moves} or {"boxes"}
-            found["instance_rays"] = ", ".join(sorted(engines))
+            found["instance_rays"] = ", ".join(sorted({each.tracer.engine for each in placed}))
         return found
 
     def edges_on_lines(

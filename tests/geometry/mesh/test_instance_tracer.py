@@ -6,10 +6,12 @@ import pickle
 import numpy as np
 import pytest
 
-from adaptive_drt.geometry.embree_library import native_library
+from adaptive_drt.geometry.embree_library import native_library, native_version
 from adaptive_drt.geometry.mesh import instance_tracer
 from adaptive_drt.geometry.mesh.faces import MeshFaces
 from adaptive_drt.geometry.mesh.instanced_faces import InstancedFaces
+from adaptive_drt.geometry.mesh.shape import MeshSet
+from adaptive_drt.scene.mesh_instances import MeshInstances
 from mesh_shapes import ball_mesh, bumpy_mesh, scattered
 
 native = pytest.mark.skipif(native_library() is None, reason="embree's library is not found")
@@ -137,3 +139,14 @@ def test_pickled_instances_are_traced_alike():
     again = pickle.loads(pickle.dumps(ours))
     for found, expected in zip((again.intersect(*rays), again.blocked(*rays)), before, strict=True):
         np.testing.assert_array_equal(found, expected)
+
+
+def test_statistics_name_the_engine(monkeypatch):
+    record = MeshInstances(BALL, spread(150, 9.0), BALL.materials)
+    found = MeshSet.from_records([record], ORIGIN, None)
+    assert found.has_instances and not MeshSet.from_records([BALL], ORIGIN, None).has_instances
+    expected = "boxes" if native_library() is None else native_version()
+    assert found.figures()["instance_rays"] == expected
+    monkeypatch.setattr(instance_tracer, "native_library", lambda: None)
+    found = MeshSet.from_records([record], ORIGIN, None)
+    assert found.figures()["instance_rays"] == "boxes"
