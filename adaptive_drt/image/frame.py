@@ -37,6 +37,7 @@ from ..numerics.axes import TIME
 from ..numerics.gather import columns, place
 from ..numerics.vector import rms
 from ..scene.film import FILM_BORDER, Film
+from ..shading.filled_light import FIRST_RAYS
 from ..shading.sample_light import LIGHT_RAYS
 from ..shading.sampled_occlusion import SAMPLING_ERROR_SHARE
 from ..shading.variation import STEP_KIND, steps_after_shutter, zero_variation
@@ -45,7 +46,7 @@ from ..tracing.intersect import Pairs
 from ..visibility.fragments import MAX_REFINED_CANDIDATES
 from .block_interpolation import SmoothBlocks
 from .center_values import CenterValues
-from .first_pass import CENTER_RAYS, FilledPixels, FirstPassPixels
+from .first_pass import FilledPixels, FirstPassPixels
 from .midpoint_correction import PixelCenters
 from .pixel_neighbours import UNKNOWN, agreeing_neighbours, largest_around
 from .sampled_budget import raised_tolerance, sampled_limits
@@ -82,9 +83,6 @@ from the first. Chosen for cost, not fitted."""
 CENTER_ERROR_SHARE = 0.5
 """Error of the mean of the unhidden light over a pixel, as a fraction of the goal, up to which the
 pixel's light is interpolated between centres. Chosen for cost, not fitted."""
-FIRST_RAYS_RATIO = FIRST_POINTS * LIGHT_RAYS / CENTER_RAYS
-"""Ratio of the numbers of first rays to a light of pixels that are sampled by several points, and
-at their centres only."""
 LONE_RAYS = 0.5
 """Part of its rays that counts for what the rays of a pixel may have missed where pixels around
 differ from it: a penumbra is near. If all of n rays have passed, and any fraction was as likely
@@ -198,7 +196,7 @@ class Frame:
         assert self.centers is not None
         rows, light = index[filled.rows], filled.light
         self.centers.enter(rows, light)
-        self.centers.enter_first(rows, filled.item)
+        self.centers.enter_first(rows, filled.item, filled.reached)
         self._spread[rows], self._unseen[rows] = light.spread, light.unseen
         self._seen[0, rows], self._seen[1, rows] = light.visibility, filled.item + 1
 
@@ -294,7 +292,8 @@ class Frame:
         """Mask (n,) of the sampled pixels whose mean follows from centres."""
         if self.centers is None:
             return np.zeros_like(self.sampled)
-        return self.centers.usable
+        usable: Mask = self.centers.usable
+        return usable
 
     @property
     def visibility_of_centers(self) -> Ints:
@@ -600,7 +599,10 @@ class Frame:
         if not rows.size:
             return
         visibility, items = self._seen
-        weight = np.where(self._usable_centers, 1.0, FIRST_RAYS_RATIO)
+        weight = np.where(self._usable_centers, 1.0, self._first_rays_ratio)
+        if self.centers is not None:
+            # what a ray may miss, only those of pixels meet that outlines reach
+            weight[(self.centers.item >= 0) & ~self.centers.reached] = 0.0
         agreeing = agreeing_neighbours(visibility, self.width, weight)
         self._agreeing = np.where(agreeing > 1.0, agreeing, LONE_RAYS)
         # where things move, outlines are bounded by balls: most pixels have none
@@ -612,6 +614,12 @@ class Frame:
         if self.centers is not None:
             error = np.hypot(error, self.centers.variation[rows])
         self.error[rows] = self.sampling[rows] = error
+
+    @property
+    def _first_rays_ratio(self) -> float:
+        """Ratio of the numbers of rays that count of pixels that are sampled by several points, and
+        by few rays only: see `SampledPixels.unseen`."""
+        return (FIRST_POINTS if self.plan.any_mesh else FIRST_POINTS * LIGHT_RAYS) / FIRST_RAYS
 
     def _contrasts(self, rows: Ints, contrast: float) -> Array:
         """Differences of radiance in sampled pixels that few points may miss: (m,).
