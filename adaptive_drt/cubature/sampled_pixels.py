@@ -269,7 +269,8 @@ class _Points:
                 values[number][:, row, point] = part
             dusk[row[bent & ~found.colors[0].any(axis=0)]] = True
             rays[number] = np.bincount(row[found.sampled], minlength=shape[0])
-            if not plan.any_mesh:
+            # all rays from a point to a light without extent are one, where meshes hide it
+            if not plan.any_mesh or plan.as_shadow_caster(plan.lights[number]).extended:
                 rays[number] *= sampler.rays
         same = np.where((item == item[:, :1]).all(axis=1), item[:, 0] + 1, MIXED)
         return _Sums.make(self.offset, plain, (closed, total, visible), (rays, same, dusk))
@@ -311,8 +312,7 @@ class _Sums:
     plain : (4, B, n) emitted and background radiance, and coverage.  plain_product : (axes, 4, n).
     closed, total, visible : (lights, 3, B, n) radiance of the unhidden light in closed form, of
         all points of light and of the visible ones.  product : (axes, lights, 3, n), of `closed`.
-    rays : (lights, n) number of rays, or of points that send rays where the shadows of meshes may
-        be thinner than pixels.  item, dusk : (n,) see `SampledPixels`.
+    rays : (lights, n) number of rays.  item, dusk : (n,) see `SampledPixels`.
     """
 
     offset: Array

@@ -599,27 +599,25 @@ class Frame:
         if not rows.size:
             return
         visibility, items = self._seen
-        weight = np.where(self._usable_centers, 1.0, self._first_rays_ratio)
+        usable, mesh = self._usable_centers, self.plan.any_mesh
+        weight = np.where(usable, 1.0, FIRST_POINTS * (1 if mesh else LIGHT_RAYS) / FIRST_RAYS)
         if self.centers is not None:
             # what a ray may miss, only those of pixels meet that outlines reach
             weight[(self.centers.item >= 0) & ~self.centers.reached] = 0.0
         agreeing = agreeing_neighbours(visibility, self.width, weight)
-        self._agreeing = np.where(agreeing > 1.0, agreeing, LONE_RAYS)
+        agreeing = np.where(agreeing > 1.0, agreeing, LONE_RAYS)
+        # all rays from a point may miss the sharp shadow of a wire between points
+        self._agreeing = np.maximum(agreeing / LIGHT_RAYS, LONE_RAYS) if mesh else agreeing
+        agreeing = np.where(usable, agreeing, self._agreeing)
         # where things move, outlines are bounded by balls: most pixels have none
         share = 1.0 / agreeing_neighbours(items, self.width)
         self._edge_share = np.where(self.mask[1], share, 1.0)
-        error = np.maximum(self._spread[rows], self._unseen[rows] / self._agreeing[rows])
+        error = np.maximum(self._spread[rows], self._unseen[rows] / agreeing[rows])
         self._bright_around = largest_around(rms(self.color), self.width)
         error = np.maximum(error, unseen_error(self._contrasts(rows, contrast), FIRST_POINTS))
         if self.centers is not None:
             error = np.hypot(error, self.centers.variation[rows])
         self.error[rows] = self.sampling[rows] = error
-
-    @property
-    def _first_rays_ratio(self) -> float:
-        """Ratio of the numbers of rays that count of pixels that are sampled by several points, and
-        by few rays only: see `SampledPixels.unseen`."""
-        return (FIRST_POINTS if self.plan.any_mesh else FIRST_POINTS * LIGHT_RAYS) / FIRST_RAYS
 
     def _contrasts(self, rows: Ints, contrast: float) -> Array:
         """Differences of radiance in sampled pixels that few points may miss: (m,).

@@ -115,8 +115,9 @@ def sample_filled_light(
         }
     )
     reached = near & (light.visibility == MIXED)
+    dark = ~light.color.any(axis=0)
     for each in outlines:
-        reached |= each.reached(~reached) & near
+        reached |= each.reached(~reached, dark) & near
     light.unseen[~reached] = 0.0
     return light, reached
 

@@ -46,11 +46,16 @@ class OutlinesNear:
     unsure: Mask
     parts: list[tuple[OutlineShafts, Ints, Shafts, ReachedBlocks]]
 
-    def reached(self, wanted: Mask) -> Mask:
+    def reached(self, wanted: Mask, dark: Mask) -> Mask:
         """Whether single outlines reach the shafts of patches that are wanted, or near ones those
-        of the others: (n,)."""
+        of the others: (n,).
+
+        dark : (n,) patches from which nothing is seen of the light; they are not looked at closely
+            behind many outlines.
+        """
         found = self.unsure | (self.near & ~wanted)
         for outlines, rows, shafts, blocks in self.parts:
+            found[rows[blocks.within & blocks.crowded & dark[rows]]] = True
             reached = outlines.reached(shafts, blocks, wanted[rows] & ~found[rows])
             found[rows[reached]] = True
         return found

@@ -30,7 +30,7 @@ def reached_along(light, widths):
     hits = Surface(place, up, own, np.zeros(widths, dtype=np.bool_))
     item = np.full(widths, int(kinds.nonzero()[0][0]))
     near = occluders.outlines.before(0, hits, np.full(widths, 0.02), Pairs(np.arange(widths), item))
-    return x, near.reached(np.ones(widths, dtype=np.bool_)) & near.near
+    return x, near.reached(*np.array([[True], [False]]).repeat(widths, axis=1)) & near.near
 
 
 def test_only_the_border_of_a_shadow_is_reached():
