@@ -2,10 +2,10 @@
 """Interpolation of the visible fraction of light over blocks of sampled pixels.
 
 Shadows that distributed rays sample vary slowly over pixels inside a penumbra, and not at all
-beside it. Where all centres of a block see the same lights, and all of them or none, the block is
-uniform. Elsewhere 3 x 3 nodes at pixel centres are sampled to a small error, and four more pixels
+beside it. Where all pixels of a block see the same lights, and all of them or none, the block is
+uniform: outlines prove it, or enough rays from pixels that these reach (`shading.filled_light`). Elsewhere 3 x 3 nodes at pixel centres are sampled to a small error, and four more pixels
 measure the error of the interpolating polynomial, as in `biquadratic_blocks`. What nodes may step
-over, such as the shadow of a wire, the few rays from each centre in between meet: their mean must
+over, such as the shadow of a wire, the few rays from each pixel in between meet: their mean must
 agree with that of the polynomial.
 """
 

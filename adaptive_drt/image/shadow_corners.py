@@ -4,8 +4,9 @@
 A shadow may lie between the centres of pixels, as that of an edge close to a floor does: its
 penumbra then begins and ends within a pixel whose centre is fully lit, and no difference between
 centres tells of it. The centre and the four corners of a square make a cubature rule of their own,
-of degree 3. Where its mean differs from that by the stencil the pixel is left to points. Pixels
-are not checked whose light is uniform over the centres around, as blocks of such pixels are not.
+of degree 3. Where its mean differs from that by the stencil the pixel is left to points, and so are
+pixels that outlines of meshes reach although centre and corners see all of the light, or nothing of
+it. In scenes without meshes, pixels are not checked whose light is uniform over the centres around.
 """
 
 from __future__ import annotations
