@@ -3,10 +3,11 @@
 
 Shadows that distributed rays sample vary slowly over pixels inside a penumbra, and not at all
 beside it. Where all pixels of a block see the same lights, and all of them or none, the block is
-uniform: outlines prove it, or enough rays from pixels that these reach (`shading.filled_light`). Elsewhere 3 x 3 nodes at pixel centres are sampled to a small error, and four more pixels
-measure the error of the interpolating polynomial, as in `biquadratic_blocks`. What nodes may step
-over, such as the shadow of a wire, the few rays from each pixel in between meet: their mean must
-agree with that of the polynomial.
+uniform: outlines prove it, or enough rays from pixels that these reach (`shading.filled_light`).
+Elsewhere 3 x 3 nodes at pixel centres are sampled to a small error, and four more pixels measure
+the error of the interpolating polynomial, as in `biquadratic_blocks`. What nodes may step over,
+such as the shadow of a wire, the few rays from each pixel in between meet: their mean must agree
+with that of the polynomial.
 """
 
 from __future__ import annotations
@@ -126,7 +127,7 @@ class ShadowBlocks:
         return origin
 
     def _settle_uniform(self) -> None:
-        """Settle the blocks from all centres of which the same lights are visible, as a whole."""
+        """Settle the blocks from all pixels of which the same lights are visible, as a whole."""
         size = self._side + 1
         seen = self._frame.visibility_of_centers[self._offsets(size, 1)]
         same = (seen == seen[0]).all(axis=0) & (seen[0] != MIXED)
