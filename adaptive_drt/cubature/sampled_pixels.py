@@ -296,7 +296,10 @@ class _Points:
             for values, part in zip((closed, total, visible), found.colors, strict=True):
                 values[number][:, row, point] = part
             dusk[row[bent & ~found.colors[0].any(axis=0)]] = True
-            rays[number] = np.bincount(row[found.sampled], minlength=shape[0]) * sampler.rays
+            rays[number] = np.bincount(row[found.sampled], minlength=shape[0])
+            # all rays from a point to a light without extent are one, where meshes hide it
+            if not plan.any_mesh or plan.as_shadow_caster(plan.lights[number]).extended:
+                rays[number] *= sampler.rays
         same = np.where((item == item[:, :1]).all(axis=1), item[:, 0] + 1, MIXED)
         return _Sums.make(self.offset, plain, (closed, total, visible), (rays, same, dusk))
 

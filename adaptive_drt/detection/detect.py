@@ -97,6 +97,8 @@ class DetectionFlags:
     mask : (3, n) bool, whether rays are distributed over the lights, the shutter and the pixel.
     visibilities : for each light, its visibility from the tile's hits; empty without detection.
     candidates : for each light, the occluders that may matter anywhere in the pixels of the hits.
+    reach : (hits,) metres, bounds on the distance of the other points of those surfaces that the
+        pixels show; empty without detection.
     silhouette : (n,) whether silhouettes, or curves in which two surfaces intersect, may pass
         through the pixel during the shutter.
     visible_candidates : pairs of such pixels and objects that may be seen in them, sorted by
@@ -107,6 +109,7 @@ class DetectionFlags:
     mask: Mask
     visibilities: tuple[LightVisibility, ...]
     candidates: tuple[Pairs, ...]
+    reach: Array
     silhouette: Mask
     visible_candidates: Pairs
     by_rays: Mask
@@ -142,7 +145,7 @@ def flag_everywhere(plan: Plan, center: CenterRays) -> DetectionFlags:
     mask[2] = plan.edges
     nothing = np.zeros(0, dtype=np.int64)
     no = np.zeros(count, dtype=np.bool_)
-    return DetectionFlags(mask, (), (), no, Pairs(nothing, nothing), no)
+    return DetectionFlags(mask, (), (), np.zeros(0), no, Pairs(nothing, nothing), no)
 
 
 def detect(
@@ -163,12 +166,13 @@ def detect(
     visible = _visible_candidates(plan, pairs, test, outlines)
     by_rays = _prefer_rays(plan, occluders, center, outlines)
     by_rays |= _crowded_outlines(plan, occluders, visible, outlines.size)
-    shadows, candidates = _detect_light(plan, occluders, center, test, by_rays, mask, clock)
+    reach = _pixel_reach(plan, center, test)
+    shadows, candidates = _detect_light(plan, occluders, center, reach, by_rays, mask, clock)
     by_rays |= _crowded_penumbrae(plan, occluders, center, shadows, candidates, outlines)
     if test is not None and plan.motion:
         mask[1] |= _light_changes_at_silhouettes(plan, occluders, center, test, mask)
         clock("detect moving shadows")
-    return DetectionFlags(mask, shadows, candidates, outlines, visible, by_rays)
+    return DetectionFlags(mask, shadows, candidates, reach, outlines, visible, by_rays)
 
 
 @dataclass(frozen=True)
@@ -325,7 +329,7 @@ def _detect_light(
     plan: Plan,
     occluders: Occluders,
     center: CenterRays,
-    test: EdgeTest | None,
+    reach: Array,
     by_rays: Mask,
     mask: Mask,
     clock: StageCallback,
@@ -335,12 +339,6 @@ def _detect_light(
     Returns for each light its visibility from the hits, and its candidate occluders.
     """
     rows, hits = center.rows, center.hits
-    reach = np.zeros(rows.size)
-    if test is not None:
-        reach, deep = _reach_bounds(plan, center, test)
-        # an unbounded reach is replaced by the distance to the camera
-        away = np.sqrt(dot(hits.point, hits.point))
-        reach = np.minimum(np.where(np.isinf(reach), away, reach), deep)
     shadows, found = [], []
     for light in iterate_with_progress(plan.lights):
         shape = plan.as_shadow_caster(light)
@@ -367,6 +365,17 @@ def _detect_light(
             mask[1, rows] |= light_changes(plan, hits, shape, live, reach)
             clock("detect moving shadows")
     return tuple(shadows), tuple(found)
+
+
+def _pixel_reach(plan: Plan, center: CenterRays, test: EdgeTest | None) -> Array:
+    """Bounds (hits,) on the reach of each hit's surface within its pixel, metres; 0 for points."""
+    if test is None:
+        return np.zeros(center.rows.size)
+    reach, deep = _reach_bounds(plan, center, test)
+    # an unbounded reach is replaced by the distance to the camera
+    away = np.sqrt(dot(center.hits.point, center.hits.point))
+    bounded: Array = np.minimum(np.where(np.isinf(reach), away, reach), deep)
+    return bounded
 
 
 def _find_occluders(

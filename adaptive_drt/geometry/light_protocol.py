@@ -72,6 +72,9 @@ class LightBall(Protocol):
     def to_center(self, point: Array, time: Array | float | None = None) -> Array:
         """Vectors (3, ...) metres from points to the centre, at shutter times."""
 
+    def height_over_planes(self, normal: Array, offset: Array) -> Array:
+        """Signed distances (n,) of the centre from planes normal.x = offset, in metres."""
+
     def view_cone(self, to: Array) -> ViewCone:
         """Cones that enclose the light, for vectors `to` (3, ...) metres to its centre."""
 

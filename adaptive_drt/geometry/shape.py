@@ -25,9 +25,10 @@ from ..numerics.vector import cross, dot
 from .camera import PinholeCamera
 from .implicit_surface import ImplicitPlane, ImplicitSurface
 from .light_plane import LightPlane
-from .light_protocol import AreaLight, LightShape
+from .light_protocol import AreaLight, LightBall, LightShape
 from .line_crossings import LightLines, LineCrossings
 from .line_forms import BoxRays, LineForms
+from .mesh.outline_shafts import OutlineShafts
 from .occluder_outline import RAYS
 from .pixel_coverage import PixelCoverage
 from .planar_faces import PlanarFaces
@@ -359,6 +360,13 @@ class ShapeSet(ABC):
         self, index: int, point: Array, lines: LightLines
     ) -> LineCrossings | None:
         """Where outlines of one shape, seen from points (3, n), cross lines across a light.
+
+        None where that is not known, as for most shapes, or where the shape moves.
+        """
+        return None
+
+    def outline_shafts(self, index: int, light: LightBall) -> OutlineShafts | None:
+        """What tells whether outlines of one shape reach shafts to a light at rest.
 
         None where that is not known, as for most shapes, or where the shape moves.
         """

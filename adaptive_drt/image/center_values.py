@@ -41,6 +41,7 @@ class CenterValues:
     mean : (3, n) means over pixels of `unhidden`.  variation : (n,) their errors.
     error : (n,) error of the light at the centre.
     first_fraction : (n,) mean visible fraction by the first few rays.
+    reached : (n,) whether the visible part of a light may change within the pixel.
     usable : (n,) pixels whose mean follows from centres.
     """
 
@@ -50,19 +51,18 @@ class CenterValues:
         self.item = np.full(count, -1)
         self.unhidden, self.fraction, self.mean = np.zeros((3, 3, count))
         self.variation, self.error, self.first_fraction = np.zeros((3, count))
-        self.usable = np.zeros(count, dtype=np.bool_)
+        self.usable, self.reached = np.zeros((2, count), dtype=np.bool_)
 
     def enter(self, rows: Ints, light: CenterLight) -> None:
         """Enter the light at the centres of pixels."""
         place(self.unhidden, rows, light.unhidden)
-        lit = light.unhidden > 0.0
-        fraction = np.where(lit, light.color, 1.0) / np.where(lit, light.unhidden, 1.0)
-        place(self.fraction, rows, fraction)
+        place(self.fraction, rows, light.fraction)
         self.error[rows] = np.maximum(light.spread, light.unseen)
 
-    def enter_first(self, rows: Ints, item: Ints) -> None:
-        """Enter the objects (k,) that fill pixels whose light is by the first few rays."""
-        self.item[rows] = item
+    def enter_first(self, rows: Ints, item: Ints, reached: Mask) -> None:
+        """Enter the objects (k,) that fill pixels whose light is by the first few rays, and whether
+        the visible part of it may change within them."""
+        self.item[rows], self.reached[rows] = item, reached
         whole = columns(self.unhidden, rows)
         lit = total(whole)
         seen = total(whole * columns(self.fraction, rows))

@@ -27,8 +27,9 @@ from ..lights.environment_map import EnvironmentMap
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.gather import columns, place
 from ..parallel.call_progress import progress_range, report_progress
-from ..shading.center_light import CenterLight, sample_center_light
+from ..shading.center_light import CenterLight
 from ..shading.direct_light import DirectLight, interpolates_occlusion, shade
+from ..shading.filled_light import FilledPoints, sample_filled_light
 from ..shading.footprint import make_patch
 from ..shading.variation import STEP_KIND, zero_variation
 from ..tracing.compile import Plan
@@ -49,9 +50,6 @@ BACKDROP_ERROR = 0.3
 its own radiance, up to which it is not looked at again."""
 SAMPLED_ITEM = -2
 """Item of sampled pixels: no object, so that no neighbour counts as showing the same one."""
-CENTER_RAYS = 8
-"""Number of rays to each light from the centre of a sampled pixel that one object fills: they tell
-where a light is visible in part."""
 BATCH_PAIRS = 1 << 16
 """Number of pairs of pixels and objects that may be seen in them in one batch, unless those of one
 pixel are more: each takes up to 2 KB while outlines are looked for."""
@@ -114,12 +112,14 @@ class FilledPixels:
     Attributes
     ----------
     rows : (k,) the pixels, ascending.  item : (k,) the objects.
-    light : the light at their centres, by `CENTER_RAYS` rays to each light.
+    light : their light, by few rays: see `sample_filled_light`.
+    reached : (k,) whether the visible part of a light may change within the pixel.
     """
 
     rows: Ints
     item: Ints
     light: CenterLight
+    reached: Mask
 
 
 @dataclass(frozen=True)
@@ -308,12 +308,13 @@ def _sample_filled_pixels(
         return None
     rows = center.rows[filled]
     x, y = ((values[rows] - 0.5).astype(np.int64) for values in middle)
-    shadows = [each.take(filled) for each in flags.visibilities]
-    light = sample_center_light(
-        plan, center.hits.take(filled), y * plan.resolution[0] + x, shadows,
-        (CENTER_RAYS, CENTER_RAYS), tracer=occluders.tracer,
+    points = FilledPoints(
+        middle[0][rows], middle[1][rows], y * plan.resolution[0] + x, center.hits.take(filled),
+        flags.reach[filled], [each.take(filled) for each in flags.visibilities],
+        [pairs.for_pixels(filled, center.rows.size) for pairs in flags.candidates],
     )  # fmt: skip
-    return FilledPixels(rows, center.item[rows], light)
+    light, reached = sample_filled_light(plan, occluders, points)
+    return FilledPixels(rows, center.item[rows], light, reached)
 
 
 def _with_filled_pixels(

@@ -38,6 +38,7 @@ from ..numerics.axes import TIME
 from ..numerics.gather import columns, place
 from ..numerics.vector import rms
 from ..scene.film import FILM_BORDER, Film
+from ..shading.filled_light import FIRST_RAYS
 from ..shading.sample_light import LIGHT_RAYS, NET_RAYS
 from ..shading.sampled_occlusion import SAMPLING_ERROR_SHARE
 from ..shading.variation import STEP_KIND, steps_after_shutter
@@ -46,7 +47,7 @@ from ..tracing.intersect import Pairs
 from ..visibility.fragments import MAX_REFINED_CANDIDATES
 from .block_interpolation import SmoothBlocks
 from .center_values import CenterValues
-from .first_pass import CENTER_RAYS, FilledPixels, FirstPassPixels
+from .first_pass import FilledPixels, FirstPassPixels
 from .midpoint_correction import PixelCenters
 from .pixel_neighbours import UNKNOWN, agreeing_neighbours, largest_around
 from .sampled_budget import sampled_limits
@@ -84,9 +85,6 @@ from the first. Chosen for cost, not fitted."""
 CENTER_ERROR_SHARE = 0.5
 """Error of the mean of the unhidden light over a pixel, as a fraction of the goal, up to which the
 pixel's light is interpolated between centres. Chosen for cost, not fitted."""
-FIRST_RAYS_RATIO = FIRST_POINTS * LIGHT_RAYS / CENTER_RAYS
-"""Ratio of the numbers of first rays to a light of pixels that are sampled by several points, and
-at their centres only."""
 LONE_RAYS = 0.5
 """Part of its rays that counts for what the rays of a pixel may have missed where pixels around
 differ from it: a penumbra is near. If all of n rays have passed, and any fraction was as likely
@@ -204,7 +202,7 @@ class Frame:
         assert self.centers is not None
         rows, light = index[filled.rows], filled.light
         self.centers.enter(rows, light)
-        self.centers.enter_first(rows, filled.item)
+        self.centers.enter_first(rows, filled.item, filled.reached)
         self._spread[rows], self._unseen[rows] = light.spread, light.unseen
         self._seen[0, rows], self._seen[1, rows] = light.visibility, filled.item + 1
 
@@ -300,7 +298,8 @@ class Frame:
         """Mask (n,) of the sampled pixels whose mean follows from centres."""
         if self.centers is None:
             return np.zeros_like(self.sampled)
-        return self.centers.usable
+        usable: Mask = self.centers.usable
+        return usable
 
     @property
     def visibility_of_centers(self) -> Ints:
@@ -374,7 +373,7 @@ class Frame:
         """What the errors of pixels (k,) follow from as far as rays sample them."""
         assert self.centers is not None
         few, blocks = self.usable_centers[index], self.centers.fill_blocks(STORAGE_ALIGNMENT)
-        rays = np.where(few, CENTER_RAYS, FIRST_POINTS * NET_RAYS)
+        rays = np.where(few, FIRST_RAYS, FIRST_POINTS * NET_RAYS)
         return SamplingErrors(self.sampled[index], self.error[index], rays, blocks[index], self.law)
 
     def _multi_node_errors(self, index: Ints, least: float) -> Array:
@@ -624,13 +623,20 @@ class Frame:
         if not rows.size:
             return
         visibility, items = self._seen
-        weight = np.where(self.usable_centers, 1.0, FIRST_RAYS_RATIO)
+        usable, mesh = self.usable_centers, self.plan.any_mesh
+        weight = np.where(usable, 1.0, FIRST_POINTS * (1 if mesh else LIGHT_RAYS) / FIRST_RAYS)
+        if self.centers is not None:
+            # what a ray may miss, only those of pixels meet that outlines reach
+            weight[(self.centers.item >= 0) & ~self.centers.reached] = 0.0
         agreeing = agreeing_neighbours(visibility, self.width, weight)
-        self._agreeing = np.where(agreeing > 1.0, agreeing, LONE_RAYS)
+        agreeing = np.where(agreeing > 1.0, agreeing, LONE_RAYS)
+        # all rays from a point may miss the sharp shadow of a wire between points
+        self._agreeing = np.maximum(agreeing / LIGHT_RAYS, LONE_RAYS) if mesh else agreeing
+        agreeing = np.where(usable, agreeing, self._agreeing)
         # where things move, outlines are bounded by balls: most pixels have none
         share = 1.0 / agreeing_neighbours(items, self.width)
         self._edge_share = np.where(self.mask[1], share, 1.0)
-        error = np.maximum(self._spread[rows], self._unseen[rows] / self._agreeing[rows])
+        error = np.maximum(self._spread[rows], self._unseen[rows] / agreeing[rows])
         self._bright_around = largest_around(rms(self.color), self.width)
         error = np.maximum(error, unseen_error(self._contrasts(rows, contrast), FIRST_POINTS))
         if self.centers is not None:

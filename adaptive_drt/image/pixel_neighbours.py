@@ -23,7 +23,7 @@ def agreeing_neighbours(seen: Ints, width: int, rays: Array | None = None) -> Ar
 
     seen : (n,) visibility or items of the pixels of a frame, row by row: see `SampledPixels`.
     rays : (n,) numbers of rays by which pixels count, in any unit; None where all count alike. What
-        is returned is then the number of all rays, as a multiple of the pixel's own.
+        is returned is then the number of all rays, as a multiple of the pixel's own, if it has any.
     """
     table = seen.reshape(-1, width)
     height, reach = len(table), AGREEMENT_REACH
@@ -38,7 +38,7 @@ def agreeing_neighbours(seen: Ints, width: int, rays: Array | None = None) -> Ar
             part = np.s_[y : y + height, x : x + width]
             same &= (wide[part] == table) | (wide[part] == UNKNOWN)
             count += (wide[part] == table) * parts[part]
-    count /= weight
+    count /= np.where(weight > 0.0, weight, 1.0)
     alike = same & (table != MIXED) & (table != UNKNOWN)
     found: Array = np.where(alike, np.maximum(count, 1.0), 1.0).ravel()
     return found

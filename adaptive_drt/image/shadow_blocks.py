@@ -2,11 +2,12 @@
 """Interpolation of the visible fraction of light over blocks of sampled pixels.
 
 Shadows that distributed rays sample vary slowly over pixels inside a penumbra, and not at all
-beside it. Where all centres of a block see the same lights, and all of them or none, the block is
-uniform. Elsewhere 3 x 3 nodes at pixel centres are sampled to a small error, and four more pixels
-measure the error of the interpolating polynomial, as in `biquadratic_blocks`. What nodes may step
-over, such as the shadow of a wire, the few rays from each centre in between meet: their mean must
-agree with that of the polynomial.
+beside it. Where all pixels of a block see the same lights, and all of them or none, the block is
+uniform: outlines prove it, or enough rays from pixels that these reach (`shading.filled_light`).
+Elsewhere 3 x 3 nodes at pixel centres are sampled to a small error, and four more pixels measure
+the error of the interpolating polynomial, as in `biquadratic_blocks`. What nodes may step over,
+such as the shadow of a wire, the few rays from each pixel in between meet: their mean must agree
+with that of the polynomial.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from ..numerics.error_coefficients import DIFFERENCE_FACTOR, RESIDUAL_FACTOR
 from ..numerics.gather import columns
 from ..numerics.vector import rms
 from ..shading.center_light import MIXED
+from ..shading.filled_light import FIRST_RAYS
 from ..shading.sampled_occlusion import UNSEEN_SHARE
 from .biquadratic_blocks import (
     CHECK_POINTS,
@@ -29,10 +31,16 @@ from .biquadratic_blocks import (
     node_weights,
     tensor_sums,
 )
-from .first_pass import CENTER_RAYS
 from .frame import Frame
 
-__all__ = ["INTERPOLATION_ERROR_SHARE", "NODE_ERROR_SHARE", "SIDES", "ShadowBlocks"]
+__all__ = [
+    "AGREEMENT",
+    "INTERPOLATION_ERROR_SHARE",
+    "NODE_ERROR_SHARE",
+    "SIDES",
+    "UNIFORM",
+    "ShadowBlocks",
+]
 
 
 SIDES = (16, 8, 4)
@@ -42,6 +50,8 @@ INTERPOLATION_ERROR_SHARE = 0.5
 NODE_ERROR_SHARE = 0.3
 """Error of the light at nodes, as a fraction of the goal, at which they take no more rays. Chosen
 for cost, not fitted."""
+UNIFORM = 1e-3
+"""Fraction of a light from whole numbers up to which all of it, or nothing, seems visible."""
 SMALLEST_SQUARE = 4
 """Side in pixels of the smallest squares over which the polynomial is compared with single rays."""
 AGREEMENT = 3.5
@@ -121,13 +131,14 @@ class ShadowBlocks:
         return origin
 
     def _settle_uniform(self) -> None:
-        """Settle the blocks from all centres of which the same lights are visible, as a whole."""
+        """Settle the blocks from all pixels of which the same lights are visible, as a whole."""
         size = self._side + 1
         seen = self._frame.visibility_of_centers[self._offsets(size, 1)]
         same = (seen == seen[0]).all(axis=0) & (seen[0] != MIXED)
         rows = self._pixels
         bright = rms(columns(self._centers.unhidden, rows)).max(axis=0, initial=0.0)
-        unseen = UNSEEN_SHARE / (CENTER_RAYS * size * size) * bright
+        reached = self._centers.reached[self._offsets(size, 1)].sum(axis=0)
+        unseen = UNSEEN_SHARE / (FIRST_RAYS * np.maximum(reached, 1)) * bright
         chosen = (same & (unseen <= self._allowed)).nonzero()[0]
         rows = columns(rows, chosen)
         color = columns(self._centers.mean, rows) * columns(self._centers.fraction, rows)
@@ -162,8 +173,9 @@ class ShadowBlocks:
         error = np.hypot(off * bright, centers.error[self._nodes].max(axis=0))
         chosen = fine.nonzero()[0]
         rows = columns(rows, chosen)
-        color = self._product_means(rows, columns(means, chosen, -1))
-        self._settle(rows, color, np.broadcast_to(error[chosen], rows.shape))
+        means = columns(means, chosen, -1)
+        color = self._product_means(rows, means)
+        self._settle(rows, color, np.broadcast_to(error[chosen], rows.shape), self._known(means))
 
     def _rays_agree(self, means: Array, allowed: Array) -> Mask:
         """Whether few rays from each centre agree with fractions (3, side * side, b), on average
@@ -174,7 +186,7 @@ class ShadowBlocks:
         shape = (self._side, self._side, means.shape[-1])
         expected = means.mean(axis=0).reshape(shape)
         excess = self._centers.first_fraction[self._pixels].reshape(shape) - expected
-        variance = expected * (1.0 - expected) / CENTER_RAYS
+        variance = expected * (1.0 - expected) / FIRST_RAYS
         fine = np.ones(means.shape[-1], dtype=np.bool_)
         size = 1
         while size < self._side:
@@ -198,9 +210,20 @@ class ShadowBlocks:
         found: Array = np.maximum(mean, 0.0).reshape(fraction.shape)
         return found
 
-    def _settle(self, rows: Ints, color: Array, error: Array) -> None:
-        """Enter the means of those pixels (k, b) that are wanted."""
-        mine = self._wanted[rows]
+    def _known(self, means: Array) -> Mask:
+        """Pixels (side * side, b) whose fractions (3, side * side, b) are known by interpolation.
+
+        Those are not in which all of a light, or nothing, seems visible although outlines may reach
+        them: too few rays have looked for the shadow of a wire.
+        """
+        if not self._frame.plan.any_mesh:
+            return np.ones(means.shape[1:], dtype=np.bool_)
+        known: Mask = ((means > UNIFORM) & (means < 1.0 - UNIFORM)).any(axis=0)
+        return known
+
+    def _settle(self, rows: Ints, color: Array, error: Array, known: Mask | None = None) -> None:
+        """Enter the means of those pixels (k, b) that are wanted, and known if that is given."""
+        mine = self._wanted[rows] if known is None else self._wanted[rows] & known
         index, off = rows[mine], error[mine]
         off = np.hypot(off, self._centers.variation[index])
         self._frame.settle(index, color[:, mine], np.ones(index.size), off, off)

@@ -4,8 +4,9 @@
 A shadow may lie between the centres of pixels, as that of an edge close to a floor does: its
 penumbra then begins and ends within a pixel whose centre is fully lit, and no difference between
 centres tells of it. The centre and the four corners of a square make a cubature rule of their own,
-of degree 3. Where its mean differs from that by the stencil the pixel is left to points. Pixels
-are not checked whose light is uniform over the centres around, as blocks of such pixels are not.
+of degree 3. Where its mean differs from that by the stencil the pixel is left to points, and so are
+pixels that outlines of meshes reach although centre and corners see all of the light, or nothing of
+it. In scenes without meshes, pixels are not checked whose light is uniform over the centres around.
 """
 
 from __future__ import annotations
@@ -19,9 +20,10 @@ from ..cubature.sampled_centers import SampledCenters
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.gather import columns, place
 from ..numerics.vector import rms
+from ..shading.filled_light import FIRST_RAYS
 from .frame import Frame
 from .schedule import CenterTasks
-from .shadow_blocks import INTERPOLATION_ERROR_SHARE
+from .shadow_blocks import AGREEMENT, INTERPOLATION_ERROR_SHARE, UNIFORM
 
 __all__ = ["CORNER_WEIGHT", "STENCIL_ERROR_SHARE", "ShadowCorners", "StencilEstimates"]
 
@@ -59,7 +61,9 @@ class ShadowCorners:
         """Find the corners; no values are requested yet."""
         assert frame.centers is not None
         self._frame, self._goal, self._found = frame, goal, found
-        self._checked = (~self._uniform()).nonzero()[0]
+        # nothing is taken for uniform where outlines of meshes reach
+        checked = np.ones(found.rows.size, dtype=np.bool_)
+        self._checked = (checked if frame.plan.any_mesh else ~self._uniform()).nonzero()[0]
         rows = found.rows[self._checked]
         # a corner is numbered as the pixel of which it is the lower left one
         corners = rows + np.array([[0], [1], [frame.width], [frame.width + 1]])
@@ -68,7 +72,7 @@ class ShadowCorners:
         keys, own = np.unique(items * count + corners, return_inverse=True)
         self._own: Ints = own.reshape(corners.shape)
         self._item, self._corner = np.divmod(keys, count)
-        self._color = np.zeros((3, keys.size))
+        self._color, self._fraction = np.zeros((2, 3, keys.size))
 
     def _uniform(self) -> Mask:
         """Pixels (m,) all of whose light is visible, or none, as from the eight centres around."""
@@ -96,6 +100,28 @@ class ShadowCorners:
     def enter(self, rows: Ints, found: SampledCenters) -> None:
         """Enter the light at some of the corners."""
         place(self._color, rows, found.light.color)
+        place(self._fraction, rows, found.light.fraction)
+
+    def _varies(self) -> Mask:
+        """Pixels (m,), all of them checked, whose light does not seem uniform.
+
+        Outlines reach them: where all of a light, or nothing, is visible from the centre and from
+        the corners, a shadow may still lie between these. The first few rays must agree, too.
+        """
+        centers, rows = self._frame.centers, self._found.rows
+        assert centers is not None
+        fraction = np.array(
+            [columns(centers.fraction, rows), *(columns(self._fraction, own) for own in self._own)]
+        )
+        whole = (fraction <= UNIFORM).all(axis=(0, 1)) | (fraction >= 1.0 - UNIFORM).all(
+            axis=(0, 1)
+        )
+        mean = (1.0 - 4.0 * CORNER_WEIGHT) * fraction[0] + CORNER_WEIGHT * fraction[1:].sum(axis=0)
+        expected = mean.mean(axis=0)
+        deviation = np.sqrt(expected * (1.0 - expected) / FIRST_RAYS)
+        off = np.abs(centers.first_fraction[rows] - expected)
+        varies: Mask = ~whole & (off <= AGREEMENT * deviation + UNIFORM)
+        return varies
 
     def settle(self) -> None:
         """Enter the means of the pixels with which their corners agree."""
@@ -107,6 +133,9 @@ class ShadowCorners:
         mean += CORNER_WEIGHT * corners
         off = found.off.copy()
         off[checked] = np.maximum(off[checked], rms(mean - columns(found.mean, checked)))
-        sure = (off <= INTERPOLATION_ERROR_SHARE * self._goal.error).nonzero()[0]
+        fine = off <= INTERPOLATION_ERROR_SHARE * self._goal.error
+        if self._frame.plan.any_mesh:
+            fine &= self._varies()
+        sure = fine.nonzero()[0]
         rows, error = found.rows[sure], np.hypot(found.noise[sure], off[sure])
         self._frame.settle(rows, columns(found.mean, sure), np.ones(rows.size), error, error)

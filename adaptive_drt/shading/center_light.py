@@ -29,7 +29,7 @@ from .ratio_estimator import LightSums, gather_light, ratio_estimate, unoccluded
 from .sample_light import LIGHT_STREAM
 from .sampled_occlusion import BATCHES, UNSEEN_SHARE
 
-__all__ = ["MIXED", "CenterLight", "sample_center_light", "visibility_numbers"]
+__all__ = ["MIXED", "CenterLight", "mean_and_spread", "sample_center_light", "visibility_numbers"]
 
 
 MIXED = -1
@@ -62,6 +62,13 @@ class CenterLight:
     spread: Array
     unseen: Array
     visibility: Ints
+
+    @property
+    def fraction(self) -> Array:
+        """Visible fractions (3, n) of the light; 1 where there is none."""
+        lit = self.unhidden > 0.0
+        found: Array = np.where(lit, self.color, 1.0) / np.where(lit, self.unhidden, 1.0)
+        return found
 
 
 def sample_center_light(
@@ -181,7 +188,7 @@ class _Fractions:
         while rows.size:
             new = self._sums(rows, first, end)
             sums = new if sums is None else sums.joined(new)
-            share[rows], errors[0, rows] = _mean_and_spread(sums)
+            share[rows], errors[0, rows] = mean_and_spread(sums)
             errors[1, rows] = UNSEEN_SHARE / end if extended else 0.0
             if allowed is None:
                 break
@@ -234,7 +241,7 @@ class _Fractions:
         return gather_light(self.plan, hits, light, pairs, spots, times, tracer=self.tracer)
 
 
-def _mean_and_spread(sums: LightSums) -> tuple[Array, Array]:
+def mean_and_spread(sums: LightSums) -> tuple[Array, Array]:
     """Visible fractions (n,) and their standard errors, by the residuals of the batches' ratios."""
     every, visible = sums.total.mean(axis=1), sums.visible.mean(axis=1)
     share = ratio_estimate(np.ones_like(every), every, visible)

@@ -48,6 +48,11 @@ class LightSums:
         """The sums of some of the points."""
         return LightSums(self.closed[rows], self.total[rows], self.visible[rows])
 
+    def batched(self, size: int) -> LightSums:
+        """The sums (n, 1) of single rays as the batches of points of `size` rays each."""
+        parts = (self.closed, self.total, self.visible)
+        return LightSums(*(each.reshape(-1, size) for each in parts))
+
     def joined(self, other: LightSums) -> LightSums:
         """Means over the batches of two sets of equally many rays: two consecutive ones become one.
 

@@ -175,6 +175,11 @@ class Plan:
         casting = (light for light in self.lights if light.casts_shadow)
         return all(self.as_shadow_caster(light).extended for light in casting)
 
+    @property
+    def any_mesh(self) -> bool:
+        """Whether any object is sampled: its outlines then tell where shadows may change."""
+        return bool(self.shapes.sampled.any())
+
     def as_shadow_caster(self, light: Emitter) -> Emitter:
         """The light as it casts shadows: reduced to its centre where penumbrae are not computed."""
         return light if self.penumbra else light.as_point()

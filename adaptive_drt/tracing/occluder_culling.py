@@ -28,8 +28,9 @@ from ..parallel.call_progress import progress_range, report_progress
 from .ball_groups import BallGroups
 from .compile import Plan
 from .embree import ProxyScene
-from .intersect import Pairs, Surface, cache_sized_chunks, curvature, receivers_of, run_indices
+from .intersect import Pairs, Surface, cache_sized_chunks, curvature, run_indices
 from .point_blocks import group_balls, morton_order
+from .shadow_outlines import ShadowOutlines, may_shadow
 from .shadowed_occluders import hidden_by_spheres
 from .sphere_rays import SphereTracer
 
@@ -90,6 +91,7 @@ class Occluders:
         self.tracer = None if plan.traced is None else SphereTracer(plan.shapes, plan.traced)
         many = self.radius.size >= MANY_OBJECTS
         self.groups = BallGroups(self.center, self.radius) if many else None
+        self.outlines = ShadowOutlines(plan)
         self._proxies: dict[float, ProxyScene] = {}  # by the inflation of the spheres
         proxied = plan.shapes.proxied
         for light in plan.lights:
@@ -592,21 +594,6 @@ def merge_pairs(parts: list[Pairs], points: int, objects: int) -> Pairs:
     found = np.zeros(points * objects, dtype=np.bool_)
     found[key] = True
     return Pairs(*np.divmod(found.nonzero()[0], objects))
-
-
-def may_shadow(plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, reach: Array) -> Mask:
-    """Whether objects may hide some of a light at rest from patches at some time: (m,).
-
-    Parameters
-    ----------
-    surface : n points.  light : as it casts shadows.  pairs : m patches and objects.
-    reach : (n,) metres, bound on the distance of each patch's points from its point.
-    """
-    touched = np.zeros(pairs.item.size, dtype=np.bool_)
-    for shapes, rows, index in plan.shapes.groups(pairs.item):
-        receivers = receivers_of(surface, pairs.take(rows), reach)
-        touched[rows] = shapes.may_shadow(index, light, receivers)
-    return touched
 
 
 def find_group_candidates(

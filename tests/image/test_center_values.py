@@ -50,6 +50,6 @@ def test_first_fractions_are_means_by_radiance():
     none = np.zeros(1)
     rows = np.array([5])
     values.enter(rows, CenterLight(unhidden, color, none, none, none))
-    values.enter_first(rows, np.array([2]))
+    values.enter_first(rows, np.array([2]), np.array([True]))
     assert values.first_fraction[5] == 0.5 and values.item[5] == 2
     np.testing.assert_allclose(values.fraction[:, 5], [1.0, 1.0 / 3.0, 1.0])

@@ -7,6 +7,7 @@ from adaptive_drt.image import shadow_corners
 from adaptive_drt.image.shadow_corners import CORNER_WEIGHT
 from adaptive_drt.render import render_image
 from adaptive_drt.scene.settings import Settings
+from adaptive_drt.tracing.compile import Plan
 from random_meshes import random_mesh_scene
 
 SEED, SIZE, PIXEL = 55, (16, 12), (slice(None), 3, 9)
@@ -26,10 +27,11 @@ def test_a_shadow_between_centres_is_found():
     np.testing.assert_allclose(pixel_by_renderer(), TRUTH, rtol=1e-2)
 
 
-def test_without_corners_it_is_missed(monkeypatch):
-    """The scene does show what the corners are for."""
+def test_without_corners_and_outlines_it_is_missed(monkeypatch):
+    """The scene does show what the corners and rays spread over pixels are for."""
     monkeypatch.setattr(shadow_corners, "CORNER_WEIGHT", 0.0)
     monkeypatch.setattr(shadow_corners, "INTERPOLATION_ERROR_SHARE", np.inf)
+    monkeypatch.setattr(Plan, "any_mesh", False)
     assert pixel_by_renderer().mean() > 1.1 * TRUTH.mean()
 
 

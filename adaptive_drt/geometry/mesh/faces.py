@@ -17,11 +17,13 @@ from ...numerics.floats import TINY
 from ...numerics.gather import columns
 from ...numerics.vector import cross, dot, normalize
 from ..camera import PinholeCamera
+from ..light_protocol import LightBall
 from ..line_crossings import LightLines, LineCrossings
 from ..smooth_surface import SmoothSurface
 from .bvh import face_clusters
 from .edges import MeshEdges
 from .outline_edges import OutlineEdges
+from .outline_shafts import OutlineShafts
 from .raster import ProjectedPolygons
 from .tracer import START_OFFSET, FaceTracer
 
@@ -60,8 +62,9 @@ class MeshFaces:
         return cls(columns(vertices, used), place.reshape(3, -1), corners)
 
     def __getstate__(self) -> dict[str, Any]:
-        """Pickled state, without what is projected on the picture again by who needs it."""
-        return {name: value for name, value in self.__dict__.items() if name != "_picture"}
+        """Pickled state, without what is made again by who needs it."""
+        made = ("_picture", "_before_lights")
+        return {name: value for name, value in self.__dict__.items() if name not in made}
 
     def on_picture(self, camera: PinholeCamera) -> PictureOfMesh:
         """The faces and edges on the picture of a camera; those of the last one are kept."""
@@ -207,7 +210,18 @@ class MeshFaces:
 
     def outline_crossings(self, point: Array, lines: LightLines) -> LineCrossings | None:
         """Where outlines seen from points (3, n), near each other, cross lines on a light."""
-        return self.outlines.crossings(point, lines)
+        half_u, half_v = 0.5 * lines.along, 0.5 * lines.across
+        light = lines.origin + half_u + half_v, half_u, half_v
+        key = np.concatenate(light).tobytes()
+        kept: dict[bytes, OutlineEdges] = self.__dict__.setdefault("_before_lights", {})
+        if key not in kept:
+            kept[key] = self.outlines.before(self.outlines.sides_of(*light))
+        return kept[key].crossings(point, lines)
+
+    def outline_shafts(self, light: LightBall) -> OutlineShafts:
+        """What tells whether outlines reach shafts to a light at rest."""
+        a, b, c = (columns(self.vertices, each) for each in self.faces)
+        return OutlineShafts.make(self.outlines, (a, b, c), light)
 
     def blocked(self, start: Array, to: Array, time: Array | float = 0.0, group: int = 1) -> Mask:
         """Whether a face lies between `start` (3, n) and `start + to`: (n,).

@@ -25,7 +25,7 @@ from ...numerics.vector import cross, dot, normalize
 from ..line_crossings import LightLines, LineCrossings
 from .welding import welded_vertices
 
-__all__ = ["OutlineEdges"]
+__all__ = ["SIDE_MARGIN", "OutlineEdges", "sure_sides"]
 
 
 CLUSTER_SIZE = 16
@@ -77,6 +77,50 @@ class OutlineEdges:
         clusters = _Clusters.make(first, last, (one, other), turn)
         return cls(first, last, (one, other), turn, clusters)
 
+    def before(self, sides: tuple[Array, Array]) -> OutlineEdges:
+        """The edges that may be outlines for segments to a light.
+
+        A segment from a point to a light meets an edge only if the planes of both faces lie between
+        its ends. So an edge of two faces, oriented alike, is an outline for a segment only if the
+        light is on different sides of the faces, as the point is.
+
+        sides : two of (c, s): on which side of `planes` all of the light lies, 1 or -1; 0 where
+            that is not sure.
+        """
+        kept = (self.turn[0] + self.turn[1] != 0.0) | (sides[0] != sides[1]) | (sides[0] == 0.0)
+        return self._take((kept & (self.turn != 0.0).any(axis=0)).ravel().nonzero()[0])
+
+    def sides_of(self, center: Array, half_u: Array, half_v: Array) -> tuple[Array, Array]:
+        """On which side of `planes` a parallelogram lies: see `before`.
+
+        center, half_u, half_v : (3, 1) metres, as those of `LinearSpan`.
+        """
+        found = []
+        for plane in self.planes:
+            normal = plane[:3].reshape(3, -1)
+            height = (dot(normal, center) - plane[3].ravel()).reshape(plane.shape[1:])
+            extent = np.abs(dot(normal, half_u)) + np.abs(dot(normal, half_v))
+            found.append(sure_sides(height, extent.reshape(height.shape), plane[3]))
+        return found[0], found[1]
+
+    def _take(self, edges: Ints) -> OutlineEdges:
+        """Some of the edges, ascending, in clusters of their own."""
+        # the last cluster is filled up by edges that no face passes
+        lacking = -edges.size % CLUSTER_SIZE
+        order = np.append(edges, np.repeat(edges[-1:], lacking))
+        shape = (-1, CLUSTER_SIZE)
+
+        def taken(values: Array) -> Array:
+            part: Array = columns(values.reshape(values.shape[0], -1), order)
+            return part.reshape(values.shape[0], *shape)
+
+        turn = taken(self.turn)
+        turn.reshape(2, -1)[:, edges.size :] = 0.0
+        first, last = taken(self.start), taken(self.end)
+        one, other = (taken(plane) for plane in self.planes)
+        clusters = _Clusters.make(first, last, (one, other), turn)
+        return OutlineEdges(first, last, (one, other), turn, clusters)
+
     def crossings(self, point: Array, lines: LightLines) -> LineCrossings:
         """Where outlines seen from points (3, n), near each other, cross lines on a light."""
         at, ends, change = self.seen_before(point, lines.ball)
@@ -122,6 +166,17 @@ class OutlineEdges:
         height += b * point[1]
         height += c * point[2]
         return np.where(height < offset, 1.0, -1.0)
+
+
+def sure_sides(height: Array, extent: Array, offset: Array) -> Array:
+    """On which side of planes (...) a body lies, 1 or -1; 0 where that is not sure.
+
+    height, extent : (...) metres, of its middle over the planes, and its reach from there along
+        their normals.  offset : (...) metres, of the planes.
+    """
+    reach = extent + SIDE_MARGIN * (np.abs(height) + np.abs(offset))
+    found: Array = np.sign(height) * (np.abs(height) > reach)
+    return found
 
 
 def _edges_of_faces(vertices: Array, faces: Ints) -> tuple[Ints, Ints, Array]:

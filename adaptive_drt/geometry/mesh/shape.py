@@ -19,6 +19,7 @@ from ...numerics.gather import columns
 from ...scene.mesh_instances import MeshInstances
 from ...scene.triangle_mesh import TriangleMesh
 from ..camera import PinholeCamera
+from ..light_protocol import LightBall
 from ..line_crossings import LightLines, LineCrossings
 from ..line_forms import BoxRays, LineForms
 from ..pixel_coverage import PixelCoverage
@@ -26,6 +27,7 @@ from ..shape import ShapeSet
 from ..smooth_surface import SmoothSurface
 from .faces import MeshFaces
 from .instanced_faces import InstancedFaces
+from .outline_shafts import OutlineShafts
 from .pixel_coverage import may_meet, mesh_coverage
 from .pixel_lines import edges_on_lines
 
@@ -178,6 +180,13 @@ class MeshSet(ShapeSet):
     ) -> LineCrossings | None:
         """See `ShapeSet.outline_crossings`."""
         return None if self.moves[index] else self.meshes[index].outline_crossings(point, lines)
+
+    def outline_shafts(self, index: int, light: LightBall) -> OutlineShafts | None:
+        """See `ShapeSet.outline_shafts`."""
+        mesh = self.meshes[index]
+        if self.moves[index] or mesh.is_empty or isinstance(mesh, InstancedFaces):
+            return None
+        return mesh.outline_shafts(light)
 
     @property
     def has_instances(self) -> bool:
