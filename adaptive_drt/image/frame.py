@@ -31,7 +31,6 @@ from ..cubature.sampled_pixels import (
     FIRST_POINTS,
     SampledPixels,
     SamplingTask,
-    unseen_error,
 )
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.axes import TIME
@@ -39,7 +38,7 @@ from ..numerics.gather import columns, place
 from ..numerics.vector import rms
 from ..scene.film import FILM_BORDER, Film
 from ..shading.filled_light import FIRST_RAYS
-from ..shading.sample_light import LIGHT_RAYS, NET_RAYS
+from ..shading.sample_light import NET_RAYS
 from ..shading.sampled_occlusion import SAMPLING_ERROR_SHARE
 from ..shading.variation import STEP_KIND, steps_after_shutter
 from ..tracing.compile import Plan
@@ -48,8 +47,8 @@ from ..visibility.fragments import MAX_REFINED_CANDIDATES
 from .block_interpolation import SmoothBlocks
 from .center_values import CenterValues
 from .first_pass import FilledPixels, FirstPassPixels
+from .first_points import FirstPoints
 from .midpoint_correction import PixelCenters
-from .pixel_neighbours import UNKNOWN, agreeing_neighbours, largest_around
 from .sampled_budget import sampled_limits
 from .schedule import CenterTasks, SamplingTasks, Tasks
 from .traced_variation import TracedVariation
@@ -85,10 +84,6 @@ from the first. Chosen for cost, not fitted."""
 CENTER_ERROR_SHARE = 0.5
 """Error of the mean of the unhidden light over a pixel, as a fraction of the goal, up to which the
 pixel's light is interpolated between centres. Chosen for cost, not fitted."""
-LONE_RAYS = 0.5
-"""Part of its rays that counts for what the rays of a pixel may have missed where pixels around
-differ from it: a penumbra is near. If all of n rays have passed, and any fraction was as likely
-before, the root mean square of the hidden part is 1.1 / n to 1.4 / n, not `UNSEEN_SHARE` / n."""
 
 
 def widened_plan(plan: Plan, region: tuple[int, int, int, int]) -> Plan:
@@ -145,14 +140,10 @@ class Frame:
         # multi-node rule, and their errors of shape
         self.regions_shaded, self._multi_node = np.zeros((2, n), dtype=np.bool_)
         self._spatial_error, self._shape_error = np.zeros((2, n))
-        # of sampled pixels, see `SampledPixels`; and how many around them agree
-        self.law = SamplingLaw()
-        sampled = plan.may_sample
-        few = n if sampled else 0
-        (self._spread, self._unseen), self._seen = np.zeros((2, few)), np.full((2, few), UNKNOWN)
-        self._agreeing, self._edge_share = np.ones((2, few))
-        self._dusk, self._bright_around = np.zeros(few, dtype=np.bool_), np.zeros(few)
-        # light at the centres of sampled pixels that one object fills
+        # of sampled pixels: the law of their errors in heaps of spheres, what their first points
+        # tell, and light at the centres of those that one object fills
+        self.law, sampled = SamplingLaw(), plan.may_sample
+        self.first_points = FirstPoints(n if sampled else 0, self.width)
         self.centers = CenterValues(self.width, n) if sampled else None
         # pixels traced by a ray of their own; predicted errors of the first pass are 0 elsewhere
         self.traced = np.zeros(n, dtype=np.bool_)
@@ -203,8 +194,7 @@ class Frame:
         rows, light = index[filled.rows], filled.light
         self.centers.enter(rows, light)
         self.centers.enter_first(rows, filled.item, filled.reached)
-        self._spread[rows], self._unseen[rows] = light.spread, light.unseen
-        self._seen[0, rows], self._seen[1, rows] = light.visibility, filled.item + 1
+        self.first_points.enter_centers(rows, filled.item, light)
 
     def add_smooth_blocks(self, blocks: SmoothBlocks) -> None:
         """Enter smooth blocks, whose pixel means are known."""
@@ -300,12 +290,6 @@ class Frame:
             return np.zeros_like(self.sampled)
         usable: Mask = self.centers.usable
         return usable
-
-    @property
-    def visibility_of_centers(self) -> Ints:
-        """Visibility numbers (n,) of the centres of sampled pixels: see `CenterLight`."""
-        visibility: Ints = self._seen[0]
-        return visibility
 
     def unsettled_sampled(self, goal: Goal) -> Ints:
         """Sampled pixels of the region itself whose error is above the goal: ascending indices."""
@@ -570,8 +554,9 @@ class Frame:
             limit = sampled_limits(self.error[part], goal.error, self.plan.motion)
         elif goal is not None:
             limit[:], growth = first_limit(goal.error), LIMIT_GROWTH
-        contrast = self._contrasts(part, goal.contrast if goal else 0.0)
-        moves, agreeing = self.mask[1, part], self._agreeing[part]
+        known, most = self.first_points, goal.contrast if goal else 0.0
+        contrast = known.contrasts(part, self.cut[part], most)
+        moves, agreeing = self.mask[1, part], known.agreeing[part]
         return SamplingTask(
             x, y, index, moves, self._candidates_of(part), limit, contrast, agreeing, growth,
             1.0 if self.plan.traced is None else self.law.spread,
@@ -622,45 +607,23 @@ class Frame:
         rows = self.sampled.nonzero()[0]
         if not rows.size:
             return
-        visibility, items = self._seen
-        usable, mesh = self.usable_centers, self.plan.any_mesh
-        weight = np.where(usable, 1.0, FIRST_POINTS * (1 if mesh else LIGHT_RAYS) / FIRST_RAYS)
+        unreached = np.zeros_like(self.sampled)
         if self.centers is not None:
-            # what a ray may miss, only those of pixels meet that outlines reach
-            weight[(self.centers.item >= 0) & ~self.centers.reached] = 0.0
-        agreeing = agreeing_neighbours(visibility, self.width, weight)
-        agreeing = np.where(agreeing > 1.0, agreeing, LONE_RAYS)
-        # all rays from a point may miss the sharp shadow of a wire between points
-        self._agreeing = np.maximum(agreeing / LIGHT_RAYS, LONE_RAYS) if mesh else agreeing
-        agreeing = np.where(usable, agreeing, self._agreeing)
-        # where things move, outlines are bounded by balls: most pixels have none
-        share = 1.0 / agreeing_neighbours(items, self.width)
-        self._edge_share = np.where(self.mask[1], share, 1.0)
-        error = np.maximum(self._spread[rows], self._unseen[rows] / agreeing[rows])
-        self._bright_around = largest_around(rms(self.color), self.width)
-        error = np.maximum(error, unseen_error(self._contrasts(rows, contrast), FIRST_POINTS))
+            unreached = (self.centers.item >= 0) & ~self.centers.reached
+        self.first_points.compare_neighbours(
+            self.usable_centers, unreached, self.mask[1], self.plan.any_mesh, rms(self.color)
+        )
+        error = self.first_points.errors(rows, self.cut[rows], contrast)
         if self.centers is not None:
             error = np.hypot(error, self.centers.variation[rows])
         self.error[rows] = self.sampling[rows] = error
 
-    def _contrasts(self, rows: Ints, contrast: float) -> Array:
-        """Differences of radiance in sampled pixels that few points may miss: (m,).
-
-        They are `contrast` of the picture across outlines, and the radiance around pixels in which
-        a smooth surface turns away from a light: 8 points may all lie beyond that line.
-        """
-        across = self._edge_share[rows] * self.cut[rows] * contrast
-        found: Array = np.maximum(across, self._dusk[rows] * self._bright_around[rows])
-        return found
-
     def enter_sampled(self, rows: Ints, done: SampledPixels) -> None:
         """Enter sampled pixels."""
         place(self.color, rows, done.color)
-        self._spread[rows], self._unseen[rows] = done.spread, done.unseen
-        self._seen[0, rows], self._seen[1, rows] = done.visibility, done.item
-        self._dusk[rows] = done.dusk
+        self.first_points.enter_points(rows, done)
         self.alpha[rows] = done.alpha
-        self.error[rows] = self.sampling[rows] = done.error(self._agreeing[rows])
+        self.error[rows] = self.sampling[rows] = done.error(self.first_points.agreeing[rows])
         inside = rows[self.inner()[rows]]
         self._write_pixels(inside)
         self.count_samples(inside, done.samples[self.inner()[rows]])

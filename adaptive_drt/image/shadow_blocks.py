@@ -133,7 +133,7 @@ class ShadowBlocks:
     def _settle_uniform(self) -> None:
         """Settle the blocks from all pixels of which the same lights are visible, as a whole."""
         size = self._side + 1
-        seen = self._frame.visibility_of_centers[self._offsets(size, 1)]
+        seen = self._frame.first_points.visibility[self._offsets(size, 1)]
         same = (seen == seen[0]).all(axis=0) & (seen[0] != MIXED)
         rows = self._pixels
         bright = rms(columns(self._centers.unhidden, rows)).max(axis=0, initial=0.0)
