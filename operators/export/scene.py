@@ -349,7 +349,8 @@ def export_scene(
     use_motion : whether motion blur is wanted at all.
     draws_strokes : whether Blender draws Grease Pencil over the picture afterwards, as it does
         for F12. False: its strokes are listed.
-    spheres : "SPHERES": all meshes in the form of a sphere are rendered as spheres. "FACES": none.
+    spheres : "SPHERES": all meshes in the form of a sphere are rendered as spheres. "FACES": none,
+        and none in the form of a cylinder as cylinders.
         "AUTO": those whose facets, custom normals or materials are not meant to be seen.
 
     Raises
