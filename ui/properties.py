@@ -125,7 +125,8 @@ class ADRT_PG_settings(bpy.types.PropertyGroup):
     )
     spheres: EnumProperty(
         name="Spheres",
-        description="Which meshes in the form of a sphere are rendered as spheres",
+        description="Which meshes in the form of a sphere are rendered as spheres. With Never, "
+        "those in the form of a cylinder are not rendered as cylinders either",
         items=SPHERES,
         default="AUTO",
     )

@@ -349,7 +349,8 @@ def export_scene(
     use_motion : whether motion blur is wanted at all.
     draws_strokes : whether Blender draws Grease Pencil over the picture afterwards, as it does
         for F12. False: its strokes are listed.
-    spheres : "SPHERES": all meshes in the form of a sphere are rendered as spheres. "FACES": none.
+    spheres : "SPHERES": all meshes in the form of a sphere are rendered as spheres. "FACES": none,
+        and none in the form of a cylinder as cylinders.
         "AUTO": those whose facets, custom normals or materials are not meant to be seen.
 
     Raises
@@ -590,9 +591,12 @@ def _gather_faces(instance: Any, name: str, gathered: _Export) -> None:
 def _tube(
     known: _Known, form: Form | MeshForm, instance: Any, name: str, gathered: _Export
 ) -> Form | MeshForm:
-    """Return the cylinder that a mesh stands for where it stays one, else its form."""
+    """Return the cylinder that a mesh stands for where it stays one, else its form.
+
+    Under a world that lights from all sides it does not: cylinders take longer there than meshes.
+    """
     tube = known.cylinder
-    if tube is None or not stays_cylinder(tube, matrix_of(instance)):
+    if tube is None or gathered.lit_around or not stays_cylinder(tube, matrix_of(instance)):
         return form
     gathered.tell(name, *facets_left_out(tube))
     return tube
