@@ -163,16 +163,19 @@ class FewOccluders:
     def _touching(self, surface: Surface, reach: Array) -> Pairs:
         """Pairs of points and spheres that their patches may touch."""
 
-        def near(balls: tuple[Array, Array], point: Array, span: Array, number: Ints) -> Mask:
+        def near(balls: tuple[Array, Array], middle: Array, span: Array, number: Ints) -> Mask:
             self._plan.raise_if_cancelled()
-            gap = columns(balls[0], number) - point
+            gap = columns(balls[0], number) - middle
             wide = TOUCH_MARGIN * (balls[1][number] + span)
             close: Mask = dot(gap, gap) <= wide * wide
             return close
 
+        def touches(balls: tuple[Array, Array], at: Ints, number: Ints) -> Mask:
+            return near(balls, columns(surface.point, at), reach[at], number)
+
         groups, tracer = self._occluders.groups, self._occluders.tracer
         if groups is not None and tracer is not None:
-            pairs = Pairs(*groups.pairs(surface.point, reach, near))
+            pairs = Pairs(*groups.pairs(reach.size, touches))
             return pairs.take(tracer.traced[pairs.item])
         balls = self._center, self._radius
         pairs = pairs_by_blocks(

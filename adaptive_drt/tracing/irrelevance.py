@@ -19,7 +19,6 @@ import numpy as np
 
 from ..geometry.camera import PinholeCamera
 from ..geometry.planar_faces import NO_SOLID
-from ..geometry.polygon.shape import PolygonSet
 from ..geometry.shape_table import ShapeTable
 from ..lights.emitter import Emitter
 from ..numerics.arrays import Array, Ints, Mask
@@ -29,8 +28,9 @@ from ..numerics.vector import cross, dot
 __all__ = ["SeenBounds"]
 
 
-PICTURE_BORDER = 32.0
-"""Pixels around the picture in which objects count as seen: more than frames reach beyond it."""
+PICTURE_BORDER = 12.0
+"""Pixels around the picture in which objects count as seen: blocks of 8 that hold a frame's border
+of 3 reach up to 10 beyond it."""
 MAX_CLIPPED = 48
 """Largest number of planar objects of a kind of which only what may be seen counts."""
 SEPARATION = 2.0**-30
@@ -185,7 +185,7 @@ def _polygons(table: ShapeTable, seen: Mask) -> list[tuple[int, Array, bool]]:
             continue
         for k in rows.tolist():
             part = np.stack([vertex[:, k] for vertex in faces.vertices], axis=1)
-            polygons.append((number, part, isinstance(shapes, PolygonSet)))
+            polygons.append((number, part, shapes.fills_vertices))
     return polygons
 
 
