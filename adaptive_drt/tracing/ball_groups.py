@@ -27,6 +27,8 @@ GROUP_SIZES = (32_768, 4_096, 512, 64, 8)
 """Numbers of balls in a group, by level."""
 ENCLOSING = 1.0 + 2.0**-40
 """Factor on the radii of balls around groups: far above the rounding of what they enclose."""
+POINTS_PER_CHUNK = 512
+"""Number of points whose pairs are looked for together: it bounds the time without a test."""
 PAIRS_PER_CHUNK = 1 << 15
 """Number of pairs that are tested in one call: what is gathered for them stays in the cache."""
 
@@ -43,8 +45,18 @@ class BallGroups:
 
     def pairs(self, count: int, test: BallTest) -> tuple[Ints, Ints]:
         """Pairs (m,) of `count` points and balls that pass a test, sorted by point."""
+        none = np.zeros(0, dtype=np.int64)
+        found = [(none, none)]
+        for first in range(0, count, POINTS_PER_CHUNK):
+            points = np.arange(first, min(first + POINTS_PER_CHUNK, count))
+            found.append(self._pairs_of(points, test))
+        at, number = (np.concatenate([part[k] for part in found]) for k in (0, 1))
+        return at, number
+
+    def _pairs_of(self, points: Ints, test: BallTest) -> tuple[Ints, Ints]:
+        """The pairs of some points."""
         groups = self._levels[0][1].size
-        at, number = np.repeat(np.arange(count), groups), np.tile(np.arange(groups), count)
+        at, number = np.repeat(points, groups), np.tile(np.arange(groups), points.size)
         sizes = (*GROUP_SIZES, 1)
         for level, balls in enumerate(self._levels):
             kept = [np.zeros(0, dtype=np.int64)]
