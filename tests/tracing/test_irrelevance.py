@@ -10,6 +10,7 @@ from adaptive_drt.render import render_image
 from adaptive_drt.scene.description import Motion, Quad, QuadLight, Scene, Sphere
 from adaptive_drt.scene.settings import Settings
 from adaptive_drt.tracing.compile import make_plan
+from adaptive_drt.tracing.irrelevance import SeenBounds
 from random_scenes import look_at
 
 CAMERA = replace(look_at((0.0, -8.0, 5.0), (0.0, 0.0, 0.5)), focal_length=45.0, resolution=(96, 72))
@@ -63,3 +64,11 @@ def test_pictures_are_the_same_without_what_cannot_matter(method):
     found = render_image(Scene(CAMERA, (BALL, FLOOR, *below, WALL), (DOWN, UP)), settings)
     for name in ("color", "alpha", "mask", "samples"):
         np.testing.assert_array_equal(getattr(found, name), getattr(want, name))
+
+
+def test_what_one_polygon_hides_is_not_seen():
+    plan = make_plan(
+        Scene(CAMERA, (BALL, Sphere((0.0, 1.0, -1.0), 0.3), FLOOR), (DOWN,)), Settings()
+    )
+    bounds = SeenBounds.make(plan.shapes, plan.lens, plan.resolution, None)
+    assert bounds.seen.tolist() == [True, False, True]
