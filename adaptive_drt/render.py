@@ -119,7 +119,7 @@ def _megabytes(count: int) -> float:
 def _compile_scene(scene: Scene, settings: Settings) -> tuple[Scene, Plan]:
     """Validate a scene and compile it for rendering."""
     scene = validate(scene)
-    return scene, make_plan(scene, settings)
+    return scene, make_plan(scene, settings, reduced=True)
 
 
 def _add_light(

@@ -204,6 +204,11 @@ class ShapeSet(ABC):
         return middle - reach, middle + reach
 
     @property
+    def fills_vertices(self) -> bool:
+        """Whether planar shapes fill the convex hulls of the vertices in `faces`, in that order."""
+        return False
+
+    @property
     def faces(self) -> PlanarFaces | None:
         """The planes of planar shapes; None for sets of other shapes."""
         return None

@@ -19,14 +19,16 @@ from .point_blocks import group_balls, morton_order
 
 __all__ = ["BallGroups", "BallTest"]
 
-BallTest: TypeAlias = Callable[[tuple[Array, Array], Array, Array, Ints], Mask]
-"""Test of pairs of points and balls: it takes the balls (centres (3, n) and radii (n,)), points
-(3, k) with their reach (k,), metres, and the balls' numbers (k,), and returns (k,) bool."""
+BallTest: TypeAlias = Callable[[tuple[Array, Array], Ints, Ints], Mask]
+"""Test of pairs of points and balls: it takes the balls (centres (3, n) and radii (n,), metres) and
+the numbers (k,) of points and of balls, and returns (k,) bool."""
 
 GROUP_SIZES = (32_768, 4_096, 512, 64, 8)
 """Numbers of balls in a group, by level."""
 ENCLOSING = 1.0 + 2.0**-40
 """Factor on the radii of balls around groups: far above the rounding of what they enclose."""
+POINTS_PER_CHUNK = 512
+"""Number of points whose pairs are looked for together: it bounds the time without a test."""
 PAIRS_PER_CHUNK = 1 << 15
 """Number of pairs that are tested in one call: what is gathered for them stays in the cache."""
 
@@ -41,19 +43,26 @@ class BallGroups:
         groups = group_balls(*sorted_balls, GROUP_SIZES)
         self._levels = [(middle, ENCLOSING * wide) for middle, wide in groups] + [sorted_balls]
 
-    def pairs(self, point: Array, reach: Array, test: BallTest) -> tuple[Ints, Ints]:
-        """Pairs of points and balls that pass a test, by numbers: (m,) each, sorted by point.
+    def pairs(self, count: int, test: BallTest) -> tuple[Ints, Ints]:
+        """Pairs (m,) of `count` points and balls that pass a test, sorted by point."""
+        none = np.zeros(0, dtype=np.int64)
+        found = [(none, none)]
+        for first in range(0, count, POINTS_PER_CHUNK):
+            points = np.arange(first, min(first + POINTS_PER_CHUNK, count))
+            found.append(self._pairs_of(points, test))
+        at, number = (np.concatenate([part[k] for part in found]) for k in (0, 1))
+        return at, number
 
-        point, reach : (3, n) and (n,) metres.
-        """
-        groups, count = self._levels[0][1].size, reach.size
-        at, number = np.repeat(np.arange(count), groups), np.tile(np.arange(groups), count)
+    def _pairs_of(self, points: Ints, test: BallTest) -> tuple[Ints, Ints]:
+        """The pairs of some points."""
+        groups = self._levels[0][1].size
+        at, number = np.repeat(points, groups), np.tile(np.arange(groups), points.size)
         sizes = (*GROUP_SIZES, 1)
         for level, balls in enumerate(self._levels):
             kept = [np.zeros(0, dtype=np.int64)]
             for first in range(0, at.size, PAIRS_PER_CHUNK):
                 part = slice(first, first + PAIRS_PER_CHUNK)
-                some = test(balls, columns(point, at[part]), reach[at[part]], number[part])
+                some = test(balls, at[part], number[part])
                 kept.append(some.nonzero()[0] + first)
             rows = np.concatenate(kept)
             at, number = at[rows], number[rows]

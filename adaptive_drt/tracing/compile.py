@@ -215,8 +215,11 @@ class Plan:
         }
 
 
-def make_plan(scene: Scene, settings: Settings) -> Plan:
-    """Compile a validated scene."""
+def make_plan(scene: Scene, settings: Settings, reduced: bool = False) -> Plan:
+    """Compile a validated scene.
+
+    reduced : whether what cannot matter to the picture is left out: see `irrelevance`.
+    """
     camera = scene.camera
     assert camera is not None  # `validate` has checked it
     moving = settings.use_motion
@@ -233,15 +236,16 @@ def make_plan(scene: Scene, settings: Settings) -> Plan:
     table = _make_shape_table(records, origin, displacement)
     lights, seen_lights = _make_emitters(scene, moving, lens.origin, drift, skipped)
     visible = _mask(shapes, lambda shape: shape.visibility.camera, True)
-    bounds = SeenBounds.make(table, lens, camera.resolution, visible)
-    lights = _without_averted(lights, bounds, skipped)
-    idle = bounds.idle_objects(lights)
-    if idle.any():
-        why = {"what": f"{idle.sum():,} objects", "why": IDLE}
-        kept = tuple(_remaining(shapes, counts, ~idle))
-        rest = make_plan(replace(scene, shapes=kept), settings)
-        known = [each for each in skipped if each not in rest.skipped]
-        return replace(rest, skipped=(*known, why, *rest.skipped))
+    if reduced:
+        bounds = SeenBounds.make(table, lens, camera.resolution, visible)
+        lights = _without_averted(lights, bounds, skipped)
+        idle = bounds.idle_objects(lights)
+        if idle.any():
+            skipped.append({"what": f"{idle.sum():,} objects", "why": IDLE})
+            kept = tuple(_remaining(shapes, counts, ~idle))
+            rest = make_plan(replace(scene, shapes=kept), settings, reduced)
+            before = [each for each in skipped if each not in rest.skipped]
+            return replace(rest, skipped=(*before, *rest.skipped))
     penumbra = _has_penumbra(settings, lights, sum(counts), skipped)
     light_moves = any(light.displacement is not None for light in lights)
     motion = moving and bool(table.moves.any() or light_moves)

@@ -8,6 +8,8 @@ may touch a pixel's patch of surface, for sharp shadow edges.
 
 from __future__ import annotations
 
+import threading
+from functools import cached_property
 from weakref import WeakKeyDictionary, proxy
 
 import numpy as np
@@ -46,6 +48,7 @@ def _chunks(points: int, spheres: int) -> list[slice]:
 
 
 _made: WeakKeyDictionary[Occluders, FewOccluders] = WeakKeyDictionary()
+_making = threading.Lock()
 
 
 class FewOccluders:
@@ -60,20 +63,27 @@ class FewOccluders:
         self._item = occluders.tracer.items
         self._center = columns(occluders.center, self._item)
         self._radius = occluders.radius[self._item]
+
+    @cached_property
+    def _witness(self) -> Ints:
+        """Those of the spheres that are the farthest in some direction."""
         number = np.arange(WITNESS_DIRECTIONS) + 0.5
         z, turn = 1.0 - 2.0 * number / WITNESS_DIRECTIONS, GOLDEN_ANGLE * number
         aside = np.sqrt(1.0 - z * z)
-        direction = np.array([aside * np.cos(turn), aside * np.sin(turn), z])
-        best = [int((each @ self._center + self._radius).argmax()) for each in direction.T]
-        self._witness = np.unique(best)
+        best = []
+        for direction in np.array([aside * np.cos(turn), aside * np.sin(turn), z]).T:
+            self._plan.raise_if_cancelled()
+            best.append(int((direction @ self._center + self._radius).argmax()))
+        return np.unique(best)
 
     @classmethod
     def of(cls, occluders: Occluders) -> FewOccluders:
         """Those of a scene's occluders, made once."""
-        found = _made.get(occluders)
-        if found is None:
-            found = _made[occluders] = cls(occluders)
-        return found
+        with _making:
+            found = _made.get(occluders)
+            if found is None:
+                found = _made[occluders] = cls(occluders)
+            return found
 
     def find(self, light: Emitter, surface: Surface, reach: Array) -> Pairs:
         """Enough candidates to detect what a light does at n points.
@@ -163,16 +173,19 @@ class FewOccluders:
     def _touching(self, surface: Surface, reach: Array) -> Pairs:
         """Pairs of points and spheres that their patches may touch."""
 
-        def near(balls: tuple[Array, Array], point: Array, span: Array, number: Ints) -> Mask:
+        def near(balls: tuple[Array, Array], middle: Array, span: Array, number: Ints) -> Mask:
             self._plan.raise_if_cancelled()
-            gap = columns(balls[0], number) - point
+            gap = columns(balls[0], number) - middle
             wide = TOUCH_MARGIN * (balls[1][number] + span)
             close: Mask = dot(gap, gap) <= wide * wide
             return close
 
+        def touches(balls: tuple[Array, Array], at: Ints, number: Ints) -> Mask:
+            return near(balls, columns(surface.point, at), reach[at], number)
+
         groups, tracer = self._occluders.groups, self._occluders.tracer
         if groups is not None and tracer is not None:
-            pairs = Pairs(*groups.pairs(surface.point, reach, near))
+            pairs = Pairs(*groups.pairs(reach.size, touches))
             return pairs.take(tracer.traced[pairs.item])
         balls = self._center, self._radius
         pairs = pairs_by_blocks(

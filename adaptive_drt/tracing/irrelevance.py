@@ -19,7 +19,6 @@ import numpy as np
 
 from ..geometry.camera import PinholeCamera
 from ..geometry.planar_faces import NO_SOLID
-from ..geometry.polygon.shape import PolygonSet
 from ..geometry.shape_table import ShapeTable
 from ..lights.emitter import Emitter
 from ..numerics.arrays import Array, Ints, Mask
@@ -29,8 +28,9 @@ from ..numerics.vector import cross, dot
 __all__ = ["SeenBounds"]
 
 
-PICTURE_BORDER = 32.0
-"""Pixels around the picture in which objects count as seen: more than frames reach beyond it."""
+PICTURE_BORDER = 12.0
+"""Pixels around the picture in which objects count as seen: blocks of 8 that hold a frame's border
+of 3 reach up to 10 beyond it."""
 MAX_CLIPPED = 48
 """Largest number of planar objects of a kind of which only what may be seen counts."""
 SEPARATION = 2.0**-30
@@ -61,9 +61,9 @@ class SeenBounds:
         visible: Mask | None,
     ) -> SeenBounds:
         """Find the objects that may be seen, of those that are `visible` to the camera (n,)."""
-        spans = [shapes.screen_span(camera) for shapes in table.sets]
+        spans = [shapes.screen_span(camera) for shapes in table.sets if shapes.count]
         seen = np.ones(table.count, dtype=np.bool_) if visible is None else visible.copy()
-        for axis, size in enumerate(resolution):
+        for axis, size in enumerate(resolution if spans else ()):
             low, high = (np.concatenate([span[axis][k] for span in spans]) for k in (0, 1))
             seen &= (high >= -PICTURE_BORDER) & (low <= size + PICTURE_BORDER)
         x, y = (np.array([-PICTURE_BORDER, size + PICTURE_BORDER]) for size in resolution)
@@ -79,6 +79,11 @@ class SeenBounds:
         height = float(dot(normal, light.center)[0]) - drift
         if height > 0.0 and not (dot(normal, self.corner) > 0.0).any():
             return True
+        if any(
+            float((normal.T @ center + radius).max()) >= height
+            for center, radius in self._round_balls
+        ):
+            return False
         high = -self._lowest(-normal)
         return high < height - SEPARATION * (abs(high) + abs(height))
 
@@ -106,6 +111,13 @@ class SeenBounds:
             apart = far + size < np.minimum(least, near)[:, None]
             idle[rows] &= apart.any(axis=0)
         return self._whole_solids(idle)
+
+    @cached_property
+    def _round_balls(self) -> list[tuple[Array, Array]]:
+        """Centres (3, k) and radii (k,) of the spheres that are seen, at mid-shutter."""
+        first = self.seen[: self.table.proxied].nonzero()[0]
+        center, radius = self.table.bounding_spheres
+        return [(center[:, first], radius[first])] if first.size else []
 
     @cached_property
     def _separating_normals(self) -> Array:
@@ -179,13 +191,16 @@ def _polygons(table: ShapeTable, seen: Mask) -> list[tuple[int, Array, bool]]:
     """
     polygons = []
     for number, shapes in enumerate(table.sets):
-        first, faces = table.firsts[number], shapes.faces
+        first = table.firsts[number]
         rows = seen[first : first + shapes.count].nonzero()[0]
-        if faces is None or shapes.moves.any() or not 0 < rows.size <= MAX_CLIPPED:
+        if not 0 < rows.size <= MAX_CLIPPED:
+            continue
+        faces = shapes.faces
+        if faces is None or shapes.moves.any():
             continue
         for k in rows.tolist():
             part = np.stack([vertex[:, k] for vertex in faces.vertices], axis=1)
-            polygons.append((number, part, isinstance(shapes, PolygonSet)))
+            polygons.append((number, part, shapes.fills_vertices))
     return polygons
 
 

@@ -301,8 +301,7 @@ class Occluders:
             return self._pairs_above_horizons(sight)
         point, reach = sight.surface.point, sight.reach
         if not first_item and self.groups is not None:
-            test = partial(_balls_hide_from_blocks, bounds)
-            return Pairs(*self.groups.pairs(point, reach, test))
+            return Pairs(*self.groups.pairs(reach.size, partial(self._groups_may_occlude, sight)))
         pairs = pairs_by_blocks(point, reach, radius.size, seen)
         return Pairs(pairs.pixel, pairs.item + first_item)
 
@@ -358,9 +357,35 @@ class Occluders:
 
     def _balls_may_occlude(self, sight: _LightView, at: Ints | slice, item: Ints) -> Mask:
         """Whether objects (one, or one for each point) may, by their bounding spheres alone."""
+        surface = sight.surface
+        center, radius = columns(self.center, item), self.radius[item] + sight.reach[at]
+        keep = self._may_be_before(sight, at, center, radius)
+        keep &= sight.before_light_plane(center, radius)
+        # a convex object does not occlude light from itself, except on its inner side
+        keep &= (item != surface.item[at]) | surface.inside[at]
+        return keep
+
+    def _groups_may_occlude(
+        self, sight: _LightView, balls: tuple[Array, Array], at: Ints, number: Ints
+    ) -> Mask:
+        """Whether any object within balls, one for each point, may occlude a light: (k,)."""
+        center, radius = columns(balls[0], number), balls[1][number]
+        return self._may_be_before(sight, at, center, radius + sight.reach[at], radius)
+
+    def _may_be_before(
+        self,
+        sight: _LightView,
+        at: Ints | slice,
+        center: Array,
+        radius: Array,
+        spread: Array | float = 0.0,
+    ) -> Mask:
+        """Whether balls lie before a light and above the horizon, for points `at`: (k,).
+
+        spread : metres by which what is in a ball may be farther away than its centre.
+        """
         self.plan.raise_if_cancelled()
         surface, cone = sight.surface, sight.cone
-        center, radius = columns(self.center, item), self.radius[item] + sight.reach[at]
         v = center - columns(surface.point, at)
         vv = dot(v, v)
         axis, cosine, sine = columns(cone.axis, at), cone.cosine[at], cone.sine[at]
@@ -373,11 +398,9 @@ class Occluders:
         # (within `reach`, the normal of a sphere of radius r turns by reach / r)
         lowest = -radius
         if sight.any_reach:
-            lowest = lowest - sight.curvature[at] * sight.reach[at] * np.sqrt(vv)
+            turn = sight.curvature[at] * sight.reach[at]
+            lowest = lowest - turn * (np.sqrt(vv) + spread)
         keep &= dot(columns(surface.normal, at), v) > lowest
-        keep &= sight.before_light_plane(center, radius)
-        # a convex object does not occlude light from itself, except on its inner side
-        keep &= (item != surface.item[at]) | surface.inside[at]
         return keep
 
 

@@ -12,12 +12,12 @@ def test_groups_find_all_balls_that_touch_points():
     point, reach = rng.uniform(-1.2, 1.2, (3, 40)), rng.uniform(0.0, 0.2, 40)
     calls = []
 
-    def near(balls, at, span, number):
+    def near(balls, at, number):
         calls.append(number.size)
-        gap = balls[0][:, number] - at
-        return (gap * gap).sum(axis=0) <= (balls[1][number] + span) ** 2
+        gap = balls[0][:, number] - point[:, at]
+        return (gap * gap).sum(axis=0) <= (balls[1][number] + reach[at]) ** 2
 
-    found = np.array(BallGroups(center, radius).pairs(point, reach, near))
+    found = np.array(BallGroups(center, radius).pairs(40, near))
     gap = np.sqrt(((center[:, None] - point[:, :, None]) ** 2).sum(axis=0))
     every = np.array((gap <= radius + reach[:, None]).nonzero())
     assert (np.diff(found[0]) >= 0).all()
@@ -27,5 +27,5 @@ def test_groups_find_all_balls_that_touch_points():
 
 def test_groups_of_no_points_find_nothing():
     groups = BallGroups(np.zeros((3, 10)), np.ones(10))
-    at, number = groups.pairs(np.zeros((3, 0)), np.zeros(0), lambda *_: np.zeros(0, dtype=bool))
+    at, number = groups.pairs(0, lambda *_: np.zeros(0, dtype=bool))
     assert at.size == number.size == 0

@@ -149,6 +149,11 @@ class PolygonSet(ShapeSet):
         unit /= np.sqrt(dot(unit, unit))
         return unit
 
+    @property
+    def fills_vertices(self) -> bool:
+        """See `ShapeSet.fills_vertices`."""
+        return True
+
     @cached_property
     def faces(self) -> PlanarFaces:
         """See `ShapeSet.faces`."""
