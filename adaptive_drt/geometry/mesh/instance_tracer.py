@@ -43,8 +43,9 @@ an arc sine of 1 / `REACH` may still meet it by rounding; little light comes fro
 OVERLAP = 0.9
 """Fraction of that distance from which embree traces the ray."""
 MAX_HITS = 64
-"""Number of hits of one ray that are looked at, of which rounding only has found all but the last;
-the last of so many is taken."""
+"""Number of hits of one ray that are looked at. The next one is looked for where float64 does not
+confirm a hit, because the ray passes beside the face by less than the rounding; a ray of so many
+such hits meets nothing."""
 
 
 class InstanceHits(NamedTuple):
@@ -248,13 +249,13 @@ class InstanceTracer:
         hits.enter(ray, InstanceHits(t[order], item[order], met[order]))
         return ray
 
-    def _blocked_near(self, start: Array, to: Array, reach: float, open: Mask, group: int) -> Mask:
+    def _blocked_near(self, start: Array, to: Array, reach: float, asked: Mask, group: int) -> Mask:
         """Whether instances that embree holds block rays within `reach` metres: (n,).
 
-        open : (n,) the rays that are to be looked at.
+        asked : (n,) the rays that are to be looked at.
         """
-        found = np.zeros(open.size, dtype=np.bool_)
-        each = open.reshape(-1, group).any(axis=1).nonzero()[0]
+        found = np.zeros(asked.size, dtype=np.bool_)
+        each = asked.reshape(-1, group).any(axis=1).nonzero()[0]
         places = columns(start.reshape(3, -1, group), each)
         low, high = places.min(axis=2) - reach, places.max(axis=2) + reach
         one, box = self._grid.overlapping(low, high)
@@ -266,7 +267,7 @@ class InstanceTracer:
             own, item = one[first : first + most], self._numbers[box[first : first + most]]
             ray = (each[own, None] * group + np.arange(group)).ravel()
             item = np.repeat(item, group)
-            some = (open[ray] & ~found[ray]).nonzero()[0]
+            some = (asked[ray] & ~found[ray]).nonzero()[0]
             ray, item = ray[some], item[some]
             mapped = self.placements.to_own(
                 item, columns(start, ray), part[ray] * columns(to, ray), 0.0

@@ -141,7 +141,7 @@ class MeshSet(ShapeSet):
             own = np.broadcast_to(columns(start, rows), part.shape).reshape(3, -1)
             when = _times(time, rows, shape)
             own = own + self._starts(item, own.shape[1], when)
-            each = int(np.prod(part.shape[2:]))
+            each = max(1, int(np.prod(part.shape[2:])))
             found[rows] = mesh.blocked(own, part.reshape(3, -1), when, each).reshape(part.shape[1:])
         return found
 
