@@ -108,7 +108,8 @@ def test_plans_pass_between_processes_without_their_event():
 def test_summaries_are_numbers_and_switches():
     plan = make_plan(SCENE, Settings(threads=3, accelerator="ARRAYS"))
     assert plan.summary() == {
-        "spheres": 1, "quads": 1, "triangles": 0, "ellipses": 0, "meshes": 0, "lights": 1,
+        "spheres": 1, "quads": 1, "triangles": 0, "ellipses": 0, "ellipsoids": 0,
+        "cylinders": 0, "meshes": 0, "lights": 1,
         "penumbra": True, "motion": False, "edges": True, "accelerator": ["ARRAYS"],
         "threads": 3, "sphere_rays": "none",
     }  # fmt: skip
