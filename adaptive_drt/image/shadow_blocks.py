@@ -175,7 +175,8 @@ class ShadowBlocks:
         rows = columns(rows, chosen)
         means = columns(means, chosen, -1)
         color = self._product_means(rows, means)
-        self._settle(rows, color, np.broadcast_to(error[chosen], rows.shape), self._known(means))
+        known = self._known(rows, means)
+        self._settle(rows, color, np.broadcast_to(error[chosen], rows.shape), known)
 
     def _rays_agree(self, means: Array, allowed: Array) -> Mask:
         """Whether few rays from each centre agree with fractions (3, side * side, b), on average
@@ -210,15 +211,20 @@ class ShadowBlocks:
         found: Array = np.maximum(mean, 0.0).reshape(fraction.shape)
         return found
 
-    def _known(self, means: Array) -> Mask:
+    def _known(self, rows: Ints, means: Array) -> Mask:
         """Pixels (side * side, b) whose fractions (3, side * side, b) are known by interpolation.
 
         Those are not in which all of a light, or nothing, seems visible although outlines may reach
-        them: too few rays have looked for the shadow of a wire.
+        them: too few rays have looked for the shadow of a wire. Nor are those whose own first rays
+        differ from the polynomial.
         """
         if not self._frame.plan.any_mesh:
             return np.ones(means.shape[1:], dtype=np.bool_)
+        expected = means.mean(axis=0)
+        deviation = np.sqrt(expected * (1.0 - expected) / FIRST_RAYS)
+        off = np.abs(self._centers.first_fraction[rows] - expected)
         known: Mask = ((means > UNIFORM) & (means < 1.0 - UNIFORM)).any(axis=0)
+        known &= off <= AGREEMENT * deviation + UNIFORM
         return known
 
     def _settle(self, rows: Ints, color: Array, error: Array, known: Mask | None = None) -> None:
