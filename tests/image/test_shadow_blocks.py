@@ -41,8 +41,8 @@ def test_interpolated_pictures_are_those_of_sampled_pixels(monkeypatch):
     assert relative_rmse(film.color, plain.color) < 4.1e-3
     assert abs(film.color.mean() / plain.color.mean() - 1.0) < 1e-3
     shaded = [each.stats["rays"]["mesh shadow"] for each in (film, plain)]
-    # where outlines reach a pixel, but few rays see nothing of it, points look for shadows
-    assert shaded[0] < 0.45 * shaded[1]
+    # 0.40 before points looked for thin shadows in pixels that outlines reach, but few rays do not
+    assert shaded[0] < 0.5 * shaded[1]
 
 
 @pytest.mark.parametrize(

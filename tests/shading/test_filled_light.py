@@ -7,6 +7,7 @@ import pytest
 from adaptive_drt.render import render_image
 from adaptive_drt.scene.description import Material, Quad, QuadLight, Scene
 from adaptive_drt.scene.settings import Settings
+from adaptive_drt.shading import filled_light
 from mesh_shapes import mesh_of
 from random_scenes import look_at
 
@@ -49,3 +50,17 @@ def test_a_slit_of_light_between_rows_of_centres_is_met(offset):
     low = 1.0 + scale * (0.2 + offset)
     lit = column([(-6.0, low), (low + scale * 0.03, 6.0)], 1e-2, 0.9, scale * 0.05)
     assert abs(lit.sum() - 0.045 / PITCH) < 0.05
+
+
+def test_rays_of_a_pixel_start_at_places_of_their_own(monkeypatch):
+    """Eight places, spread over the square that the pixel shows of the floor."""
+    starts = []
+    own = filled_light._starts
+    monkeypatch.setattr(
+        filled_light, "_starts", lambda *each: starts.append(own(*each)) or starts[-1]
+    )
+    column([(1.2 + ROWS[0], 1.23 + ROWS[0])], 1e-2, 4.0, 0.05)
+    hits, pixel = starts[0]
+    places = hits.point[:2, pixel == 0]
+    assert places.shape[1] == filled_light.FIRST_RAYS
+    assert 0.5 * PITCH < np.ptp(places, axis=1).min() <= np.ptp(places, axis=1).max() < 1.1 * PITCH

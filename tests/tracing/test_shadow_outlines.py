@@ -8,6 +8,7 @@ from adaptive_drt.scene.settings import Settings
 from adaptive_drt.tracing.compile import make_plan
 from adaptive_drt.tracing.intersect import Pairs, Surface
 from adaptive_drt.tracing.occluder_culling import Occluders
+from adaptive_drt.tracing.shadow_outlines import ShadowOutlines
 from mesh_shapes import mesh_of
 from random_scenes import look_at
 
@@ -29,6 +30,7 @@ def reached_along(light, widths):
     up = np.repeat([[0.0], [0.0], [1.0]], widths, axis=1)
     hits = Surface(place, up, own, np.zeros(widths, dtype=np.bool_))
     item = np.full(widths, int(kinds.nonzero()[0][0]))
+    assert isinstance(occluders.outlines, ShadowOutlines)
     near = occluders.outlines.before(0, hits, np.full(widths, 0.02), Pairs(np.arange(widths), item))
     return x, near.reached(*np.array([[True], [False]]).repeat(widths, axis=1)) & near.near
 
