@@ -207,7 +207,8 @@ def _polygons(table: ShapeTable, seen: Mask) -> list[tuple[int, Array, bool]]:
 def _facing_plane(cover: Array) -> tuple[Array, float] | None:
     """Unit normal (3,) of the side of a polygon's plane that the camera is on, and its offset.
 
-    It is None for a polygon without an area, or whose plane the camera is in. The offset is negative.
+    It is None for a polygon without an area, or whose plane the camera is in; else the offset is
+    negative.
     """
     normal = cross(cover[:, 1] - cover[:, 0], cover[:, 2] - cover[:, 0])
     length = float(np.sqrt(dot(normal, normal)))
