@@ -101,19 +101,18 @@ def render(scene: Scene, settings: Settings | None = None) -> Generator[Progress
     if isinstance(method, DistributedRender):
         costs = yield from _pixel_costs(method, film, most, time.perf_counter() - began)
         film.stats |= _cost_model(plan, film, costs)
-    memory.look()
-    film.stats["memory"] = {
-        "bound_megabytes": _megabytes(memory_bound(plan, len(worker_pool.process_ids))),
-        "peak_megabytes": None if memory.peak is None else _megabytes(memory.peak),
-    }
+    film.stats["memory"] = _memory_statistics(plan, memory)
     seconds = {"prepare": prepared, **method.seconds, "total": time.perf_counter() - began}
     film.stats["seconds"] = {stage: round(span, 6) for stage, span in seconds.items()}
     return film
 
 
-def _megabytes(count: int) -> float:
-    """Megabytes of 2^20 bytes, for the statistics."""
-    return round(count / 2.0**20, 1)
+def _memory_statistics(plan: Plan, memory: MemoryWatch) -> dict[str, float | None]:
+    """The bound on a render's memory, and the peak that was seen, in megabytes of 2^20 bytes."""
+    memory.look()
+    bound = memory_bound(plan, len(worker_pool.process_ids))
+    peak = None if memory.peak is None else round(memory.peak / 2.0**20, 1)
+    return {"bound_megabytes": round(bound / 2.0**20, 1), "peak_megabytes": peak}
 
 
 def _compile_scene(scene: Scene, settings: Settings) -> tuple[Scene, Plan]:

@@ -216,52 +216,52 @@ class Plan:
 
 
 def make_plan(scene: Scene, settings: Settings, reduced: bool = False) -> Plan:
-    """Compile a validated scene.
-
-    reduced : whether what cannot matter to the picture is left out: see `irrelevance`.
-    """
-    camera = scene.camera
-    assert camera is not None  # `validate` has checked it
+    """Compile a validated scene; `reduced` without what cannot matter: see `irrelevance`."""
+    assert scene.camera is not None  # `validate` has checked it
     moving = settings.use_motion
-    lens = make_pinhole_camera(camera)
-    drift = _displacement(camera.motion if moving else None)
+    drift = _displacement(scene.camera.motion if moving else None)
     skipped: list[dict[str, str]] = []
     distinct = _without_duplicates(_timed(scene.shapes, moving), skipped)
-    distinct = faces_of(distinct, (lens.origin, drift))
+    distinct = faces_of(distinct, (make_pinhole_camera(scene.camera).origin, drift))
+    return _telling(_make_plan(scene, distinct, settings, reduced), skipped)
+
+
+def _make_plan(
+    scene: Scene, distinct: Sequence[ShapeRecord], settings: Settings, reduced: bool
+) -> Plan:
+    """The plan for a scene whose shapes are replaced by others, which all differ."""
+    camera, moving = scene.camera, settings.use_motion
+    assert camera is not None
+    lens, skipped = make_pinhole_camera(camera), list[dict[str, str]]()
+    drift = _displacement(camera.motion if moving else None)
     records = [[s for s in distinct if kind_of(s) is record] for record, _ in SHAPES]
     shapes = [shape for kind in records for shape in kind]
     counts = [_count(s) for s in shapes]
-    displacement = _displacements(shapes, counts, moving, drift)
-    origin = lens.origin[:, None]
-    table = _make_shape_table(records, origin, displacement)
+    origin, drifts = lens.origin[:, None], _displacements(shapes, counts, moving, drift)
+    table = _make_shape_table(records, origin, drifts)
     lights, seen_lights = _make_emitters(scene, moving, lens.origin, drift, skipped)
     visible = _mask(shapes, lambda shape: shape.visibility.camera, True)
     if reduced:
         bounds = SeenBounds.make(table, lens, camera.resolution, visible)
         lights = _without_averted(lights, bounds, skipped)
-        idle = bounds.idle_objects(lights)
-        if idle.any():
-            skipped.append({"what": f"{idle.sum():,} objects", "why": IDLE})
-            kept = tuple(_remaining(shapes, counts, ~idle))
-            rest = make_plan(replace(scene, shapes=kept), settings, reduced)
-            before = [each for each in skipped if each not in rest.skipped]
-            return replace(rest, skipped=(*before, *rest.skipped))
+        kept = _without_idle(shapes, counts, bounds.idle_objects(lights), skipped)
+        if len(kept) < len(shapes) or sum(map(_count, kept)) < sum(counts):
+            return _telling(_make_plan(scene, kept, settings, reduced), skipped)
     penumbra = _has_penumbra(settings, lights, sum(counts), skipped)
-    light_moves = any(light.displacement is not None for light in lights)
-    motion = moving and bool(table.moves.any() or light_moves)
+    motion = moving and (bool(table.moves.any()) or any(x.displacement is not None for x in lights))
     skipped += _skipped_effects(settings, motion, sum(counts))
-    complete = _with_shapes(lights, shapes, table, origin)
-    traced = find_traced_spheres(table, complete, settings)
-    complete = _prepared(complete, settings, traced is not None or bool(table.sampled.any()))
+    lights = _with_shapes(lights, shapes, table, origin)
+    traced = find_traced_spheres(table, lights, settings)
+    lights = _prepared(lights, settings, traced is not None or bool(table.sampled.any()))
     return Plan(
-        settings=_with_feasible_batches(settings, complete, sum(counts), motion or traced is None),
+        settings=_with_feasible_batches(settings, lights, sum(counts), motion or traced is None),
         lens=lens,
         region=camera.region,
         resolution=camera.resolution,
         shapes=table,
         albedo=_colors(shapes),
         is_moving=table.moves,
-        lights=complete,
+        lights=lights,
         backdrop=None if scene.backdrop is None else make_environment_map(scene.backdrop, False),
         background=np.array(scene.background if scene.backdrop is None else ZERO, dtype=np.float64),
         transparent=scene.transparent,
@@ -289,19 +289,31 @@ def _without_averted(
     return tuple(light for light, averted in away if not averted)
 
 
-def _remaining(
-    records: Sequence[ShapeRecord], counts: Sequence[int], kept: NDArray[np.bool_]
-) -> list[ShapeRecord]:
-    """The shapes of which a mask (n,) keeps some, reduced to those."""
+def _telling(plan: Plan, skipped: list[dict[str, str]]) -> Plan:
+    """A plan that also tells of what was skipped before it was made."""
+    before = [each for each in skipped if each not in plan.skipped]
+    return replace(plan, skipped=(*before, *plan.skipped))
+
+
+def _without_idle(
+    records: Sequence[ShapeRecord],
+    counts: Sequence[int],
+    idle: NDArray[np.bool_],
+    skipped: list[dict[str, str]],
+) -> tuple[ShapeRecord, ...]:
+    """The shapes without those that a mask (n,) tells of; their number is added to `skipped`."""
+    if not idle.any():
+        return tuple(records)
+    skipped.append({"what": f"{idle.sum():,} objects", "why": IDLE})
     remaining: list[ShapeRecord] = []
-    parts = np.split(kept, np.cumsum(counts)[:-1])
+    parts = np.split(~idle, np.cumsum(counts)[:-1])
     for record, own in zip(records, parts, strict=True):
         if own.all():
             remaining.append(record)
         elif own.any():
             assert isinstance(record, ShapeBatch)
             remaining.append(record.take(own))
-    return remaining
+    return tuple(remaining)
 
 
 def _with_shapes(

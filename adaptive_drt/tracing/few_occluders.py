@@ -105,7 +105,11 @@ class FewOccluders:
         found = self._occluders.select(light, surface, reach, pairs)
         others = self._occluders.find_untraced(light, surface, reach)
         unknown = np.ones(count, dtype=np.bool_)
-        unknown[found.pixel] = False
+        # the first sphere before a light's centre hides a part of it; one that is touched may not
+        sure = (
+            found if light.surrounds else self._occluders.select(light, surface, reach, witnesses)
+        )
+        unknown[sure.pixel] = False
         every = self._every_candidate(light, surface, reach, unknown.nonzero()[0])
         return merge_pairs([found, others, *every], count, objects)
 

@@ -94,7 +94,7 @@ class SeenBounds:
         """
         idle = ~self.seen
         casting = [light for light in lights if light.casts_shadow]
-        if not idle.any() or any(light.surrounds for light in casting):
+        if not idle.any() or not casting or any(light.surrounds for light in casting):
             return np.zeros_like(idle)
         center, radius = _swept_balls(self.table)
         rows = idle.nonzero()[0]
@@ -207,7 +207,8 @@ def _polygons(table: ShapeTable, seen: Mask) -> list[tuple[int, Array, bool]]:
 def _facing_plane(cover: Array) -> tuple[Array, float] | None:
     """Unit normal (3,) of the side of a polygon's plane that the camera is on, and its offset.
 
-    It is None for a polygon without an area. The offset is not positive.
+    It is None for a polygon without an area, or whose plane the camera is in; else the offset is
+    negative.
     """
     normal = cross(cover[:, 1] - cover[:, 0], cover[:, 2] - cover[:, 0])
     length = float(np.sqrt(dot(normal, normal)))
@@ -215,6 +216,8 @@ def _facing_plane(cover: Array) -> tuple[Array, float] | None:
         return None
     normal /= length
     offset = float(normal @ cover[:, 0])
+    if not abs(offset) > SEPARATION * float(np.abs(cover).max()):
+        return None
     return (normal, offset) if offset < 0.0 else (-normal, -offset)
 
 
