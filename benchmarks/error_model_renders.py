@@ -17,6 +17,7 @@ import numpy as np
 
 from adaptive_drt.cubature import error_budget
 from adaptive_drt.cubature.adaptive import shade_initial_cells
+from adaptive_drt.cubature.heap_limits import SamplingErrors
 from adaptive_drt.exact import ExactRender
 from adaptive_drt.image import biquadratic_blocks as blocks
 from adaptive_drt.image import frame as frames
@@ -93,9 +94,10 @@ def watch(scene: Scene, settings: Settings, outlines: bool = False) -> Watched |
     def watched_make(
         tolerance: float, color: Array, error: Array, starred: Array, cut: Mask,
         rest: tuple[float, int], motion: error_budget.MotionErrors | None,
+        by_rays: SamplingErrors | None = None,
     ) -> error_budget.Goal:  # fmt: skip
         seen["asked"] = {"error": error, "starred": starred, "cut": cut, "motion": motion}
-        return make(tolerance, color, error, starred, cut, rest, motion)
+        return make(tolerance, color, error, starred, cut, rest, motion, by_rays)
 
     def watched_take(render: ExactRender, frame: Frame, inside: Mask) -> None:
         take(render, frame, inside)
