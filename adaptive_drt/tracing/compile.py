@@ -282,8 +282,13 @@ def _make_plan(
 def _without_averted(
     lights: Iterable[Emitter], bounds: SeenBounds, skipped: list[dict[str, str]]
 ) -> tuple[Emitter, ...]:
-    """The lights without those that face away from all that is seen; these go to `skipped`."""
+    """The lights without those that face away from all that is seen; these go to `skipped`.
+
+    All stay where none would: an unlit picture costs little, and keeps its depths to the last bit.
+    """
     away = [(light, bounds.faces_away(light)) for light in lights]
+    if all(averted for _, averted in away):
+        return tuple(light for light, _ in away)
     why = "the light faces away from all that is seen"
     skipped += [{"what": light.name, "why": why} for light, averted in away if averted]
     return tuple(light for light, averted in away if not averted)
