@@ -230,10 +230,9 @@ def _make_plan(
     scene: Scene, distinct: Sequence[ShapeRecord], settings: Settings, reduced: bool
 ) -> Plan:
     """The plan for a scene whose shapes are replaced by others, which all differ."""
-    camera, moving = scene.camera, settings.use_motion
+    camera, moving, skipped = scene.camera, settings.use_motion, list[dict[str, str]]()
     assert camera is not None
-    lens, skipped = make_pinhole_camera(camera), list[dict[str, str]]()
-    drift = _displacement(camera.motion if moving else None)
+    lens, drift = make_pinhole_camera(camera), _displacement(camera.motion if moving else None)
     records = [[s for s in distinct if kind_of(s) is record] for record, _ in SHAPES]
     shapes = [shape for kind in records for shape in kind]
     counts = [_count(s) for s in shapes]

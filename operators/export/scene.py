@@ -350,8 +350,7 @@ def export_scene(
     draws_strokes : whether Blender draws Grease Pencil over the picture afterwards, as it does
         for F12. False: its strokes are listed.
     spheres : "SPHERES": all meshes in the form of a sphere are rendered as spheres. "FACES": none,
-        and none in the form of a cylinder as cylinders.
-        "AUTO": those whose facets, custom normals or materials are not meant to be seen.
+        nor any as a cylinder. "AUTO": those whose facets, normals or materials are not to be seen.
 
     Raises
     ------

@@ -172,7 +172,9 @@ class Shafts:
         distance -= span
         foot = along * cosine
         foot += off * sine
-        foot /= np.maximum(length[at] * cosine, TINY)
+        with np.errstate(over="ignore"):
+            # beyond either end where the patch's ball holds the light, or nearly so
+            foot /= np.maximum(length[at] * cosine, TINY)
         rows = (foot < 0.0).nonzero()[0]
         distance[rows] = np.sqrt(dot(v[:, rows], v[:, rows])) - span[rows]
         rows = (foot > 1.0).nonzero()[0]
