@@ -6,10 +6,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from ..numerics.arrays import Array, Ints
+from ..numerics.arrays import Array, Ints, Mask
 from ..shading.center_light import MIXED
 
-__all__ = ["UNKNOWN", "agreeing_neighbours", "largest_around"]
+__all__ = ["UNKNOWN", "agreeing_neighbours", "agrees_around", "largest_around"]
 
 
 UNKNOWN = -2
@@ -42,6 +42,19 @@ def agreeing_neighbours(seen: Ints, width: int, rays: Array | None = None) -> Ar
     alike = same & (table != MIXED) & (table != UNKNOWN)
     found: Array = np.where(alike, np.maximum(count, 1.0), 1.0).ravel()
     return found
+
+
+def agrees_around(seen: Ints, width: int) -> Mask:
+    """Whether the eight pixels around each one (n,) see what it sees, or nothing is known of them.
+
+    seen : (n,) as in `agreeing_neighbours`.
+    """
+    table = seen.reshape(-1, width)
+    wide = np.pad(table, 1, constant_values=UNKNOWN)
+    around = sliding_window_view(wide, (3, 3))
+    middle = table[..., None, None]
+    same: Mask = ((around == middle) | (around == UNKNOWN)).all(axis=(2, 3)).ravel()
+    return same
 
 
 def largest_around(values: Array, width: int) -> Array:

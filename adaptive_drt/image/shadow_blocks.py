@@ -32,6 +32,7 @@ from .biquadratic_blocks import (
     tensor_sums,
 )
 from .frame import Frame
+from .pixel_neighbours import agrees_around
 
 __all__ = [
     "AGREEMENT",
@@ -137,12 +138,15 @@ class ShadowBlocks:
         same = (seen == seen[0]).all(axis=0) & (seen[0] != MIXED)
         rows = self._pixels
         bright = rms(columns(self._centers.unhidden, rows)).max(axis=0, initial=0.0)
-        reached = self._centers.reached[self._offsets(size, 1)].sum(axis=0)
-        unseen = UNSEEN_SHARE / (FIRST_RAYS * np.maximum(reached, 1)) * bright
+        count = self._centers.reached[self._offsets(size, 1)].sum(axis=0)
+        unseen = UNSEEN_SHARE / (FIRST_RAYS * np.maximum(count, 1)) * bright
         chosen = (same & (unseen <= self._allowed)).nonzero()[0]
         rows = columns(rows, chosen)
         color = columns(self._centers.mean, rows) * columns(self._centers.fraction, rows)
-        self._settle(rows, color, np.broadcast_to(unseen[chosen], rows.shape))
+        # beside a pixel that sees a light in part, too few rays look for the same shadow
+        visibility, reached = self._frame.first_points.visibility, self._centers.reached
+        alone = agrees_around(visibility, self._frame.width) | ~reached
+        self._settle(rows, color, np.broadcast_to(unseen[chosen], rows.shape), alone[rows])
         rest = np.ones(self._origin.size, dtype=np.bool_)
         rest[chosen] = False
         self._origin = self._origin[rest]

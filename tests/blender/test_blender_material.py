@@ -169,7 +169,7 @@ def test_issues_say_which_datablock_they_are_about(export):
     things.uv_sphere().data.materials.append(things.material("Gold"))
     tree = _world(COLOR, 1.0).node_tree
     node = next(n for n in tree.nodes if n.type == "BACKGROUND")
-    tree.links.new(tree.nodes.new("ShaderNodeTexNoise").outputs[0], node.inputs["Color"])
+    tree.links.new(tree.nodes.new("ShaderNodeCameraData").outputs[0], node.inputs["Color"])
     found = {(i.kind, i.target) for i in export().issues}
     assert found == {("MATERIAL", "Gold"), ("WORLD", "World")}
 

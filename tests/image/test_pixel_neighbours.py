@@ -5,7 +5,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from adaptive_drt.image.pixel_neighbours import UNKNOWN, agreeing_neighbours, largest_around
+from adaptive_drt.image.pixel_neighbours import (
+    UNKNOWN,
+    agreeing_neighbours,
+    agrees_around,
+    largest_around,
+)
 from adaptive_drt.shading.center_light import MIXED
 
 
@@ -29,3 +34,12 @@ def test_the_largest_value_around_is_one_of_nine():
     expected = np.zeros((4, 5))
     expected[:2, :2], expected[1:, 2:] = 2.0, 7.0
     np.testing.assert_array_equal(largest_around(values.ravel(), 5).reshape(4, 5), expected)
+
+
+def test_which_pixels_agree_with_all_around():
+    seen = np.ones((5, 6), dtype=int)
+    seen[2, 4] = MIXED
+    seen[0, 0] = UNKNOWN
+    found = agrees_around(seen.ravel(), 6).reshape(5, 6)
+    assert found[1, 1] and found[4, 0] and not found[1:4, 3:6].any()
+    assert found[:, :3].sum() == 14  # all but the unknown one itself

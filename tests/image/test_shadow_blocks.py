@@ -41,8 +41,8 @@ def test_interpolated_pictures_are_those_of_sampled_pixels(monkeypatch):
     assert relative_rmse(film.color, plain.color) < 4.1e-3
     assert abs(film.color.mean() / plain.color.mean() - 1.0) < 1e-3
     shaded = [each.stats["rays"]["mesh shadow"] for each in (film, plain)]
-    # 0.40 before points looked for thin shadows in pixels that outlines reach, but few rays do not
-    assert shaded[0] < 0.5 * shaded[1]
+    # 0.51 here, 0.55 to 0.59 at 2e-3; 0.40 before rays looked for thin shadows where outlines reach
+    assert shaded[0] < 0.65 * shaded[1]
 
 
 @pytest.mark.parametrize(

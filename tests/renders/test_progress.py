@@ -93,9 +93,9 @@ def test_there_is_progress_while_a_scene_is_read(monkeypatch, name):
     """However long one call before and after the tiles takes: it comes at each heartbeat."""
     go, made = threading.Event(), getattr(render_module, name)
 
-    def slow(*arguments):
+    def slow(*arguments, **named):
         assert go.wait(60.0)
-        return made(*arguments)
+        return made(*arguments, **named)
 
     monkeypatch.setattr(render_module, name, slow)
     monkeypatch.setattr(render_module, "affordable_pixels", lambda *_: 1_000)
@@ -110,7 +110,7 @@ def test_there_is_progress_while_a_scene_is_read(monkeypatch, name):
 
 
 def test_the_first_progress_comes_before_the_scene_is_read(monkeypatch):
-    monkeypatch.setattr(render_module, "make_plan", lambda *_: 1 / 0)
+    monkeypatch.setattr(render_module, "make_plan", lambda *_, **__: 1 / 0)
     steps = render(heap(3))
     assert next(steps).film.width == 64
     with pytest.raises(ZeroDivisionError):

@@ -23,7 +23,7 @@ from ..sphere.kernels import (
     sphere_blocks_segment,
     surface_tolerance,
 )
-from ..sphere.light_occlusion import ball_occlusion, point_light_range, span_occlusion
+from ..sphere.light_occlusion import ball_occlusion, range_to_point, span_occlusion
 from .unit_space import UnitSpace
 
 __all__ = [
@@ -146,10 +146,10 @@ def ellipsoid_hides_from_footprint(
 def _range_over_patches(
     receivers: Receivers, space: UnitSpace, to: Array, v: Array
 ) -> tuple[Array, Array, Array]:
-    """Bounds of the discriminant over patches, and its rounding: see `point_light_range`."""
+    """Bounds of the discriminant over patches, and its rounding: see `range_to_point`."""
     patch, at = receivers.footprint, receivers.at
     assert patch is not None
     one, other = (space.coordinates(columns(step, at)) for step in patch.steps)
     place, way = space.coordinates(v), space.coordinates(to)
     thick = patch.thickness[at] / space.shortest
-    return point_light_range(way, place, np.ones(at.size), (one, other), thick)
+    return range_to_point(way, place, np.ones(at.size), (one, other), thick)

@@ -39,7 +39,7 @@ __all__ = [
     "ball_occlusion",
     "enclosed_may_cast_sharp_edge",
     "moving_sphere_may_shadow",
-    "point_light_range",
+    "range_to_point",
     "span_occlusion",
     "sphere_casts_sharp_edge",
     "sphere_hides_from_footprint",
@@ -261,7 +261,7 @@ def sphere_casts_sharp_edge(
         if rows.size:
             some = at[rows]
             steps = columns(patch.steps[0], some), columns(patch.steps[1], some)
-            low, high, rounding = point_light_range(
+            low, high, rounding = range_to_point(
                 columns(to, rows), columns(v, rows), r[rows], steps, patch.thickness[some]
             )
             sharp[rows] = (high >= -rounding) & (low <= rounding)
@@ -305,14 +305,14 @@ def sphere_hides_from_footprint(
     v, to, gap = center - point, light.to_center(point), light.to_center(center)
     at = receivers.at
     steps = columns(patch.steps[0], at), columns(patch.steps[1], at)
-    low, _, rounding = point_light_range(to, v, r, steps, patch.thickness[at])
+    low, _, rounding = range_to_point(to, v, r, steps, patch.thickness[at])
     along = dot(to, v)
     hidden: Mask = patch.is_clear_of(v, r, receivers.at) & (low > rounding)
     hidden &= (dot(gap, gap) > r * r) & (along > 0.0) & (along < dot(to, to))
     return hidden
 
 
-def point_light_range(
+def range_to_point(
     to: Array, v: Array, r: Array, sides: tuple[Array, Array], thickness: Array
 ) -> tuple[Array, Array, Array]:
     """Bounds of D(L - p, C - p), a quadratic in p, for p in patches, and its rounding: (m,) each.
