@@ -106,6 +106,8 @@ class ShadowOutlines:
         for item in np.unique(pairs.item[sampled]).tolist():
             rows = pairs.pixel[pairs.item == item]
             rows = rows[~unsure[rows]]
+            if not rows.size:
+                continue
             outlines = self._outlines(number, light, item)
             if outlines is None or outlines.touches_light:
                 unsure[rows] = True
