@@ -106,12 +106,10 @@ class ShadowOutlines:
         for item in np.unique(pairs.item[sampled]).tolist():
             rows = pairs.pixel[pairs.item == item]
             rows = rows[~unsure[rows]]
-            if not rows.size:
-                continue
             outlines = self._outlines(number, light, item)
             if outlines is None or outlines.touches_light:
                 unsure[rows] = True
-            elif outlines.count:
+            elif rows.size and outlines.count:
                 size = float(plan.shapes.bounding_spheres[1][item])
                 wide = span[rows] + START_HEIGHT * size
                 flat = None if sides is None else (sides[0][:, rows], sides[1][:, rows])

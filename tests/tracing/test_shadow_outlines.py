@@ -3,6 +3,7 @@
 
 import numpy as np
 
+from adaptive_drt.render import render_image
 from adaptive_drt.scene.description import Quad, QuadLight, Scene, SkyLight
 from adaptive_drt.scene.settings import Settings
 from adaptive_drt.tracing.compile import make_plan
@@ -10,6 +11,7 @@ from adaptive_drt.tracing.intersect import Pairs, Surface
 from adaptive_drt.tracing.occluder_culling import Occluders
 from adaptive_drt.tracing.shadow_outlines import ShadowOutlines
 from mesh_shapes import mesh_of
+from random_meshes import random_mesh_scene
 from random_scenes import look_at
 
 FLOOR = Quad((-6.0, -6.0, 0.0), (12.0, 0.0, 0.0), (0.0, 12.0, 0.0))
@@ -45,3 +47,10 @@ def test_only_the_border_of_a_shadow_is_reached():
 
 def test_nothing_is_proven_under_a_sky():
     assert reached_along(SkyLight((1.0, 1.0, 1.0)), 21)[1].all()
+
+
+def test_patches_that_are_all_unsure_need_no_outlines():
+    """Before this mesh lie only patches of which another object decides: no shaft is left to test."""
+    scene = random_mesh_scene(76, (16, 12), rounded=True)
+    color = render_image(scene, Settings(tolerance=1e-2, threads=1)).color
+    assert np.isfinite(color).all() and color.any()
