@@ -50,7 +50,7 @@ def test_nothing_is_proven_under_a_sky():
 
 
 def test_patches_that_are_all_unsure_need_no_outlines():
-    """Before this mesh lie only patches of which another object decides: no shaft is left to test."""
-    scene = random_mesh_scene(76, (16, 12), rounded=True)
+    """Another object decides of all patches before this mesh: no shaft is left to test."""
+    scene = random_mesh_scene(81, (16, 12))
     color = render_image(scene, Settings(tolerance=1e-2, threads=1)).color
     assert np.isfinite(color).all() and color.any()
