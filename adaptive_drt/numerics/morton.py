@@ -10,18 +10,31 @@ from .arrays import Array, Ints
 __all__ = ["morton_order"]
 
 
-MORTON_BITS = 16
-"""Number of bits along each axis of the Morton curve."""
+FINE_BITS = 16
+"""Number of bits along each axis of the Morton curve, where none is given."""
+SPREADS = (
+    (32, 0x1F00000000FFFF),
+    (16, 0x1F0000FF0000FF),
+    (8, 0x100F00F00F00F00F),
+    (4, 0x10C30C30C30C30C3),
+    (2, 0x1249249249249249),
+)
+"""Shifts and masks that move the bits of a number below 2^21 three places apart."""
 
 
-def morton_order(point: Array) -> Ints:
-    """Indices (n,) that sort points (3, n) along the Morton curve (Morton 1966)."""
+def morton_order(point: Array, bits: int = FINE_BITS) -> Ints:
+    """Indices (n,) that sort points (3, n) along the Morton curve (Morton 1966).
+
+    bits : number of bits along each axis, up to 21.
+    """
     low = point.min(axis=1, keepdims=True)
     size = float((point.max(axis=1, keepdims=True) - low).max()) or 1.0
-    most = (1 << MORTON_BITS) - 1
-    cell = np.minimum(((point - low) * (most / size)).astype(np.int64), most)
-    key = np.zeros(point.shape[1], dtype=np.int64)
-    for bit in range(MORTON_BITS):
-        for axis in range(3):
-            key |= ((cell[axis] >> bit) & 1) << (3 * bit + axis)
-    return np.argsort(key, kind="stable")
+    cells = 1 << bits
+    cell = ((point - low) * (cells / size)).astype(np.int64)
+    np.minimum(cell, cells - 1, out=cell)
+    for shift, mask in SPREADS:
+        if shift < 2 * bits:
+            cell |= cell << shift
+            cell &= mask
+    x, y, z = cell
+    return np.argsort(x | (y << 1) | (z << 2), kind="stable")

@@ -15,7 +15,8 @@ import numpy as np
 
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.gather import columns
-from .point_blocks import group_balls, morton_order
+from ..numerics.morton import morton_order
+from .point_blocks import BLOCK_BITS, group_balls
 
 __all__ = ["BallGroups", "BallTest"]
 
@@ -38,7 +39,7 @@ class BallGroups:
 
     def __init__(self, center: Array, radius: Array) -> None:
         """Sort the balls, and enclose the groups."""
-        self._order = morton_order(center)
+        self._order = morton_order(center, BLOCK_BITS)
         sorted_balls = columns(center, self._order), radius[self._order]
         groups = group_balls(*sorted_balls, GROUP_SIZES)
         self._levels = [(middle, ENCLOSING * wide) for middle, wide in groups] + [sorted_balls]

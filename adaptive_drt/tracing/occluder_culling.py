@@ -23,13 +23,14 @@ from ..lights.bounds import LightBounds
 from ..lights.emitter import Emitter
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.gather import columns
+from ..numerics.morton import morton_order
 from ..numerics.vector import dot
 from ..parallel.call_progress import progress_range, report_progress
 from .ball_groups import BallGroups
 from .compile import Plan
 from .embree import ProxyScene
 from .intersect import Pairs, Surface, cache_sized_chunks, curvature, run_indices
-from .point_blocks import group_balls, morton_order
+from .point_blocks import BLOCK_BITS, group_balls
 from .shadow_outlines import ShadowOutlines, may_shadow
 from .shadowed_occluders import hidden_by_spheres
 from .sphere_rays import SphereTracer
@@ -179,7 +180,7 @@ class Occluders:
         Blocks of points are tested with all balls, and smaller ones with those that are left. A
         block with more than `MAX_BALLS` of these counts as occluded.
         """
-        order = morton_order(sight.surface.point)
+        order = morton_order(sight.surface.point, BLOCK_BITS)
         point, reach = columns(sight.surface.point, order), sight.reach[order]
         count, bounds = order.size, sight.bounds
         kept = np.zeros(count, dtype=np.bool_)
@@ -310,7 +311,7 @@ class Occluders:
 
         Dropped are objects below the horizons of all points of a block, and those that others hide.
         """
-        order = morton_order(sight.surface.point)
+        order = morton_order(sight.surface.point, BLOCK_BITS)
         reach, count = sight.reach[order], order.size
         balls = group_balls(columns(sight.surface.point, order), reach, BLOCK_SIZES)
         # normals turn by no more than this within the reach
@@ -580,7 +581,7 @@ def pairs_by_blocks(point: Array, reach: Array, objects: int, test: BallTest) ->
     test : takes centres (3, k) and radii (k,) of blocks' bounding balls and objects (k,), metres,
         and returns (k,) bool.
     """
-    order = morton_order(point)
+    order = morton_order(point, BLOCK_BITS)
     count = order.size
     balls = group_balls(columns(point, order), reach[order], BLOCK_SIZES)
     larger = -(-count // BLOCK_SIZES[0])

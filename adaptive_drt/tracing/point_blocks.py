@@ -1,19 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Points along the Morton curve (Morton 1966), and balls around blocks of consecutive ones."""
+"""Balls around blocks of consecutive points, which are sorted so that these are neighbours."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from ..numerics.arrays import Array, Ints
+from ..numerics.arrays import Array
 from ..numerics.vector import dot
 
-__all__ = ["group_balls", "morton_order"]
+__all__ = ["BLOCK_BITS", "group_balls"]
 
-MORTON_CELLS = 1 << 10
-"""Number of cells of the Morton curve along each axis."""
-MORTON_SPREADS = ((16, 0x030000FF), (8, 0x0300F00F), (4, 0x030C30C3), (2, 0x09249249))
-"""Shifts and masks that move the bits of a number below `MORTON_CELLS` three places apart."""
+
+BLOCK_BITS = 10
+"""Number of bits along each axis of the Morton curve along which points of blocks are sorted."""
 
 
 def group_balls(point: Array, reach: Array, sizes: tuple[int, ...]) -> list[tuple[Array, Array]]:
@@ -34,16 +33,3 @@ def group_balls(point: Array, reach: Array, sizes: tuple[int, ...]) -> list[tupl
         gap = high - low
         balls.append((0.5 * (low + high), 0.5 * np.sqrt(dot(gap, gap)) + far))
     return balls[::-1]
-
-
-def morton_order(point: Array) -> Ints:
-    """Indices (n,) that sort points (3, n) along the Morton curve."""
-    low = point.min(axis=1, keepdims=True)
-    size = float((point.max(axis=1, keepdims=True) - low).max()) or 1.0
-    cell = ((point - low) * (MORTON_CELLS / size)).astype(np.int64)
-    np.minimum(cell, MORTON_CELLS - 1, out=cell)
-    for shift, mask in MORTON_SPREADS:
-        cell |= cell << shift
-        cell &= mask
-    x, y, z = cell
-    return np.argsort(x | (y << 1) | (z << 2), kind="stable")

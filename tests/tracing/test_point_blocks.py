@@ -3,13 +3,14 @@
 
 import numpy as np
 
-from adaptive_drt.tracing.point_blocks import group_balls, morton_order
+from adaptive_drt.numerics.morton import morton_order
+from adaptive_drt.tracing.point_blocks import BLOCK_BITS, group_balls
 
 
 def test_balls_hold_the_points_of_their_blocks():
     rng = np.random.default_rng(5)
     point, reach = rng.normal(size=(3, 101)), rng.uniform(0.0, 0.1, 101)
-    order = morton_order(point)
+    order = morton_order(point, BLOCK_BITS)
     assert sorted(order.tolist()) == list(range(101))
     sizes = 32, 8
     balls = group_balls(point[:, order], reach[order], sizes)
