@@ -432,6 +432,16 @@ class ShapeSet(ABC):
         near: Mask = np.sqrt(dot(gap, gap)) <= r + light.radius
         return near
 
+    def at_time(self, place: Array, index: Ints, time: Array | float) -> Array:
+        """Points (3, ...) of shapes `index` at shutter times that broadcast against it.
+
+        place : (3, n) metres, the points of all shapes at the middle of the shutter.
+        """
+        own: Array = columns(place, index)
+        if self.displacement is None or (isinstance(time, float) and time == 0.0):
+            return own
+        return own + time * columns(self.displacement, index)
+
     def displacements(self, index: Ints) -> Array | None:
         """Displacements (3, m) over the shutter, metres, or None if no shape of the set moves."""
         d = self.displacement

@@ -109,10 +109,7 @@ class CylinderSet(ShapeSet):
 
     def moved(self, index: Ints, time: Array | float) -> Array:
         """Middles (3, ...) of cylinders `index` at shutter times that broadcast against it."""
-        place: Array = columns(self.center, index)
-        if self.displacement is None or (isinstance(time, float) and time == 0.0):
-            return place
-        return place + time * columns(self.displacement, index)
+        return self.at_time(self.center, index, time)
 
     def _sizes(self, index: Ints) -> tuple[Array, Array, Array]:
         """Axes (3, ...), half lengths and radii (...) of cylinders."""

@@ -103,10 +103,7 @@ class EllipseSet(ShapeSet):
 
     def centers_at(self, index: Ints, time: Array | float) -> Array:
         """Centres (3, ...) of ellipses `index` at shutter times that broadcast against it."""
-        place: Array = columns(self.center, index)
-        if self.displacement is None or (isinstance(time, float) and time == 0.0):
-            return place
-        return place + time * columns(self.displacement, index)
+        return self.at_time(self.center, index, time)
 
     def coverage(self, index: Ints, w: Array, camera: PinholeCamera, order: int) -> PixelCoverage:
         """See `ShapeSet.coverage`."""

@@ -93,10 +93,7 @@ class EllipsoidSet(ShapeSet):
 
     def centers_at(self, index: Ints, time: Array | float) -> Array:
         """Centres (3, ...) of ellipsoids `index` at shutter times that broadcast against it."""
-        place: Array = columns(self.center, index)
-        if self.displacement is None or (isinstance(time, float) and time == 0.0):
-            return place
-        return place + time * columns(self.displacement, index)
+        return self.at_time(self.center, index, time)
 
     @property
     def bounding_spheres(self) -> tuple[Array, Array]:
@@ -203,7 +200,7 @@ class EllipsoidSet(ShapeSet):
         space = self.spaces.take(index)
         middle, across, upward = (space.coordinates(w) for w in rays.directions)
         mapped = BoxRays((middle, across, upward), rays.time, rays.duration)
-        d = None if self.displacement is None else columns(self.displacement, index)
+        d = self.displacements(index)
         d = None if d is None else space.coordinates(d)
         center = space.coordinates(columns(self.center, index))
         forms = sphere_forms(rows, mapped, center, d, np.ones(index.size))

@@ -122,10 +122,7 @@ class PolygonSet(ShapeSet):
 
     def corners_at(self, index: Ints, time: Array | float) -> Array:
         """First vertices (3, ...) of polygons `index` at shutter times that broadcast with it."""
-        place: Array = columns(self.corner, index)
-        if self.displacement is None or (isinstance(time, float) and time == 0.0):
-            return place
-        return place + time * columns(self.displacement, index)
+        return self.at_time(self.corner, index, time)
 
     def view(self, index: Ints, point: Array | float, time: Array | float) -> PolygonView:
         """Polygons as seen from points (3, ...), metres; 0 stands for the camera."""

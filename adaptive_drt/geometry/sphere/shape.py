@@ -86,10 +86,7 @@ class SphereSet(ShapeSet):
 
     def moved(self, index: Ints, time: Array | float) -> Array:
         """Centres (3, ...) of spheres `index` at shutter times that broadcast against it."""
-        place: Array = columns(self.center, index)
-        if self.displacement is None or (isinstance(time, float) and time == 0.0):
-            return place
-        return place + time * columns(self.displacement, index)
+        return self.at_time(self.center, index, time)
 
     @property
     def bounding_spheres(self) -> tuple[Array, Array]:
