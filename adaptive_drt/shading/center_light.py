@@ -29,7 +29,14 @@ from .ratio_estimator import LightSums, gather_light, ratio_estimate, unoccluded
 from .sample_light import LIGHT_STREAM
 from .sampled_occlusion import BATCHES, UNSEEN_SHARE
 
-__all__ = ["MIXED", "CenterLight", "mean_and_spread", "sample_center_light", "visibility_numbers"]
+__all__ = [
+    "MIXED",
+    "CenterLight",
+    "CenterLights",
+    "mean_and_spread",
+    "sample_center_light",
+    "visibility_numbers",
+]
 
 
 MIXED = -1
@@ -91,17 +98,9 @@ def sample_center_light(
     allowed : (n,) error, as a radiance, up to which no more rays are sent; None for any.
     tracer : as that of `blocked_segments`.
     """
-    count = pixel.size
-    brdf = diffuse_brdf(plan, hits.item)
-    unhidden = np.zeros((3, count))
-    add_emission(plan, hits, unhidden)
-    color = unhidden.copy()
-    spread, unseen = np.zeros((2, count))
-    whole, seen = np.zeros((2, len(plan.lights), count))
+    count, sums = pixel.size, CenterLights(plan, hits)
     for number, (light, shadow) in enumerate(zip(plan.lights, shadows, strict=True)):
-        shape = plan.as_shadow_caster(light)
-        factor = unoccluded_factor(light, shape, light.to_center(hits.point, 0.0), hits)
-        weight = brdf * light.power[:, None]
+        weight, factor = sums.unhidden(number)
         share, errors = np.ones(count), np.zeros((2, count))
         if light.casts_shadow:
             share[shadow.hidden] = 0.0
@@ -110,14 +109,50 @@ def sample_center_light(
             most = None if allowed is None else allowed / np.sqrt(len(plan.lights))
             fractions = _Fractions(plan, hits, pixel, number, pairs, tracer)
             fractions.sample(rays, size, most, share, errors)
-            spread += (size * errors[0]) ** 2
-            unseen += (size * errors[1]) ** 2
-        unhidden += weight * factor
-        color += weight * (factor * share)
-        whole[number], seen[number] = factor, share
-    return CenterLight(
-        unhidden, color, np.sqrt(spread), np.sqrt(unseen), visibility_numbers(whole, seen * whole)
-    )
+            sums.add_errors(size, *errors)
+        sums.add(number, weight, factor, share)
+    return sums.light
+
+
+class CenterLights:
+    """Sums over the lights of what n points send to the camera, at mid-shutter."""
+
+    def __init__(self, plan: Plan, hits: Surface) -> None:
+        """No light is entered yet; what surfaces emit themselves is."""
+        self._plan, self._hits = plan, hits
+        count = hits.item.size
+        self._brdf = diffuse_brdf(plan, hits.item)
+        self._unhidden = np.zeros((3, count))
+        add_emission(plan, hits, self._unhidden)
+        self._color = self._unhidden.copy()
+        self._spread, self._unseen = np.zeros((2, count))
+        self._whole, self._seen = np.zeros((2, len(plan.lights), count))
+
+    def unhidden(self, number: int) -> tuple[Array, Array]:
+        """Weights (3, n) and irradiance factors (n,) of a light without shadows."""
+        light = self._plan.lights[number]
+        shape = self._plan.as_shadow_caster(light)
+        to = light.to_center(self._hits.point, 0.0)
+        factor = unoccluded_factor(light, shape, to, self._hits)
+        return self._brdf * light.power[:, None], factor
+
+    def add(self, number: int, weight: Array, factor: Array, share: Array) -> None:
+        """Enter a light: what `unhidden` gives of it, and its visible fractions (n,)."""
+        self._unhidden += weight * factor
+        self._color += weight * (factor * share)
+        self._whole[number], self._seen[number] = factor, share
+
+    def add_errors(self, size: Array, spread: Array, unseen: Array) -> None:
+        """Enter errors (n,) of the fraction of a light that sends a radiance of `size` (n,)."""
+        self._spread += (size * spread) ** 2
+        self._unseen += (size * unseen) ** 2
+
+    @property
+    def light(self) -> CenterLight:
+        """The light of all that is entered."""
+        numbers = visibility_numbers(self._whole, self._seen * self._whole)
+        errors = np.sqrt(self._spread), np.sqrt(self._unseen)
+        return CenterLight(self._unhidden, self._color, *errors, numbers)
 
 
 def visibility_numbers(total: Array, visible: Array) -> Ints:

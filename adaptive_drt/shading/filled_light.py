@@ -25,11 +25,10 @@ from ..tracing.occluder_culling import Occluders
 from .center_light import (
     MIXED,
     CenterLight,
+    CenterLights,
     mean_and_spread,
     sample_center_light,
-    visibility_numbers,
 )
-from .direct_light import add_emission, diffuse_brdf
 from .ratio_estimator import gather_light, unoccluded_factor
 from .sample_light import LIGHT_STREAM
 from .sampled_occlusion import UNSEEN_SHARE
@@ -144,41 +143,28 @@ def _without_dark(plan: Plan, points: FilledPoints) -> FilledPoints:
 
 def _sample_spread(plan: Plan, points: FilledPoints) -> CenterLight:
     """Light of n pixels by rays that start at points spread over them."""
-    count = points.x.size
-    hits = points.hits
-    brdf = diffuse_brdf(plan, hits.item)
-    unhidden = np.zeros((3, count))
-    add_emission(plan, hits, unhidden)
-    color = unhidden.copy()
-    spread, unseen = np.zeros((2, count))
-    whole, seen = np.zeros((2, len(plan.lights), count))
+    count, sums = points.x.size, CenterLights(plan, points.hits)
     starts, own = _starts(plan, points)
     for number, light in enumerate(plan.lights):
-        shape = plan.as_shadow_caster(light)
-        factor = unoccluded_factor(light, shape, light.to_center(hits.point, 0.0), hits)
-        weight, share = brdf * light.power[:, None], np.ones(count)
+        weight, factor = sums.unhidden(number)
+        share = np.ones(count)
         pairs = points.candidates[number]
         if light.casts_shadow and pairs.item.size:
             spots = None
-            if shape.extended:
+            if plan.as_shadow_caster(light).extended:
                 a, b = hashed_sequence_points(
                     plan.settings.seed, points.index, LIGHT_STREAM + number, (0, FIRST_RAYS),
                     DIMENSIONS,
                 )[2:]  # fmt: skip
                 spots = a.reshape(-1, 1), b.reshape(-1, 1)
             each = pairs.for_pixels(own, count)
-            sums = gather_light(plan, starts, light, each, spots, 0.0).batched(FIRST_RAYS)
-            share, off = mean_and_spread(sums)
-            size = rms(weight) * factor
-            spread += (size * off) ** 2
-            rows = np.unique(pairs.pixel)
-            unseen[rows] += (size[rows] * (UNSEEN_SHARE / FIRST_RAYS)) ** 2
-        unhidden += weight * factor
-        color += weight * (factor * share)
-        whole[number], seen[number] = factor, share
-    return CenterLight(
-        unhidden, color, np.sqrt(spread), np.sqrt(unseen), visibility_numbers(whole, seen * whole)
-    )
+            found = gather_light(plan, starts, light, each, spots, 0.0).batched(FIRST_RAYS)
+            share, off = mean_and_spread(found)
+            unseen = np.zeros(count)
+            unseen[pairs.pixel] = UNSEEN_SHARE / FIRST_RAYS
+            sums.add_errors(rms(weight) * factor, off, unseen)
+        sums.add(number, weight, factor, share)
+    return sums.light
 
 
 def _starts(plan: Plan, points: FilledPoints) -> tuple[Surface, Ints]:
