@@ -24,7 +24,9 @@ from ..numerics.arrays import Array, Ints
 
 __all__ = [
     "FAR_WORD",
+    "FLOAT3",
     "HIT_WORDS",
+    "INDICES",
     "INSTANCE_WORD",
     "ITEM_WORD",
     "LONGEST_RAY",
@@ -33,6 +35,7 @@ __all__ = [
     "PACKET",
     "RAY_WORDS",
     "TIME_WORD",
+    "VERTICES",
     "aligned_words",
     "geometry_buffer",
     "native_library",
@@ -53,6 +56,8 @@ VERSION_PROPERTY = 0
 """Number of the device's property that holds its version (RTC_DEVICE_PROPERTY_VERSION)."""
 ROBUST = 4
 """Flag of scenes that leave no gaps between faces that share vertices (RTC_SCENE_FLAG_ROBUST)."""
+INDICES, VERTICES, FLOAT3 = 0, 1, 0x9003
+"""Embree's numbers of the buffers of vertices and of their numbers, and of the format of places."""
 PACKET = 16
 """Number of rays in one call."""
 RAY_WORDS, HIT_WORDS = 12, 9

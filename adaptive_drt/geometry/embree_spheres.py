@@ -17,16 +17,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..numerics.arrays import Array, Ints, Mask
+from ..numerics.floats import FLOAT32_ROUNDOFF
 from ..numerics.vector import dot
 from .embree_library import (
     FAR_WORD,
+    FLOAT3,
     HIT_WORDS,
+    INDICES,
     ITEM_WORD,
     LONGEST_RAY,
     MASK_WORD,
     PACKET,
     RAY_WORDS,
     TIME_WORD,
+    VERTICES,
     aligned_words,
     geometry_buffer,
     native_library,
@@ -40,12 +44,10 @@ from .ray_counts import count_rays
 __all__ = ["SphereScene"]
 
 
-SPHERE_POINTS, VERTICES, FLOAT4 = 50, 1, 0x9004
-"""Embree's numbers of the kind of shape, of the buffer and of its format."""
-QUADS, INDICES, FLOAT3, UINT4 = 1, 0, 0x9003, 0x5004
-"""The same of quadrilaterals, the buffer of their vertices' numbers, and the formats of both."""
-FLOAT32_ROUNDOFF = 2.0**-24
-"""Largest relative rounding error of a float32 operation."""
+SPHERE_POINTS, FLOAT4 = 50, 0x9004
+"""Embree's numbers of spheres, and of the format of their places and radii."""
+QUADS, UINT4 = 1, 0x5004
+"""The same of quadrilaterals, and of the format of their vertices' numbers."""
 START_OFFSET = 16.0 * FLOAT32_ROUNDOFF
 """Distance of the start of rays from the surface that they leave, along its normal, and of their
 end from the light, as a fraction of the scene's size: more than embree's rounding of centres, radii

@@ -16,6 +16,7 @@ import numpy as np
 
 from ..geometry.embree import make_embree_scene
 from ..numerics.arrays import Array, Ints
+from ..numerics.floats import FLOAT32_ROUNDOFF
 
 __all__ = ["ProxyScene"]
 
@@ -24,8 +25,6 @@ GOLDEN_RATIO = (1.0 + 5.0**0.5) / 2.0
 """The golden ratio, of which the coordinates of an icosahedron's corners are made."""
 ICOSAHEDRON_INSPHERE = 0.7946544722917661
 """Radius of the inscribed sphere of an icosahedron whose corners lie on the unit sphere."""
-FLOAT32_ROUNDOFF = 2.0**-24
-"""Largest relative rounding error of a float32 operation."""
 PROXY_INFLATION = 64.0 * FLOAT32_ROUNDOFF
 """Length added to the radius of each proxy, as a fraction of the scene's size.
 

@@ -14,10 +14,10 @@ from typing import Any, Protocol
 import numpy as np
 
 from ...numerics.arrays import Array, Ints
-from ...numerics.floats import TINY
+from ...numerics.floats import FLOAT32_ROUNDOFF, TINY
 from ..embree import has_embree, make_embree_scene
 from .bvh import BoxTree
-from .tracer import FLOAT32_ROUNDOFF, entering_rays
+from .tracer import entering_rays
 
 __all__ = ["BoxWalk", "InstanceBoxes"]
 

@@ -14,15 +14,19 @@ from typing import Any
 import numpy as np
 
 from ...numerics.arrays import Array, Ints, Mask
+from ...numerics.floats import FLOAT32_ROUNDOFF
 from ...numerics.gather import columns
 from ...numerics.vector import dot
 from ..embree_library import (
     FAR_WORD,
+    FLOAT3,
     HIT_WORDS,
+    INDICES,
     INSTANCE_WORD,
     ITEM_WORD,
     LONGEST_RAY,
     RAY_WORDS,
+    VERTICES,
     geometry_buffer,
     native_library,
     ray_packets,
@@ -32,17 +36,15 @@ from ..embree_library import (
 )
 from ..ray_counts import count_rays
 from .placements import Placements, applied, stretch
-from .tracer import FLOAT32_ROUNDOFF, entering_rays
+from .tracer import entering_rays
 
 __all__ = ["InstanceScene"]
 
 
 TRIANGLES, INSTANCE_ARRAY = 0, 122
 """Embree's numbers of kinds of geometries."""
-INDICES, VERTICES, TRANSFORMS = 0, 1, 23
-"""Embree's numbers of the kinds of buffers."""
-UINT3, FLOAT3, FLOAT3X4_COLUMNS = 0x5003, 0x9003, 0x9234
-"""Embree's numbers of the formats of buffers."""
+TRANSFORMS, UINT3, FLOAT3X4_COLUMNS = 23, 0x5003, 0x9234
+"""Embree's numbers of the buffer of matrices, and of formats of buffers."""
 ROUNDING = 16.0 * FLOAT32_ROUNDOFF
 """Distance by which embree may misplace a ray in an instance, as a fraction of the size of all
 instances and times the condition of the instance's matrix: a generous bound on what is rounded of

@@ -15,16 +15,15 @@ from typing import Any
 import numpy as np
 
 from ...numerics.arrays import Array, Ints, Mask
+from ...numerics.floats import FLOAT32_ROUNDOFF
 from ...numerics.vector import dot
 from ..embree import has_embree, make_embree_scene
 from ..ray_counts import count_rays
 from .bvh import FaceTree
 
-__all__ = ["FLOAT32_ROUNDOFF", "START_OFFSET", "FaceTracer", "entering_rays"]
+__all__ = ["START_OFFSET", "FaceTracer", "entering_rays"]
 
 
-FLOAT32_ROUNDOFF = 2.0**-24
-"""Largest relative rounding error of a float32 operation."""
 START_OFFSET = 16.0 * FLOAT32_ROUNDOFF
 """Distance of the start of shadow rays from the face they leave, and of their end from the light,
 as a fraction of the mesh's size: more than embree's rounding of vertices, rays and hits."""
