@@ -27,7 +27,7 @@ import numpy as np
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.floats import TINY, UNIT_ROUNDOFF
 from ..numerics.gather import columns
-from ..numerics.vector import cross, dot
+from ..numerics.vector import cross, dot, perpendicular_pair
 from .spherical_curves import Circles, GreatCircleArcs, HalfSpaces, Intervals
 
 __all__ = [
@@ -130,7 +130,7 @@ def ellipsoid_outline(v: Array, half_axes: Array) -> tuple[Array, Array, Array]:
     h = [half_axes[:, i] for i in range(3)]
     y = np.array(unit_ball_position(v, half_axes))
     size = np.sqrt(dot(y, y))
-    e1, e2 = _perpendicular_pair(y / np.maximum(size, TINY))
+    e1, e2 = perpendicular_pair(y / np.maximum(size, TINY))
     scale = np.sqrt(np.maximum((size - 1.0) * (size + 1.0), 0.0)) / np.maximum(size, TINY)
     u, w = (h[0] * e[0] + h[1] * e[1] + h[2] * e[2] for e in (e1, e2))
     return scale * v, u, w
@@ -164,7 +164,7 @@ def cones_of_ellipses(center: Array, half_u: Array, half_v: Array) -> EllipticCo
     volume = volume / most / most / most
     z = _negative_axis(c, u, v)
     for _ in range(FRAME_STEPS):
-        x, y = _perpendicular_pair(z)
+        x, y = perpendicular_pair(z)
         xx, xy, yy, xz, yz, zz = _dual_form(c, u, v, x, y, z)
         # (S - zz) d = -(xz, yz), with S the part of P across the axis
         xx, yy = xx - zz, yy - zz
@@ -173,7 +173,7 @@ def cones_of_ellipses(center: Array, half_u: Array, half_v: Array) -> EllipticCo
         z = z + ((xy * yz - yy * xz) / det) * x + ((xy * xz - xx * yz) / det) * y
         z /= np.sqrt(dot(z, z))
     z = np.where(dot(z, c) < 0.0, -z, z)
-    x, y = _perpendicular_pair(z)
+    x, y = perpendicular_pair(z)
     xx, xy, yy, _, _, zz = _dual_form(c, u, v, x, y, z)
     turn = 0.5 * np.arctan2(2.0 * xy, xx - yy)
     x = np.cos(turn) * x + np.sin(turn) * y
@@ -207,19 +207,6 @@ def _dual_form(c: Array, u: Array, v: Array, x: Array, y: Array, z: Array) -> tu
         return value
 
     return tuple(element(*at) for at in ((0, 0), (0, 1), (1, 1), (0, 2), (1, 2), (2, 2)))
-
-
-def _perpendicular_pair(z: Array) -> tuple[Array, Array]:
-    """Unit vectors x, y (3, ...) that complete right-handed frames (x, y, z) of unit vectors z.
-
-    Source: Duff and others 2017, Building an orthonormal basis, revisited, JCGT 6(1).
-    """
-    sign = np.where(z[2] < 0.0, -1.0, 1.0)
-    p = -1.0 / (sign + z[2])
-    q = z[0] * z[1] * p
-    x = np.stack([1.0 + sign * z[0] * z[0] * p, sign * q, -sign * z[0]])
-    y = np.stack([q, sign + z[1] * z[1] * p, -z[1]])
-    return x, y
 
 
 def cone_heights(normal: Array, cones: EllipticCones) -> tuple[Array, Array]:

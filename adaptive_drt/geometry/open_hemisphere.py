@@ -28,7 +28,7 @@ import numpy as np
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.floats import TINY, UNIT_ROUNDOFF
 from ..numerics.gather import columns
-from ..numerics.vector import cross, dot
+from ..numerics.vector import cross, dot, perpendicular_pair
 from .crossing_circles import order_on_rings
 from .silhouettes import PolygonSilhouettes
 
@@ -498,7 +498,7 @@ def _ring_samples(block: _Block) -> _Vertices:
     ring = block.used.ravel().nonzero()[0]
     ring = ring[ring % k < block.caps]
     axis = columns(block.axis.reshape(3, -1), ring)
-    u, w = _frames(axis)
+    u, w = perpendicular_pair(axis)
     sine, cosine = block.sine.ravel()[ring], block.cosine.ravel()[ring]
     place = cosine * axis + sine * (np.cos(SAMPLE_ANGLE) * u + np.sin(SAMPLE_ANGLE) * w)
     return _Vertices(place, ring // k, ring, ring, np.full(ring.size, COVERED))
@@ -568,7 +568,7 @@ def _arcs(block: _Block, vertices: _Vertices, neighbours: _Neighbours | None) ->
     ring = np.concatenate([vertices.ends, vertices.starts])
     vertex = np.concatenate([np.arange(m), np.arange(m)])
     axes = block.axis.reshape(3, -1)
-    u, w = _frames(columns(axes, ring))
+    u, w = perpendicular_pair(columns(axes, ring))
     place = columns(vertices.place, vertex)
     angle = np.arctan2(dot(w, place), dot(u, place))
     order = order_on_rings(ring, angle)
@@ -609,17 +609,3 @@ def _middles(axis: Array, sine: Array, cosine: Array, x: Array, y: Array, turn: 
         aside[:, short] = out * (np.where(turn[short] > np.pi, -1.0, 1.0) / sine[short])
     middle: Array = cosine * axis + sine * aside
     return middle
-
-
-def _frames(axis: Array) -> tuple[Array, Array]:
-    """Unit vectors u, w (3, m) that complete unit vectors to right-handed frames (axis, u, w).
-
-    Source: Duff and others 2017, Building an orthonormal basis, revisited.
-    """
-    x, y, z = axis
-    sign = np.copysign(1.0, z)
-    a = -1.0 / (sign + z)
-    b = x * y * a
-    u = np.array([1.0 + sign * x * x * a, sign * b, -sign * x])
-    w = np.array([b, sign + y * y * a, -y])
-    return u, w

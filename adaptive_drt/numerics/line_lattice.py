@@ -15,6 +15,7 @@ import numpy as np
 from .arrays import Array
 from .axes import TIME
 from .box_polynomials import BOX_ENDS
+from .line_roots import polynomial_value
 
 __all__ = ["Lattice", "SideLattice", "restrict_to_lines"]
 
@@ -70,7 +71,7 @@ def restrict_to_lines(form: Array, lattice: Lattice) -> list[Array]:
     u, v, axis = lattice.u, lattice.v, lattice.axis
     if axis == TIME:
         return [_evaluate_at(part, u, v) for part in form]
-    part: list[Array] = [_horner(form[:, k], v) for k in range(form.shape[1])]
+    part: list[Array] = [polynomial_value(form[:, k], v) for k in range(form.shape[1])]
     if len(part) == 1:
         return part
     own, other = (1, 2) if axis == 0 else (2, 1)
@@ -82,14 +83,6 @@ def restrict_to_lines(form: Array, lattice: Lattice) -> list[Array]:
         part[own] + u * part[4],
         part[squares[own]],
     ]
-
-
-def _horner(coefficients: Array, v: Array) -> Array:
-    """Value of polynomials in v with coefficients (T, m): (1, columns, m), or (m,) if T is 1."""
-    value: Array = coefficients[-1]
-    for coefficient in coefficients[-2::-1]:
-        value = coefficient + v * value
-    return value
 
 
 def _evaluate_at(part: Array, u: Array, v: Array) -> Array:

@@ -7,6 +7,7 @@ lines run from s = -1/2 to s = 1/2.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TypeAlias
 
 import numpy as np
@@ -19,6 +20,7 @@ __all__ = [
     "LinePolynomial",
     "coefficient",
     "multiply",
+    "polynomial_value",
     "quadratic_roots",
     "quartic_roots",
 ]
@@ -52,6 +54,14 @@ def multiply(a: LinePolynomial, b: LinePolynomial) -> LinePolynomial:
 def coefficient(polynomial: LinePolynomial, power: int) -> Array:
     """Coefficient of a power; zeros beyond the degree."""
     return polynomial[power] if power < len(polynomial) else np.zeros(polynomial[0].shape)
+
+
+def polynomial_value(polynomial: Sequence[Array] | Array, s: Array | float) -> Array:
+    """Value of a polynomial at s, by the rule of Horner."""
+    value: Array = polynomial[-1]
+    for part in polynomial[-2::-1]:
+        value = part + s * value
+    return value
 
 
 def quadratic_roots(c: Array, slope: Array, a: Array) -> tuple[Array, Array]:

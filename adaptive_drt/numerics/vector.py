@@ -15,7 +15,17 @@ from .jet import Batch, Jet, Operand, bilinear, quadratic, where
 from .jet_functions import patch_jump, patch_kink, sqrt
 from .partials import Array, Partial, Partials, leading_component
 
-__all__ = ["cross", "dot", "norm", "normalize", "rms", "scale", "squared_norm", "total"]
+__all__ = [
+    "cross",
+    "dot",
+    "norm",
+    "normalize",
+    "perpendicular_pair",
+    "rms",
+    "scale",
+    "squared_norm",
+    "total",
+]
 
 
 SMALL_SIZE = 12_288
@@ -131,6 +141,20 @@ def normalize(a: Batch) -> Batch:
         return a * (1.0 / sqrt(square))
     unit = a * (1.0 / sqrt(where(zero, 1.0, square)))
     return patch_jump(unit, zero, *_lengths(a))
+
+
+def perpendicular_pair(axis: Array) -> tuple[Array, Array]:
+    """Unit vectors u, w (3, ...) that complete unit vectors to right-handed frames (axis, u, w).
+
+    Source: Duff and others 2017, Building an orthonormal basis, revisited, JCGT 6(1).
+    """
+    x, y, z = axis
+    sign = np.copysign(1.0, z)
+    a = -1.0 / (sign + z)
+    b = x * y * a
+    u = np.array([1.0 + sign * x * x * a, sign * b, -sign * x])
+    w = np.array([b, sign + y * y * a, -y])
+    return u, w
 
 
 @overload

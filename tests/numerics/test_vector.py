@@ -9,7 +9,15 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from adaptive_drt.numerics.jet import Jet, take
-from adaptive_drt.numerics.vector import cross, dot, norm, normalize, scale, squared_norm
+from adaptive_drt.numerics.vector import (
+    cross,
+    dot,
+    norm,
+    normalize,
+    perpendicular_pair,
+    scale,
+    squared_norm,
+)
 from differences import AXES, densified, entries, partials, polynomial, random_jet
 
 SAMPLES = 6
@@ -171,3 +179,12 @@ def test_the_zero_vector(order):
     assert still.is_constant
     for entry in entries(length) + entries(unit):
         assert not np.isnan(entry).any()
+
+
+def test_perpendicular_pairs_complete_right_handed_frames():
+    axis = np.random.default_rng(6).normal(size=(3, 500))
+    axis[:, :6] = np.concatenate([np.eye(3), -np.eye(3)], axis=1)
+    axis /= np.sqrt((axis * axis).sum(axis=0))
+    frame = np.array([axis, *perpendicular_pair(axis)]).transpose(2, 0, 1)
+    assert np.abs(frame @ frame.transpose(0, 2, 1) - np.eye(3)).max() < 1e-15
+    assert np.abs(np.linalg.det(frame) - 1.0).max() < 1e-14

@@ -27,9 +27,9 @@ from ...numerics.box_polynomials import (
     unit_vectors,
 )
 from ...numerics.line_lattice import Lattice, restrict_to_lines
-from ...numerics.line_roots import NO_ROOT, LinePolynomial, quadratic_roots
-from ...numerics.vector import cross, dot
-from ..ellipse.line_polynomials import EllipseForms
+from ...numerics.line_roots import NO_ROOT, LinePolynomial, polynomial_value, quadratic_roots
+from ...numerics.vector import cross, dot, perpendicular_pair
+from ..ellipse.line_polynomials import EllipseForms, disk_discriminant
 from ..line_forms import (
     TIME_NORMAL,
     BoxCoverage,
@@ -181,40 +181,40 @@ class _LineParts:
 
     def touches_side(self, s: Array) -> Mask:
         """Whether lines at s, that touch the infinite cylinder, do so between its ends, ahead."""
-        low, high = _value(self.low, s), _value(self.high, s)
-        p, q = _value(self.p, s), _value(self.q, s)
-        along = _value(self.f, s) * p
+        low, high = polynomial_value(self.low, s), polynomial_value(self.high, s)
+        p, q = polynomial_value(self.p, s), polynomial_value(self.q, s)
+        along = polynomial_value(self.f, s) * p
         between: Mask = (low * q <= along) & (along <= high * q) & (p > 0.0)
         return between
 
     def meets_level(self, s: Array) -> Mask:
         """Whether rays at s, parallel to the ends, are between their planes and hit the side."""
-        low, high = _value(self.low, s), _value(self.high, s)
+        low, high = polynomial_value(self.low, s), polynomial_value(self.high, s)
         slack = EDGE_ON_TOLERANCE * (high - low)
-        meets: Mask = (low <= slack) & (high >= -slack) & (_value(self.d, s) >= 0.0)
-        return meets & (_value(self.p, s) > 0.0)
+        meets: Mask = (low <= slack) & (high >= -slack) & (polynomial_value(self.d, s) >= 0.0)
+        return meets & (polynomial_value(self.p, s) > 0.0)
 
     def at_side(self, s: Array) -> Mask:
         """Whether the camera, on the infinite cylinder at s, is between its ends."""
-        low, high = _value(self.low, s), _value(self.high, s)
+        low, high = polynomial_value(self.low, s), polynomial_value(self.high, s)
         between: Mask = (low <= 0.0) & (high >= 0.0)
         return between
 
     def at_end(self, s: Array) -> Mask:
         """Whether the camera, in the plane of an end at s, is inside the infinite cylinder."""
-        inside: Mask = _value(self.g, s) <= 0.0
+        inside: Mask = polynomial_value(self.g, s) <= 0.0
         return inside
 
     def meets_solid(self, s: float) -> Mask:
         """Whether rays at s hit the solid, ends included."""
-        d, p, q, f = (_value(each, s) for each in (self.d, self.p, self.q, self.f))
-        low, high = _value(self.low, s), _value(self.high, s)
+        d, p, q, f = (polynomial_value(each, s) for each in (self.d, self.p, self.q, self.f))
+        low, high = polynomial_value(self.low, s), polynomial_value(self.high, s)
         root = np.sqrt(np.maximum(d, 0.0))
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):  # along the axis
             near, far = (p - root) / q, (p + root) / q
             ends = low / f, high / f
         level, along = f == 0.0, q == 0.0
-        inside, between = _value(self.g, s) < 0.0, (low < 0.0) & (high > 0.0)
+        inside, between = polynomial_value(self.g, s) < 0.0, (low < 0.0) & (high > 0.0)
         near = np.where(along, np.where(inside, -np.inf, np.inf), near)
         far = np.where(along, np.where(inside, np.inf, -np.inf), far)
         enter = np.where(level, np.where(between, -np.inf, np.inf), np.minimum(*ends))
@@ -222,14 +222,6 @@ class _LineParts:
         last = np.minimum(far, leave)
         meets: Mask = (d >= 0.0) & (np.maximum(near, enter) < last) & (last > 0.0)
         return meets
-
-
-def _value(polynomial: LinePolynomial, s: Array | float) -> Array:
-    """Value of a polynomial at s."""
-    value = polynomial[-1]
-    for coefficient in polynomial[-2::-1]:
-        value = coefficient + s * value
-    return value
 
 
 def _linear_root(height: LinePolynomial) -> Array:
@@ -278,41 +270,15 @@ def side_forms(
         rise = dot(change, axis)[None]
         low.append(rise)
         high.append(rise)
+    # half axes of unit length: all is over the square of the radius
+    frame, square = perpendicular_pair(axis), rr * linear_product(f, f)
     disks = [
-        np.array(_disk_discriminant(w, f, v + side * half * axis, change, axis, rr))
-        for side in (-1.0, 1.0)
+        disk_discriminant(square, w, frame, v + side * half * axis, change) for side in (-1.0, 1.0)
     ]
     parts = (np.array(d), np.array(p), q[None], np.array(g), f[None], np.array(low), np.array(high))
     return SideForms(rows, (*parts, *disks))
 
 
-def _disk_discriminant(
-    w: tuple[Array, Array, Array], f: Array, c: Array, change: Array | None, axis: Array, rr: Array
-) -> list[Array]:
-    """Powers of t of polynomials (6, m), not negative for rays that hit the plane of a disk in it.
-
-    They are those of `ellipse.line_polynomials` for half axes as long as the radius, over its
-    square. c : (3, m) metres, the centres.
-    """
-    x, y = _frame(axis)
-    a, b = linear_coefficients(w, cross(y, c)), linear_coefficients(w, cross(c, x))
-    d = [rr * linear_product(f, f) - linear_product(a, a) - linear_product(b, b)]
-    if change is not None:
-        u, v = linear_coefficients(w, cross(y, change)), linear_coefficients(w, cross(change, x))
-        d.append(-2.0 * (linear_product(a, u) + linear_product(b, v)))
-        d.append(-linear_product(u, u) - linear_product(v, v))
-    return d
-
-
 def _across(vector: Array, axis: Array) -> Array:
     """What of vectors (3, m) is across unit axes."""
     return vector - dot(vector, axis) * axis
-
-
-def _frame(axis: Array) -> tuple[Array, Array]:
-    """Unit vectors x, y (3, m) that complete right-handed frames (x, y, axis)."""
-    least = np.abs(axis)
-    away = (least == least.min(axis=0)).astype(np.float64)
-    x = cross(axis, away)
-    x /= np.sqrt(dot(x, x))
-    return x, cross(axis, x)

@@ -39,7 +39,7 @@ from ..line_forms import (
 )
 from ..quadric_lines import cone_intervals
 
-__all__ = ["EllipseForms", "ellipse_forms"]
+__all__ = ["EllipseForms", "disk_discriminant", "ellipse_forms"]
 
 
 class EllipseForms(LineForms):
@@ -141,14 +141,35 @@ def ellipse_forms(
     place, change = rays.positions(center, displacement)
     normal, w = cross(u, v), rays.directions
     f = linear_coefficients(w, normal)
-    a, b = linear_coefficients(w, cross(v, place)), linear_coefficients(w, cross(place, u))
-    d = [linear_product(f, f) - linear_product(a, a) - linear_product(b, b)]
+    d = disk_discriminant(linear_product(f, f), w, (u, v), place, change)
     height = [dot(place, normal)[None]]
+    if change is not None:
+        height.append(dot(change, normal)[None])
+    return EllipseForms(rows, (d, f[None], np.array(height)))
+
+
+def disk_discriminant(
+    square: Array,
+    w: tuple[Array, Array, Array],
+    axes: tuple[Array, Array],
+    place: Array,
+    change: Array | None,
+) -> Array:
+    """Powers of t of the discriminant f^2 - a^2 - b^2: polynomials (1 or 3, 6, m).
+
+    Parameters
+    ----------
+    square : (6, m) f^2.  w : directions, as `BoxRays` has them.
+    axes : two of (3, m), half axes u and v, or what is as long as they are relative to f.
+    place, change : (3, m) metres, the centres, and their changes with t; None if none moves.
+    """
+    u, v = axes
+    a, b = linear_coefficients(w, cross(v, place)), linear_coefficients(w, cross(place, u))
+    d = [square - linear_product(a, a) - linear_product(b, b)]
     if change is not None:
         p, q = linear_coefficients(w, cross(v, change)), linear_coefficients(w, cross(change, u))
         d += [
             -2.0 * (linear_product(a, p) + linear_product(b, q)),
             -linear_product(p, p) - linear_product(q, q),
         ]
-        height.append(dot(change, normal)[None])
-    return EllipseForms(rows, (np.array(d), f[None], np.array(height)))
+    return np.array(d)
