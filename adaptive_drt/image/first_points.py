@@ -39,7 +39,7 @@ class FirstPoints:
         self._width = width
         self._spread, self._unseen = np.zeros((2, count))
         self.visibility, self._item = np.full((2, count), UNKNOWN)
-        self.agreeing, self._edge_share = np.ones((2, count))
+        self.agreeing, self._all_agreeing, self._edge_share = np.ones((3, count))
         self._dusk, self._bright_around = np.zeros(count, dtype=np.bool_), np.zeros(count)
 
     def enter_centers(self, rows: Ints, item: Ints, light: CenterLight) -> None:
@@ -71,6 +71,7 @@ class FirstPoints:
         agreeing = np.where(agreeing > 1.0, agreeing, LONE_RAYS)
         # all rays from a point may miss the sharp shadow of a wire between points
         self.agreeing = np.maximum(agreeing / LIGHT_RAYS, LONE_POINTS) if mesh else agreeing
+        # rays that start at places of their own in the pixel miss it one by one
         self._all_agreeing = np.where(usable, agreeing, self.agreeing)
         # where things move, outlines are bounded by balls: most pixels have none
         share = 1.0 / agreeing_neighbours(self._item, self._width)

@@ -128,8 +128,7 @@ class SeenBounds:
     @cached_property
     def _pyramid(self) -> Array:
         """Unit normals (3, 4) of the sides of the pyramid, which point into it."""
-        sides = cross(self.corner, np.roll(self.corner, -1, axis=1))
-        sides *= np.sign(dot(sides, self.corner.mean(axis=1, keepdims=True)))
+        sides = _side_normals(self.corner)
         inward: Array = sides / np.sqrt(dot(sides, sides))
         return inward
 
@@ -221,6 +220,13 @@ def _facing_plane(cover: Array) -> tuple[Array, float] | None:
     return (normal, offset) if offset < 0.0 else (-normal, -offset)
 
 
+def _side_normals(corner: Array) -> Array:
+    """Normals (3, k) of the sides of the pyramid over a polygon (3, k), which point into it."""
+    sides = cross(corner, np.roll(corner, -1, axis=1))
+    inward: Array = sides * np.sign(dot(sides, corner.mean(axis=1, keepdims=True)))
+    return inward
+
+
 def _hidden(table: ShapeTable, seen: Mask) -> Mask:
     """Objects (n,) that a single polygon hides from the camera."""
     hidden = np.zeros(seen.size, dtype=np.bool_)
@@ -238,8 +244,7 @@ def _hidden(table: ShapeTable, seen: Mask) -> Mask:
         behind = plane[0] @ center + radius < plane[1] - slack
         if not behind.any():
             continue
-        sides = cross(cover, np.roll(cover, -1, axis=1))
-        sides *= np.sign(dot(sides, cover.mean(axis=1, keepdims=True)))
+        sides = _side_normals(cover)
         sizes = np.sqrt(dot(sides, sides))
         if (sizes > 0.0).all():
             within = (sides / sizes).T @ center > radius + slack

@@ -235,14 +235,17 @@ class _Export:
 
     def turning_form(self, thing: Any) -> MeshForm:
         """Return the triangles of a mesh that was read as another form, but turns or grows."""
-        pointer = thing.data.as_pointer()
-        if pointer not in self.stretched:
-            with mesh_of(thing) as mesh:
-                form = triangle_form(mesh)
-            self.stretched[pointer] = replace(self.meshes[pointer], form=form, left_out=())
-        found = self.stretched[pointer].form
+        with mesh_of(thing) as mesh:
+            found = self.with_faces(thing.data.as_pointer(), mesh).form
         assert isinstance(found, MeshForm)
         return found
+
+    def with_faces(self, pointer: int, mesh: Any) -> _Known:
+        """Return what is known of a mesh, with its triangles instead of the form that it has."""
+        if pointer not in self.stretched:
+            form = triangle_form(mesh)
+            self.stretched[pointer] = replace(self.meshes[pointer], form=form, left_out=())
+        return self.stretched[pointer]
 
     def add_copy(
         self, form: MeshForm, worn: dict[int, Material], track: Track, instance: Any, name: str
@@ -546,9 +549,7 @@ def _gather_faces(instance: Any, name: str, gathered: _Export) -> None:
             gathered.meshes[pointer] = _read(mesh, gathered)
         known = gathered.meshes[pointer]
         if isinstance(known.form, MeshSphere) and gathered.keeps_faces(instance, known.form):
-            if pointer not in gathered.stretched:
-                gathered.stretched[pointer] = replace(known, form=triangle_form(mesh), left_out=())
-            known = gathered.stretched[pointer]
+            known = gathered.with_faces(pointer, mesh)
         form = known.form
         if isinstance(form, str):
             gathered.tell(name, form, missing=True)
