@@ -350,6 +350,6 @@ def _split_lines(conic: tuple[tuple[Array, ...], ...]) -> tuple[Array, Array]:
     # a matrix of rank one: its largest element tells the row and the column
     largest = np.abs(matrix).reshape(9, -1).argmax(axis=0)
     row, column = largest // 3, largest % 3
-    first: Array = matrix[row, :, each].T
-    second: Array = matrix[:, column, each]
-    return first, second
+    # of strided arrays, arctan2 depends in its last bit on where in memory its result comes to lie
+    first, second = matrix[row, :, each].T, matrix[:, column, each]
+    return np.ascontiguousarray(first), np.ascontiguousarray(second)

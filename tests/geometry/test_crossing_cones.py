@@ -6,7 +6,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from adaptive_drt.geometry.crossing_cones import cones_inside_each_other, sinusoid_zeros
+from adaptive_drt.geometry.crossing_cones import (
+    _split_lines,
+    cones_inside_each_other,
+    sinusoid_zeros,
+)
 from elliptic_outlines import MARGIN, form, random_cones, unit
 
 FAMILIES = (
@@ -61,3 +65,11 @@ def test_zeros_of_sinusoids_are_all_found():
     np.testing.assert_array_equal(found.sum(axis=0), on_circle.sum(axis=1))
     value = a0 + a1 * np.cos(phi) + b1 * np.sin(phi) + a2 * np.cos(2 * phi) + b2 * np.sin(2 * phi)
     assert np.abs(value[found]).max() < 1e-9
+
+
+def test_lines_of_a_conic_are_contiguous():
+    """NumPy computes arctan2 of strided arrays by other code where the result's memory follows."""
+    conic = np.random.default_rng(2).normal(size=(3, 3, 33))
+    conic += conic.transpose(1, 0, 2)
+    for line in _split_lines(conic):
+        assert line.shape == (3, 33) and line.flags.c_contiguous
