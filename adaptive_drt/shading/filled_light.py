@@ -95,7 +95,9 @@ def sample_filled_light(
         occluders.outlines.before(number, points.hits, points.reach, pairs, sides)
         for number, pairs in enumerate(points.candidates)
     ]
-    near = np.logical_or.reduce([each.near for each in outlines])
+    near = np.zeros(count, dtype=np.bool_)
+    for each in outlines:
+        near |= each.near
     some, rest = near.nonzero()[0], (~near).nonzero()[0]
     part = points.take(rest)
     sure = sample_center_light(plan, part.hits, part.index, part.shadows, rays)

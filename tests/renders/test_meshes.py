@@ -125,6 +125,14 @@ def test_hostile_meshes_are_harmless(method):
         assert film.color.mean() > 0.0 or vertices is cases[-1][0]  # which may hide all
 
 
+def test_meshes_without_a_light_show_what_they_emit():
+    glow = replace(ball_mesh(10, 6), materials=(Material(emission=(0.5, 0.25, 0.125)),))
+    film = render_image(Scene(CAMERA, (FLOOR, glow), (), SKY), Settings(tolerance=2e-2))
+    seen = film.color[0] > 0.3
+    assert 20 < seen.sum() < 0.5 * seen.size
+    np.testing.assert_allclose(film.color[:, 8, 12], (0.5, 0.25, 0.125))
+
+
 def test_parts_of_a_picture_are_those_of_the_whole():
     scene = Scene(CAMERA, CASES["smooth"], (LAMP,), SKY)
     whole = render_image(scene, Settings(tolerance=2e-2)).color
