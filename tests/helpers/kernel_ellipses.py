@@ -213,24 +213,27 @@ def _true_cone_integral(m, x, y, z, a, b, up, low, high):
     """By quadrature of n.((w - c) x dw), with c the axis, in a variable in which w turns evenly."""
 
     def place(phi):
-        r = a * np.cos(phi) * x + b * np.sin(phi) * y + z
-        return r, r / np.sqrt(dot(r, r))
+        r = a * m.cos(phi) * x + b * m.sin(phi) * y + z
+        return r, r / m.norm(r)
+
+    def turned(phi):
+        t = m.atan2(m.sin(phi) / g, m.cos(phi))
+        return t + 2 * m.pi * np.round(plain(phi - t) / (2 * np.pi))
 
     total = 0 * low
     start, end = place(low)[1], place(high)[1]
     # tan(phi) = g tan(t)
-    g = np.sqrt((1 + a * a) / (1 + b * b))
-    turn = [np.arctan2(np.sin(e) / g, np.cos(e)) + 2 * np.pi * np.round((e - np.arctan2(
-        np.sin(e) / g, np.cos(e))) / (2 * np.pi)) for e in (low, high)]  # fmt: skip
-    step = (turn[1] - turn[0]) / PIECES
+    g = m.sqrt((1 + a * a) / (1 + b * b))
+    first = turned(low)
+    step = (turned(high) - first) / PIECES
     for piece in range(PIECES):
         for node, weight in zip(NODES, WEIGHTS, strict=True):
-            t = turn[0] + (piece + 0.5 + 0.5 * node) * step
-            c, s = np.cos(t), np.sin(t)
-            phi = np.arctan2(g * s, c)
+            t = first + (piece + 0.5 + 0.5 * node) * step
+            c, s = m.cos(t), m.sin(t)
+            phi = m.atan2(g * s, c)
             rate = g / (c * c + g * g * s * s)
             r, _ = place(phi)
-            d = b * np.cos(phi) * y - a * np.sin(phi) * x
+            d = b * m.cos(phi) * y - a * m.sin(phi) * x
             total = total + 0.5 * weight * step * rate * dot(up, cross(r, d)) / dot(r, r)
     return total - dot(cross(up, z), end - start)
 
