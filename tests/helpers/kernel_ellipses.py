@@ -246,5 +246,4 @@ ALONG = Family(
     _true_cone_integral,
     lambda low, **_: np.full(low.size, 64.0 * U),
     digits=False,
-    share=0.01,
 )
