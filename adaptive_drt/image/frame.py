@@ -280,7 +280,7 @@ class Frame:
         rows = self.centers.correct()
         color = columns(self.centers.mean, rows) * columns(self.centers.fraction, rows)
         place(self.color, rows, color)
-        self.alpha[rows] = self.plan.opacity(self.item[rows])
+        self.alpha[rows] = self.plan.opacity(self.centers.item[rows])
         self._write_pixels(rows[self.inner()[rows]])
 
     @property

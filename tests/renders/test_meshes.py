@@ -140,3 +140,11 @@ def test_parts_of_a_picture_are_those_of_the_whole():
     part = replace(scene, camera=replace(CAMERA, border=border))
     found = render_image(part, Settings(tolerance=2e-2, batch=64, threads=1)).color
     np.testing.assert_array_equal(found, whole[:, 4:13, 8:20])
+
+
+@pytest.mark.parametrize("side", (0.9, 0.05))
+def test_a_floor_in_the_shadow_of_a_mesh_covers_a_transparent_film(side):
+    lamp = QuadLight((1.5, -1.5, 5.0), (side, 0.0, 0.0), (0.0, -side, 0.0), (9.0, 9.0, 9.0))
+    down = look_at((0.5, -3.0, 6.0), (0.0, 0.0, 0.5), resolution=(48, 32))
+    scene = Scene(down, (FLOOR, ball_mesh(18, 12)), (lamp,), transparent=True)
+    assert np.allclose(render_image(scene, Settings()).alpha, 1.0, rtol=0.0, atol=1e-12)
