@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What an object is made of besides a mesh and points: curves, volumes, Grease Pencil and hair.
+"""What an object is made of besides a mesh, points and hair curves: volumes, Grease Pencil and
+particle hair.
 
 The depsgraph yields what nodes make of an object as instances of that same object, one for each
 kind of geometry, whatever the object's own type is.
@@ -21,7 +22,6 @@ INVISIBLE = frozenset(
 """Types of which a render shows nothing. The faces of a curve, text, surface or metaball are
 instances of type MESH; what has none, such as a bare path, is not seen in Cycles either."""
 
-CURVES = "its hair curves are left out"
 VOLUME = "its volume is left out"
 SMOKE = "its smoke and fire are left out"
 STROKES = "its Grease Pencil strokes are left out here; Render Image (F12) draws them"
@@ -58,10 +58,8 @@ class Components:
     def _component(self, thing: Any) -> str | None:
         if thing.type in ("MESH", "LIGHT"):
             return SMOKE if self._volumes and holds_smoke(thing) else None
-        if thing.type in INVISIBLE or thing.type == "POINTCLOUD":
+        if thing.type in INVISIBLE or thing.type in ("POINTCLOUD", "CURVES"):
             return None
-        if thing.type == "CURVES":
-            return CURVES if len(thing.data.curves) else None
         if thing.type == "VOLUME":
             # a file's grids are not there before something reads them
             filled = len(thing.data.grids) or thing.data.filepath

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .hair_curves import strands_of
 from .instances import key_of
 from .mesh import Layout, layout_of
 from .point_cloud import cloud_of
@@ -42,18 +43,20 @@ def mesh_of(thing: Any) -> Iterator[Any]:
 
 
 class LayoutReader:
-    """Reads copies of meshes and points as they are now; instances of one share its copy."""
+    """Reads copies of meshes, points and hair as they are now; instances of one share its copy."""
 
     def __init__(self) -> None:
         self._read: dict[int, Layout] = {}
 
     def layout(self, thing: Any) -> Layout:
-        """Return the copy of an evaluated mesh or point cloud object."""
+        """Return the copy of an evaluated object: a mesh, a point cloud or hair."""
         data = thing.data
         pointer = data.as_pointer()
         if pointer not in self._read:
             if thing.type == "POINTCLOUD":
                 self._read[pointer] = cloud_of(data).layout
+            elif thing.type == "CURVES":
+                self._read[pointer] = strands_of(data).layout
             else:
                 with mesh_of(thing) as mesh:
                     self._read[pointer] = layout_of(mesh)
@@ -69,11 +72,11 @@ class Deforming:
     _known: dict[tuple[int, ...], tuple[str, ...]] = field(default_factory=dict)
 
     def reasons(self, instance: Any, mesh: Any, layout: Layout) -> tuple[str, ...]:
-        """Return what to tell of an instance's mesh or points: nothing of what stays the same.
+        """Return what to tell of an instance's geometry: nothing of what stays the same.
 
         Parameters
         ----------
-        mesh : the mesh or point cloud.
+        mesh : the mesh, point cloud or hair.
         layout : its own at the middle of the shutter.
         """
         if not self.concerns(instance):

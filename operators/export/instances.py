@@ -17,11 +17,11 @@ def key_of(instance: Any) -> Hashable:
 
 
 def repetition_of(instance: Any) -> Hashable | None:
-    """Return what is equal for all instances of a mesh by one instancer; None for other things."""
+    """Return what is equal for all instances of a mesh or hair by one instancer, else None."""
     if not instance.is_instance or instance.parent is None:
         return None
     thing = instance.object
-    if thing.type != "MESH":
+    if thing.type not in ("MESH", "CURVES"):
         return None
     # the evaluated object may be one that the depsgraph uses for each instance in turn
     parent = instance.parent.original.as_pointer()

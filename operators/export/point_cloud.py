@@ -62,11 +62,11 @@ class Cloud:
 def cloud_of(points: Any) -> Cloud:
     """Return the points of a Blender point cloud."""
     # attributes are read some 10 times as fast as the properties of points
-    positions = _read(points.attributes.get("position"), "vector", 3, len(points.points))
+    positions = read_attribute(points.attributes.get("position"), "vector", 3, len(points.points))
     attribute = points.attributes.get("radius")
     has_radius = attribute is not None and attribute.data_type == "FLOAT"
     radii = (
-        _read(attribute, "value", 1, len(positions))[:, 0]
+        read_attribute(attribute, "value", 1, len(positions))[:, 0]
         if has_radius
         else np.full(len(positions), DEFAULT_RADIUS, dtype=np.float32)
     )
@@ -79,7 +79,7 @@ def colors_of(points: Any, name: str) -> NDArray[np.float64] | None:
     attribute = points.attributes.get(name)
     if attribute is None or attribute.domain != "POINT" or attribute.data_type not in COMPONENTS:
         return None
-    values = _read(attribute, *COMPONENTS[attribute.data_type], len(points.points))
+    values = read_attribute(attribute, *COMPONENTS[attribute.data_type], len(points.points))
     return np.broadcast_to(values.T[:3], (3, len(values))).astype(np.float64)
 
 
@@ -124,7 +124,7 @@ def placed_points(
     return [Spheres(place, radii * scale, slot, (material,), path.motion, name, albedo=albedo)]
 
 
-def _read(attribute: Any, key: str, size: int, count: int) -> NDArray[np.float32]:
+def read_attribute(attribute: Any, key: str, size: int, count: int) -> NDArray[np.float32]:
     """Return the values (count, size) of an attribute."""
     values = np.empty((count, size), dtype=np.float32)
     if count:

@@ -34,6 +34,7 @@ from .components import Components, holds_smoke
 from .copies import Copies, placed_shapes
 from .deforming import Deforming, LayoutReader, Snapshot, mesh_of
 from .exposure import brightened, exposed, exposure_of
+from .hair_curves import Strands, are_straight, strands_of, tubes_of
 from .instances import key_of, name_of, owner_of, repetition_of
 from .layer_filter import lets_through
 from .light import Lamp, gives_light, is_seen, lamp_of, light_of
@@ -127,7 +128,8 @@ class _Export:
 
     override : the material that the view layer puts on everything, if any.
     deforming : tells which meshes change during the shutter; None without motion blur.
-    meshes, clouds : by their pointers.
+    meshes, clouds, curves : by their pointers.
+    straight_curves : whether hair is straight between its points.
     stretched : balls as meshes, for instances that are no balls.
     members : for each shape, the names by which collections hold its object.
     materials, colored : by their names; what points have colours of their own wear.
@@ -156,6 +158,8 @@ class _Export:
     meshes: dict[int, _Known] = field(default_factory=dict)
     stretched: dict[int, _Known] = field(default_factory=dict)
     clouds: dict[int, Cloud] = field(default_factory=dict)
+    curves: dict[int, tuple[Strands, MeshForm | None, str]] = field(default_factory=dict)
+    straight_curves: bool = False
     known: dict[bytes, Form] = field(default_factory=dict)
     materials: dict[str, Material] = field(default_factory=dict)
     colored: dict[str, Material] = field(default_factory=dict)
@@ -436,7 +440,7 @@ def _instances_now(depsgraph: Any, camera: Any) -> tuple[dict[Hashable, Matrix],
     for instance, matrix in zip(depsgraph.object_instances, places, strict=True):
         thing = instance.object
         kind = thing.type
-        if kind not in ("MESH", "LIGHT", "POINTCLOUD"):
+        if kind not in ("MESH", "LIGHT", "POINTCLOUD", "CURVES"):
             continue
         key = key_of(instance)
         matrices[key] = matrix
@@ -461,6 +465,7 @@ def _shown_world(depsgraph: Any) -> Any | None:
 def _gather(depsgraph: Any, gathered: _Export, draws_strokes: bool) -> None:
     layer, objects = depsgraph.view_layer_eval, ObjectIssues()
     components = Components(layer, draws_strokes)
+    gathered.straight_curves = are_straight(depsgraph.scene.original)
     balls = BallInstances(depsgraph, gathered.motions())
     # an instance is valid only until the next one, so all of it is copied here
     for number, instance in enumerate(depsgraph.object_instances):
@@ -482,6 +487,8 @@ def _gather(depsgraph: Any, gathered: _Export, draws_strokes: bool) -> None:
         before = len(gathered.entries)
         if thing.type == "POINTCLOUD":
             _gather_points(instance, name, gathered)
+        elif thing.type == "CURVES":
+            _gather_curves(instance, name, gathered)
         else:
             _gather_faces(instance, name, gathered)
         if len(gathered.entries) > before:  # of what is missing there is no more to tell
@@ -509,9 +516,9 @@ def _gather_light(instance: Any, name: str, gathered: _Export) -> None:
 
 
 def _has_surface(thing: Any) -> bool:
-    """Whether an object is a light, or has faces or points; Cycles shows no edges or vertices."""
+    """Whether an object is a light, hair, or has faces or points; Cycles shows no edges."""
     if thing.type != "MESH":
-        return thing.type in ("LIGHT", "POINTCLOUD")
+        return thing.type in ("LIGHT", "POINTCLOUD", "CURVES")
     return (len(thing.data.polygons) > 0 or thing.data.is_editmode) and not holds_smoke(thing)
 
 
@@ -537,6 +544,31 @@ def _gather_points(instance: Any, name: str, gathered: _Export) -> None:
         return
     found = placed_points(cloud, colors, track, material, name, gathered.issues)
     gathered.add_shapes(found, instance, name)
+
+
+def _gather_curves(instance: Any, name: str, gathered: _Export) -> None:
+    thing, curves = instance.object, instance.object.data
+    pointer = curves.as_pointer()
+    if pointer not in gathered.curves:
+        strands = strands_of(curves)
+        gathered.curves[pointer] = strands, *tubes_of(strands, gathered.straight_curves)
+    strands, form, reason = gathered.curves[pointer]
+    if reason:
+        gathered.tell(name, reason, missing=True)
+    if form is None:
+        return
+    if gathered.deforming is not None:
+        gathered.tell(name, *gathered.deforming.reasons(instance, curves, strands.layout))
+    worn = {0: gathered.material(slot_material(thing, 0))}
+    track = gathered.track(
+        key_of(instance), matrix_of(instance), name, thing, instancer_of(instance)
+    )
+    if not np.isfinite(track.middle).all():
+        gathered.tell(name, NOT_FINITE, missing=True)
+    elif vanishes(form, track):
+        gathered.tell(name, NO_SCALE, missing=True)
+    else:
+        gathered.add_copy(form, worn, track, instance, name)
 
 
 def _gather_faces(instance: Any, name: str, gathered: _Export) -> None:

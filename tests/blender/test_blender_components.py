@@ -13,7 +13,6 @@ import things
 from node_chains import chain, on_points
 
 VOLUME = "its volume is left out"
-CURVES = "its hair curves are left out"
 
 
 def _curve(name="Curve", closed=False, **settings):
@@ -71,12 +70,6 @@ def test_what_nodes_make_besides_a_mesh_is_told(rendered, kind):
     _make(kind)
     (scene,) = rendered()
     assert _told(scene) == {("Thing", VOLUME): True} and not scene.shapes
-
-
-def test_hair_curves_as_objects(rendered):
-    hair = _hair_curves()
-    (scene,) = rendered()
-    assert _told(scene) == {(hair.name, CURVES): True}
 
 
 def test_instances_name_the_object_to_select(rendered):

@@ -228,8 +228,10 @@ CYCLES: Table = {
 
 CYCLES_CURVES: Table = {
     **GROUP,
-    # hair and curves without faces, which are left out by name
-    **dict.fromkeys(("shape", "subdivisions"), Use.COVERED),
+    # whether hair is straight between its points; ribbons are rendered as what they look like
+    "shape": Use.RENDERED,
+    # tubes follow the smooth curve
+    "subdivisions": Use.NO_EFFECT,
 }
 
 CYCLES_LAYER: Table = {

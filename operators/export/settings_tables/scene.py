@@ -66,8 +66,8 @@ SCENE: Table = {
     ),
     # other engines' settings
     **dict.fromkeys(("eevee", "display", "hydra"), Use.NO_EFFECT),
-    # hair, whose shape it sets, is left out by name
-    "cycles_curves": Use.COVERED,
+    # the shape of hair
+    "cycles_curves": Use.RENDERED,
     # sound
     **dict.fromkeys(
         (
