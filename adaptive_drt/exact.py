@@ -18,7 +18,7 @@ import numpy as np
 from .cubature.adaptive import RefinedPixels, refine, shade_initial_cells
 from .cubature.cut_pixels import sample_cut_pixels
 from .cubature.error_budget import Goal, make_goal
-from .cubature.heap_limits import CLOSED_RATIO, PILOT_RATIO, PILOT_ROUNDS, Pilots
+from .cubature.heap_limits import CLOSED_RATIO, END_ROUNDS, PILOT_RATIO, PILOT_ROUNDS, Pilots
 from .cubature.sampled_centers import sample_centers
 from .cubature.sampled_pixels import SampledPixels, sample_pixels
 from .geometry.ray_counts import counted_rays, rays_since
@@ -243,7 +243,7 @@ class ExactRender:
         if frame is not own:
             frame.count_unseen(contrast)
         self._take_goal(frame, inside)
-        if self.plan.traced is not None and frame.any_lit(inside):
+        if self.plan.samples_by_nets and frame.any_lit(inside):
             for _ in self._sample_pilots(frame, inside):
                 yield 0.5
             own.law = frame.law
@@ -291,7 +291,7 @@ class ExactRender:
     def _sampling_goal(self) -> Goal:
         """The error goal of pixels that are sampled by rays."""
         plan = self.plan
-        if plan.traced is not None:
+        if plan.samples_by_nets:
             return self.goal
         rise = sampled_rise(plan.settings.tolerance, plan.motion)
         return replace(self.goal, error=rise * self.goal.error)
@@ -310,7 +310,8 @@ class ExactRender:
 
     def _sample(self, frame: Frame, rows: Ints, goal: Goal | None) -> Steps:
         """Sample the pixels whose indices are `rows`; without a goal, by the first points only."""
-        tasks = frame.sampling_tasks(rows, goal, self.work.sampled_pixels_per_call(rows.size))
+        size, by_nets = self.work.sampled_pixels_per_call(rows.size), self.plan.samples_by_nets
+        tasks = frame.sampling_tasks(rows, goal, size, by_nets)
         outcomes = self.work.run(sample_pixels, tasks, "sampled pixels")
         return self._enter_outcomes(outcomes, frame.enter_sampled, rows.size)
 
@@ -319,10 +320,15 @@ class ExactRender:
         rows = sampled_pilots(frame, inside, self.goal)
         fine = replace(self.goal, error=self.goal.error / PILOT_RATIO)
         reference = yield from self._pilots(frame, rows, fine, 1)
-        for _ in range(PILOT_ROUNDS):
+        for number in range(PILOT_ROUNDS + END_ROUNDS):
             pilots = yield from self._pilots(frame, rows, self.goal, 0)
             expected = frame.sampling_errors(rows).expected(self.goal.error)
-            frame.law = frame.law.corrected(expected, pilots, reference)
+            law = frame.law.corrected(expected, pilots, reference)
+            if number >= PILOT_ROUNDS:
+                if pilots.end_as(expected):
+                    return
+                law = replace(law, spread=frame.law.spread)
+            frame.law = law
             self._take_goal(frame, inside)
 
     def _refine_pilots(self, frame: Frame, inside: Mask) -> Steps:
@@ -356,7 +362,7 @@ class ExactRender:
         size = self.work.sampled_pixels_per_call(rows.size)
         tasks = [
             (part, replace(task, index=task.index + shift))
-            for part, task in frame.sampling_tasks(rows, goal, size)
+            for part, task in frame.sampling_tasks(rows, goal, size, by_nets=True)
         ]
         found = SampledPixels.zeros(rows.size)
 
@@ -365,13 +371,15 @@ class ExactRender:
 
         outcomes = self.work.run(sample_pixels, tasks, "pilot pixels")
         yield from self._enter_outcomes(outcomes, enter, rows.size)
-        return Pilots(found.color, found.spread)
+        whole = found.error(frame.first_points.agreeing[rows])
+        return Pilots(found.color, found.spread, whole)
 
     def _sample_cut_pixels(self, frame: Frame, goal: Goal) -> Steps:
         """Sample the pixels that edges cut by lines across them, where that is possible."""
         rows = frame.unsettled_sampled(goal)
         rows = rows[frame.cut[rows] & self.plan.shapes.sampled.any()]
-        tasks = frame.sampling_tasks(rows, goal, self.work.pixels_per_call(rows.size))
+        size = self.work.pixels_per_call(rows.size)
+        tasks = frame.sampling_tasks(rows, goal, size, by_nets=False)
         outcomes = self.work.run(sample_cut_pixels, tasks, "cut pixels")
         return self._enter_outcomes(outcomes, partial(frame.enter_cut, goal), rows.size)
 

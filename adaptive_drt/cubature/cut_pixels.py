@@ -121,7 +121,6 @@ class _CutPixels:
                 cover = shapes.coverage(every, w, plan.lens, plan.settings.order)
                 fit[own[cover.may_hit & ~cover.covers]] = False
             else:
-                fit[own[~found[2]]] = False
                 at, line = np.divmod(found[0], lines)
                 crossed.append(own[at] * lines + line)
                 places.append(found[1])

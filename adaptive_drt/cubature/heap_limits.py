@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What error pixels may have that rays sample in heaps of spheres: limits, and part of the budget.
+"""What error pixels may have that rays sample by nets: limits, and part of the budget.
 
-There the number of points that a pixel takes is chosen such that the whole picture needs the
-fewest, and what its errors end at is foreseen by the law that they fall by.
+In heaps of spheres and fields of instances (`Plan.samples_by_nets`) the number of points that a
+pixel takes is chosen such that the whole picture needs the fewest, and what its errors end at is
+foreseen by the law that they fall by.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from ..shading.sampled_occlusion import BATCHES
 __all__ = [
     "CLOSED_PILOTS",
     "CLOSED_RATIO",
+    "END_ROUNDS",
     "ERROR_DECAY",
     "LEAST_PILOT_STEP",
     "LIMIT_GROWTH",
@@ -64,8 +66,11 @@ LEAST_PILOT_STEP = 20
 """Least number of pixels to each pilot: with their reference they take six times the points."""
 PILOT_RATIO = 2.5
 """Ratio of the limits of pilot pixels to those of their reference."""
-PILOT_ROUNDS = 2
-"""Number of times that the law is corrected: how errors end depends on the number of points."""
+PILOT_ROUNDS, END_ROUNDS, END_AGREEMENT = 2, 2, 0.08
+"""Number of times that the law is corrected: how errors end depends on the number of points. After
+that, the largest number of times that only its end is corrected, and the relative difference of the
+errors of pilot pixels from those expected up to which it need not be: where all pixels take about
+the same number of points, which is doubled, the end moves by steps."""
 PRIOR_PILOTS, PILOT_DEVIATION = 100.0, 0.7
 """Number of pilots that count as much as what is expected without any, and relative deviation of
 what one pilot tells."""
@@ -91,15 +96,33 @@ def first_limit(goal: float) -> float:
 
 @dataclass(frozen=True)
 class Pilots:
-    """Pixels that are sampled to learn from: `color` (3, n) and stated errors `error` (n,)."""
+    """n pixels that are sampled to learn from.
+
+    Attributes
+    ----------
+    color : (3, n).  error : (n,) stated errors by the spread of rays.
+    whole : (n,) stated errors with what no ray may have met; None for `error`.
+    """
 
     color: Array
     error: Array
+    whole: Array | None = None
 
     @property
     def mean_square(self) -> float:
-        """Mean square of the stated errors."""
+        """Mean square of the stated errors by the spread of rays."""
         return float((self.error**2).mean()) if self.error.size else 0.0
+
+    def end(self, expected: Array) -> float:
+        """Root mean square of the whole stated errors over that of expected ones (n,), not 0."""
+        whole = self.error if self.whole is None else self.whole
+        return float(np.sqrt((whole**2).mean() / (expected**2).mean()))
+
+    def end_as(self, expected: Array) -> bool:
+        """Whether the stated errors are as expected (n,), or there are too few to tell."""
+        if expected.size < LEAST_PILOTS or not expected.any():
+            return True
+        return abs(self.end(expected) - 1.0) <= END_AGREEMENT
 
 
 @dataclass(frozen=True)
@@ -136,7 +159,7 @@ class SamplingLaw:
         true = np.sqrt(square / stated) * (1.0 + PILOT_DEVIATION / np.sqrt(count))
         # a few pilots count as much as what is expected without any
         true = np.clip(true, *PILOT_RANGE) ** (count / (count + PRIOR_PILOTS))
-        end = np.clip(np.sqrt(stated / (expected**2).mean()), *PILOT_RANGE)
+        end = np.clip(pilots.end(expected), *PILOT_RANGE)
         return replace(self, end=float(end) * self.end, spread=float(true) * self.spread)
 
     def with_closed(self, found: list[Pilots], reference: Pilots) -> SamplingLaw:

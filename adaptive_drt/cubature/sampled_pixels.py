@@ -181,12 +181,12 @@ def _sample_chunk(
         new = _sums(plan, occluders, task, rows, moving, (first, points))
         sums = new if sums is None else sums.joined(new)
         found = sums.estimate(points, task.contrast[rows])
-        if plan.traced is not None:
+        if plan.samples_by_nets:
             found = _with_known_decay(found, task.spread, before)
         done.enter(rows, found)
         limit = task.limit[rows] * (points / FIRST_POINTS) ** task.growth
         points *= 2
-        if points > (LAST_POINTS if plan.traced is None else MOST_POINTS):
+        if points > (MOST_POINTS if plan.samples_by_nets else LAST_POINTS):
             return
         more = (found.error(task.agreeing[rows]) > limit).nonzero()[0]
         rows, sums, before = rows[more], sums.take(more), found.spread[more]

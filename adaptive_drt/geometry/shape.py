@@ -379,13 +379,12 @@ class ShapeSet(ABC):
 
     def edges_on_lines(
         self, index: int, camera: PinholeCamera, x: Ints, y: Ints, count: int
-    ) -> tuple[Ints, Array, Mask] | None:
+    ) -> tuple[Ints, Array] | None:
         """Where edges of one shape's picture cross horizontal lines within pixels.
 
         There are `count` lines in each of the pixels x, y (n,), at heights (j + 0.5) / count.
         Returns the number of the line, pixel * count + j, and the place along it, from 0 to 1, of
-        each crossing, and in which pixels (n,) all crossings are known; or None where they are not
-        known at all, as for most shapes.
+        each crossing; or None where they are not known, as for most shapes.
         """
         return None
 

@@ -19,10 +19,10 @@ LONE_RAYS = 0.5
 """Part of its rays that counts for what the rays of a pixel may have missed where pixels around
 differ from it: a penumbra is near. If all of n rays have passed, and any fraction was as likely
 before, the root mean square of the hidden part is 1.1 / n to 1.4 / n, not `UNSEEN_SHARE` / n."""
-LONE_POINTS = 0.125
-"""The same, as a part of all rays of the points of such a pixel, under meshes: the rays of a point
-miss a thin shadow together, if it is sharp. Chosen for cost: 0.5 left hair-thin fences at 2.6 times
-1 %, and the least that is safe is an eighth of `LONE_RAYS`."""
+LONE_POINTS = 1.0
+"""The same under meshes, as a multiple of the points of such a pixel: the rays of a point miss a
+thin shadow together, if it is sharp. Chosen for cost: all rays times 0.5 left hair-thin fences at
+2.6 times 1 %, and the least that is safe is `LONE_RAYS`."""
 
 
 class FirstPoints:
@@ -54,7 +54,7 @@ class FirstPoints:
         self._dusk[rows] = done.dusk
 
     def compare_neighbours(
-        self, usable: Mask, unreached: Mask, moving: Mask, mesh: bool, brightness: Array
+        self, usable: Mask, unreached: Mask, moving: Mask, together: int, brightness: Array
     ) -> None:
         """Compare each pixel with those around it.
 
@@ -62,15 +62,17 @@ class FirstPoints:
         ----------
         usable : (n,) pixels whose mean follows from their centres.
         unreached : (n,) pixels that no outline of a mesh reaches: their rays meet all there is.
-        moving : (n,) pixels with motion.  mesh : whether there is a mesh.
+        moving : (n,) pixels with motion.
+        together : under meshes, the number of rays of a point, which may miss a thin shadow
+            together; 0 where there is no mesh.
         brightness : (n,) RMS radiance over channels.
         """
-        weight = np.where(usable, 1.0, FIRST_POINTS * (1 if mesh else LIGHT_RAYS) / FIRST_RAYS)
+        weight = np.where(usable, 1.0, FIRST_POINTS * (1 if together else LIGHT_RAYS) / FIRST_RAYS)
         weight[unreached] = 0.0
         agreeing = agreeing_neighbours(self.visibility, self._width, weight)
         agreeing = np.where(agreeing > 1.0, agreeing, LONE_RAYS)
         # all rays from a point may miss the sharp shadow of a wire between points
-        self.agreeing = np.maximum(agreeing / LIGHT_RAYS, LONE_POINTS) if mesh else agreeing
+        self.agreeing = np.maximum(agreeing, LONE_POINTS) / together if together else agreeing
         # rays that start at places of their own in the pixel miss it one by one
         self._all_agreeing = np.where(usable, agreeing, self.agreeing)
         # where things move, outlines are bounded by balls: most pixels have none

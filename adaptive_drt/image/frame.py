@@ -38,7 +38,7 @@ from ..numerics.gather import columns, place
 from ..numerics.vector import rms
 from ..scene.film import FILM_BORDER, Film
 from ..shading.filled_light import FIRST_RAYS
-from ..shading.sample_light import NET_RAYS
+from ..shading.sample_light import LIGHT_RAYS, NET_RAYS
 from ..shading.sampled_occlusion import SAMPLING_ERROR_SHARE
 from ..shading.variation import STEP_KIND, steps_after_shutter
 from ..tracing.compile import Plan
@@ -293,7 +293,7 @@ class Frame:
 
     def unsettled_sampled(self, goal: Goal) -> Ints:
         """Sampled pixels of the region itself whose error is above the goal: ascending indices."""
-        least = goal.error if self.plan.traced is None else first_limit(goal.error)
+        least = first_limit(goal.error) if self.plan.samples_by_nets else goal.error
         wanted = self.sampled & self.inner() & ~self.settled & (self.error > least)
         index: Ints = wanted.nonzero()[0]
         return index
@@ -337,7 +337,7 @@ class Frame:
         tolerance = self.plan.settings.tolerance
         starred = self._multi_node_errors(index, MIN_GOAL * tolerance * float(np.abs(color).mean()))
         cut = (self.unknown & (self.visibility_key < 0))[index]
-        by_rays = None if self.plan.traced is None else self.sampling_errors(index)
+        by_rays = self.sampling_errors(index) if self.plan.samples_by_nets else None
         scale = self._error_scale[index]
         goal = make_goal(
             tolerance, color, self.error[index] * scale, starred * scale, cut, rest, motion, by_rays
@@ -537,20 +537,23 @@ class Frame:
             GOAL_GROWTH if whole else 0.0,
         )  # fmt: skip
 
-    def sampling_tasks(self, rows: Ints, goal: Goal | None, size: int) -> SamplingTasks:
+    def sampling_tasks(
+        self, rows: Ints, goal: Goal | None, size: int, by_nets: bool
+    ) -> SamplingTasks:
         """Tasks of at most `size` pixels that sample the pixels `rows`.
 
         goal : error goal; a pixel's own limit grows with its present error, as the goal of a pixel
             of many cells does (`make_goal` counts on it). None: the first points only.
+        by_nets : whether by points of nets, whose limits grow with their number.
         """
         parts = interleaved_parts(rows, size) if rows.size else []
-        return [(part, self._sampling_task(part, goal)) for part in parts]
+        return [(part, self._sampling_task(part, goal, by_nets)) for part in parts]
 
-    def _sampling_task(self, part: Ints, goal: Goal | None) -> SamplingTask:
+    def _sampling_task(self, part: Ints, goal: Goal | None, by_nets: bool) -> SamplingTask:
         x, y, _ = self._pixel_centers(part)
         index = self._picture_numbers(x, y)
         limit, growth = np.full(part.size, np.inf), 0.0
-        if goal is not None and self.plan.traced is None:
+        if goal is not None and not by_nets:
             limit = sampled_limits(self.error[part], goal.error, self.plan.motion)
         elif goal is not None:
             limit[:], growth = first_limit(goal.error), LIMIT_GROWTH
@@ -559,7 +562,7 @@ class Frame:
         moves, agreeing = self.mask[1, part], known.agreeing[part]
         return SamplingTask(
             x, y, index, moves, self._candidates_of(part), limit, contrast, agreeing, growth,
-            1.0 if self.plan.traced is None else self.law.spread,
+            self.law.spread if by_nets else 1.0,
         )  # fmt: skip
 
     def center_tasks(self, rows: Ints, limit: float, size: int) -> CenterTasks:
@@ -610,8 +613,9 @@ class Frame:
         unreached = np.zeros_like(self.sampled)
         if self.centers is not None:
             unreached = (self.centers.item >= 0) & ~self.centers.reached
+        together = (NET_RAYS if self.plan.samples_by_nets else LIGHT_RAYS) * self.plan.any_mesh
         self.first_points.compare_neighbours(
-            self.usable_centers, unreached, self.mask[1], self.plan.any_mesh, rms(self.color)
+            self.usable_centers, unreached, self.mask[1], together, rms(self.color)
         )
         error = self.first_points.errors(rows, self.cut[rows], contrast)
         if self.centers is not None:

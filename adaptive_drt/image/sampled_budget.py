@@ -22,8 +22,7 @@ SAMPLED_RISE, FULL_RISE, NO_RISE = 1.7, 1e-2, 1e-3
 is taken, and that up to which there is none. The law behind the goal counts on larger errors than
 such pixels end at. At 1 %, 28 random scenes (`benchmarks/mesh_tolerance.py`, seeds 55 to 82) state
 errors of 0.71 to 0.89 of the tolerance with it, and have up to 0.65; without it they state 0.5 to
-0.6, and have up to 0.5. 10,000 instances that fill the picture state 0.93. At 0.1 % all of the
-tolerance may be stated without it."""
+0.6, and have up to 0.5. At 0.1 % all of the tolerance may be stated without it."""
 SAMPLED_END = 0.75
 """Error at which the sampling of a pixel ends on average, as a fraction of its limit: the number of
 points is doubled, and the error then falls to about half."""

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -69,6 +70,17 @@ def test_pilots_tell_how_far_the_spread_is_to_be_believed(true):
     law = SamplingLaw().corrected(np.full(4_000, 0.02), found, exact)
     assert law.spread == pytest.approx(true * NET_SPREAD, rel=0.04)
     assert law.end == pytest.approx(0.5, rel=1e-9)
+
+
+def test_the_end_counts_what_no_ray_may_have_met():
+    rng = np.random.default_rng(4)
+    found, exact = pilots(rng, 1_000, 0.01, 0.01)
+    found = replace(found, whole=np.full(1_000, 0.02))
+    law = SamplingLaw().corrected(np.full(1_000, 0.02), found, exact)
+    assert law.end == pytest.approx(1.0, rel=1e-9) and law.spread == pytest.approx(
+        NET_SPREAD, rel=0.04
+    )
+    assert found.end_as(np.full(1_000, 0.021)) and not found.end_as(np.full(1_000, 0.03))
 
 
 def test_few_pilots_and_wild_ones_are_not_believed():

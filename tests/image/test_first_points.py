@@ -29,8 +29,8 @@ def points(visibility, dusk=False):
     return found
 
 
-def compared(found, bright=1.0):
-    found.compare_neighbours(NONE, NONE, NONE, False, np.full(COUNT, bright))
+def compared(found, bright=1.0, together=0):
+    found.compare_neighbours(NONE, NONE, NONE, together, np.full(COUNT, bright))
     return found.errors(MIDDLE, NONE[MIDDLE], 5.0)[0]
 
 
@@ -40,6 +40,12 @@ def test_neighbours_that_agree_make_what_is_unseen_less_likely():
     odd = points(1)
     odd.visibility[MIDDLE + 1] = 2
     assert compared(odd) > 1.0
+
+
+def test_rays_of_a_point_miss_a_thin_shadow_together():
+    odd = points(1)
+    odd.visibility[MIDDLE + 1] = 2
+    assert compared(odd, together=4) == 4.0 and compared(odd, together=8) == 8.0
 
 
 def test_contrasts_are_those_across_outlines_and_towards_dusk():

@@ -92,3 +92,15 @@ def test_what_turns_and_grows_is_the_mean_of_its_moments():
     assert ours.mask[1].mean() > 0.05
     rays = picture(MeshInstances(mesh, matrices, mesh.materials), method="RAYS", time_rays=256)
     assert relative_rmse(rays.color, mean) < 3e-2
+
+
+@pytest.mark.slow
+def test_pilot_pixels_spend_the_tolerance_on_a_field_of_instances(monkeypatch):
+    """Nets are better than the spread of their points tells: pixels need not state all of it."""
+    monkeypatch.setattr(mesh_shape, "MOST_COPIED_FACES", 0)
+    matrices = scattered(np.random.default_rng(5), 400, size=0.15)
+    camera = look_at((0.5, -3.0, 3.0), (0.0, 0.0, 0.8), resolution=(40, 40))
+    scene = Scene(camera, (FLOOR, MeshInstances(BUMPY, matrices, BUMPY.materials)), (LAMP,), SKY)
+    ours, fine = (render_image(scene, Settings(tolerance=each)) for each in (1e-2, 2e-3))
+    assert 0.65 * 1e-2 < ours.stats["error_estimate"] < 1e-2
+    assert 0.4 * 1e-2 < relative_rmse(ours.color, fine.color) < 0.95e-2

@@ -242,12 +242,6 @@ class InstancedFaces:
         """Whether instances may be seen in m pixels, and a lower bound on their depths."""
         return self._on_picture(camera).may_meet(w)
 
-    def edges_on_lines(
-        self, camera: PinholeCamera, x: Ints, y: Ints, count: int
-    ) -> tuple[Ints, Array, Mask] | None:
-        """See `ShapeSet.edges_on_lines`."""
-        return None if self.moves else self._on_picture(camera).edges_on_lines(x, y, count)
-
     def baked(self, some: Ints) -> MeshFaces:
         """Some of the instances as a mesh of their own, at mid-shutter."""
         linear, offset = self.placements.at(some, 0.0)

@@ -21,7 +21,6 @@ from ..pixel_coverage import PixelCoverage
 from ..shape import ball_span
 from .faces import MeshFaces
 from .pixel_coverage import depth_bounds, edge_depths, pixel_coordinates
-from .pixel_lines import edges_on_lines
 from .raster import PIXEL_MARGIN, PixelWindow
 
 __all__ = ["InstancedPicture"]
@@ -137,15 +136,6 @@ class InstancedPicture:
         place = (y - window.bottom) * window.width + (x - window.left)
         near = self._least_depths(every, window)[place]
         return np.isfinite(near), near
-
-    def edges_on_lines(self, x: Ints, y: Ints, count: int) -> tuple[Ints, Array, Mask]:
-        """See `ShapeSet.edges_on_lines`."""
-        window = PixelWindow.around(x, y)
-        place = (y - window.bottom) * window.width + (x - window.left)
-        known = ~np.isfinite(self._least_depths(self.rest, window)[place])
-        if self.drawn is None:
-            return np.zeros(0, dtype=np.int64), np.zeros(0), known
-        return *edges_on_lines(self.drawn, self.camera, x, y, count), known
 
     def _least_depths(self, some: Ints, window: PixelWindow) -> Array:
         """Least depth of the rectangles of instances in each pixel of a window; inf for none."""

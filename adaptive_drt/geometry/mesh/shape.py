@@ -211,14 +211,13 @@ class MeshSet(ShapeSet):
 
     def edges_on_lines(
         self, index: int, camera: PinholeCamera, x: Ints, y: Ints, count: int
-    ) -> tuple[Ints, Array, Mask] | None:
-        """See `ShapeSet.edges_on_lines`."""
+    ) -> tuple[Ints, Array] | None:
+        """See `ShapeSet.edges_on_lines`: pixels that show instances are left to points, which
+        reach a pixel's goal in less time there."""
         mesh = self.meshes[index]
-        if self.moves[index] or mesh.is_empty:
+        if self.moves[index] or mesh.is_empty or isinstance(mesh, InstancedFaces):
             return None
-        if isinstance(mesh, InstancedFaces):
-            return mesh.edges_on_lines(camera, x, y, count)
-        return *edges_on_lines(mesh, camera, x, y, count), np.ones(x.size, dtype=np.bool_)
+        return edges_on_lines(mesh, camera, x, y, count)
 
     def line_forms(self, index: Ints, rows: Ints, rays: BoxRays) -> LineForms:
         """Meshes have none: pixels that may show one are sampled."""

@@ -9,7 +9,6 @@ from adaptive_drt.geometry.mesh import instanced_picture as module
 from adaptive_drt.geometry.mesh.faces import MeshFaces
 from adaptive_drt.geometry.mesh.instanced_faces import InstancedFaces
 from adaptive_drt.geometry.mesh.pixel_coverage import mesh_coverage
-from adaptive_drt.geometry.mesh.pixel_lines import edges_on_lines
 from mesh_shapes import bumpy_mesh, scattered
 from random_scenes import look_at
 
@@ -47,21 +46,6 @@ def test_coverage_is_conservative(drawn, monkeypatch):
         assert found.covers.sum() > 50
     else:
         assert found.covers.sum() < exact.covers.sum()
-
-
-def test_edges_on_lines_are_known_where_instances_are_drawn(monkeypatch):
-    x, y, w = pixels()
-    own = instances()
-    line, place, known = own.edges_on_lines(CAMERA, x, y, 3)
-    expected = edges_on_lines(own.baked(np.arange(12)), CAMERA, x, y, 3)
-    assert known.all() and line.size == expected[0].size > 500
-    order, other = np.lexsort((place, line)), np.lexsort(expected[::-1])
-    np.testing.assert_array_equal(line[order], expected[0][other])
-    np.testing.assert_allclose(place[order], expected[1][other], atol=1e-9)
-    monkeypatch.setattr(module, "MOST_DRAWN_FACES", 0)
-    line, _, known = instances().edges_on_lines(CAMERA, x, y, 3)
-    met = np.isfinite(own.intersect(np.zeros_like(w), w))
-    assert not line.size and not known[met].any() and known.any()
 
 
 def test_batches_agree():
