@@ -23,7 +23,13 @@ from .chebyshev_blocks import (
     interpolation_error,
 )
 
-__all__ = ["SmoothBlocks", "interpolate_blocks"]
+__all__ = [
+    "FittedBlocks",
+    "SmoothBlocks",
+    "fit_blocks",
+    "interpolate_blocks",
+    "make_smooth_blocks",
+]
 
 
 GAUSS_TIMES = (-0.5 * np.sqrt(0.6), 0.0, 0.5 * np.sqrt(0.6))
@@ -59,17 +65,47 @@ class SmoothBlocks:
     penumbra: Mask
 
 
-def interpolate_blocks(
+@dataclass(frozen=True)
+class FittedBlocks:
+    """Polynomials over n clear blocks, of which some are smooth enough.
+
+    Attributes
+    ----------
+    coefficients : (3, 4, 4, n) Chebyshev series of radiance.  error : (n,) estimated errors.
+    item : (n,) object that fills the block, -1 for none.
+    moving : (n,) whether the light on it changes during the shutter.
+    smooth : (n,) whether the error is as small as it has to be.
+    points : number of points shaded.
+    """
+
+    coefficients: Array
+    error: Array
+    item: Ints
+    moving: Mask
+    smooth: Mask
+    points: int
+
+    def by_object(self) -> Ints:
+        """Indices of the smooth blocks, those of one object as one slice."""
+        index = self.smooth.nonzero()[0]
+        order: Ints = index[np.argsort(self.item[index], kind="stable")]
+        return order
+
+    def means(self, plan: Plan, index: Ints, side: int) -> Array:
+        """Mean radiance (3, side, side, k) of the pixels of some blocks."""
+        mean = block_means(columns(self.coefficients, index, -1), side)
+        # the polynomial may leave the range that radiance has
+        return np.maximum(mean, plan.least_radiance)
+
+
+def fit_blocks(
     plan: Plan, occluders: Occluders, blocks: PixelBlocks, clear: Ints, found: SmoothBlockFlags
-) -> tuple[SmoothBlocks, Mask, int]:
-    """Interpolate clear blocks, those where nothing changes abruptly.
+) -> FittedBlocks:
+    """Fit polynomials to clear blocks, those where nothing changes abruptly.
 
     Parameters
     ----------
     clear : indices of those blocks.  found : what detection found of all blocks.
-
-    Returns the blocks that are smooth enough, which of the given ones those are, and the number of
-    points shaded.
     """
     side, item, moving = blocks.side, found.item[clear], found.light_moves[clear]
     color = np.zeros((3, 16, clear.size))
@@ -95,16 +131,24 @@ def interpolate_blocks(
     size = np.sqrt((color * color).mean(axis=(0, 1)))
     off = interpolation_error(coefficients) + late * size
     smooth = seen & (off <= ALLOWED_ERROR * plan.settings.tolerance * size)
-    # sorted by object, so that the blocks of one object are one slice of the arrays
-    index = smooth.nonzero()[0]
-    index = index[np.argsort(item[index], kind="stable")]
-    # the polynomial may leave the range that radiance has
-    mean = np.maximum(block_means(columns(coefficients, index, -1), side), plan.least_radiance)
-    kept = _make_smooth_blocks(
-        plan, blocks, clear[index], item[index], mean, off[index],
-        (moving[index], found.penumbra[clear[index]]),
+    return FittedBlocks(coefficients, off, item, moving, smooth, points)
+
+
+def interpolate_blocks(
+    plan: Plan, occluders: Occluders, blocks: PixelBlocks, clear: Ints, found: SmoothBlockFlags
+) -> tuple[SmoothBlocks, Mask, int]:
+    """Interpolate clear blocks; parameters as of `fit_blocks`.
+
+    Returns the blocks that are smooth enough, which of the given ones those are, and the number of
+    points shaded.
+    """
+    fitted = fit_blocks(plan, occluders, blocks, clear, found)
+    index = fitted.by_object()
+    kept = make_smooth_blocks(
+        plan, blocks, clear[index], fitted.item[index], fitted.means(plan, index, blocks.side),
+        fitted.error[index], (fitted.moving[index], found.penumbra[clear[index]]),
     )  # fmt: skip
-    return kept, smooth, points
+    return kept, fitted.smooth, fitted.points
 
 
 def _shutter_means(light: Array) -> tuple[Array, Array]:
@@ -150,7 +194,7 @@ def _shade(
     return np.array(light), found
 
 
-def _make_smooth_blocks(
+def make_smooth_blocks(
     plan: Plan,
     blocks: PixelBlocks,
     chosen: Ints,

@@ -37,6 +37,7 @@ from ..tracing.intersect import Pairs
 from ..tracing.occluder_culling import Occluders
 from .block_interpolation import SmoothBlocks, interpolate_blocks
 from .chebyshev_blocks import SIDES, PixelBlocks, coarse_plan
+from .coarse_blocks import has_coarse_blocks, interpolate_coarse_blocks
 from .visibility_key import NO_KEY, find_visibility_keys
 
 __all__ = ["FirstPass", "FirstPassPixels", "trace_first_pass"]
@@ -150,7 +151,12 @@ def trace_first_pass(
     blocks : blocks of the largest side.
     clock : called at the end of each stage.
     """
-    smooth_blocks, points = [], 0
+    smooth_blocks: list[SmoothBlocks] = []
+    points = 0
+    if has_coarse_blocks(plan):
+        smooth_blocks, blocks, points = interpolate_coarse_blocks(
+            plan, occluders, bounds, blocks, clock
+        )
     for side, smaller in zip(SIDES, (*SIDES[1:], 1), strict=True):
         plan.raise_if_cancelled()
         cut = np.ones(blocks.x.size, dtype=np.bool_)

@@ -46,6 +46,7 @@ from ..tracing.intersect import Pairs
 from ..visibility.fragments import MAX_REFINED_CANDIDATES
 from .block_interpolation import SmoothBlocks
 from .center_values import CenterValues
+from .coarse_blocks import COARSE_SIDES, has_coarse_blocks
 from .first_pass import FilledPixels, FirstPassPixels
 from .first_points import FirstPoints
 from .midpoint_correction import PixelCenters
@@ -91,6 +92,8 @@ def widened_plan(plan: Plan, region: tuple[int, int, int, int]) -> Plan:
     left, bottom, right, top = region
     width, height = plan.resolution
     step = SAMPLED_ALIGNMENT if plan.may_sample else REGION_ALIGNMENT
+    if has_coarse_blocks(plan):
+        step = COARSE_SIDES[0]
     left, bottom = left - left % step, bottom - bottom % step
     right = max(right, min(right + -right % step, width))
     top = max(top, min(top + -top % step, height))
