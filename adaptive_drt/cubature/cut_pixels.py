@@ -213,7 +213,7 @@ class _CutPixels:
         points = np.bincount(pixel, minlength=n)
         mixed = np.full(n, MIXED)
         return SampledPixels(
-            np.maximum(mean, 0.0), alpha, points,
+            np.maximum(mean, plan.least_radiance), alpha, points,
             error, np.zeros(n), mixed, mixed, np.zeros(n, dtype=np.bool_),
         )  # fmt: skip
 
@@ -257,9 +257,11 @@ def _ratio_estimates(
         np.array([np.bincount(row, weights=each * share, minlength=count) for each in part])
         for part in colors
     )
-    safe = np.where(every > 0.0, every, 1.0)
-    ratio = np.where(every > 0.0, seen, 1.0) / safe
-    part = np.where(every > 0.0, whole / safe, 0.0)
+    # a light of negative power has negative sums
+    met = every != 0.0
+    safe = np.where(met, every, 1.0)
+    ratio = np.where(met, seen, 1.0) / safe
+    part = np.where(met, whole / safe, 0.0)
     ratio, part = columns(ratio, row), columns(part, row)
     found: Array = ratio * closed + part * (visible - ratio * total)
     return found, rms(whole)

@@ -180,7 +180,7 @@ def _sample_chunk(
         first = 0 if sums is None else points // 2
         new = _sums(plan, occluders, task, rows, moving, (first, points))
         sums = new if sums is None else sums.joined(new)
-        found = sums.estimate(points, task.contrast[rows])
+        found = sums.estimate(points, task.contrast[rows], plan.least_radiance)
         if plan.samples_by_nets:
             found = _with_known_decay(found, task.spread, before)
         done.enter(rows, found)
@@ -414,17 +414,19 @@ class _Sums:
         dusk = self.dusk | other.dusk
         return _Sums(**parts, rays=self.rays + other.rays, item=item, dusk=dusk)
 
-    def estimate(self, points: int, contrast: Array) -> SampledPixels:
+    def estimate(self, points: int, contrast: Array, least: float) -> SampledPixels:
         """What is known of the pixels after so many points.
 
-        contrast : (n,) see `SamplingTask`.
+        contrast : (n,) see `SamplingTask`.  least : radiance below which no pixel may be.
         """
         closed, plain = self._without_slopes()
         total, visible = _batch_mean(self.total), _batch_mean(self.visible)
         whole = _batch_mean(closed)
-        safe = np.where(total > 0.0, total, 1.0)
-        ratio = np.where(total > 0.0, visible, 1.0) / safe
-        part = np.where(total > 0.0, whole / safe, 0.0)
+        # each channel of a light has a sign of its own
+        met = total != 0.0
+        safe = np.where(met, total, 1.0)
+        ratio = np.where(met, visible, 1.0) / safe
+        part = np.where(met, whole / safe, 0.0)
         # estimates of single batches, linear in what differs between them
         hidden = self.visible - ratio[..., None, :] * self.total
         each = ratio[..., None, :] * closed + part[..., None, :] * hidden
@@ -439,9 +441,9 @@ class _Sums:
         unseen = np.sqrt(sum_rows((share * bright) ** 2))
         alpha = np.clip(_batch_mean(plain[3]), 0.0, 1.0)
         samples = np.full(alpha.size, points)
-        sums = (sum_rows(np.moveaxis(part, 1, 0)) for part in (total, visible))
+        sums = (sum_rows(np.moveaxis(np.abs(part), 1, 0)) for part in (total, visible))
         state = visibility_numbers(*sums)
-        color = np.maximum(mean, 0.0)
+        color = np.maximum(mean, least)
         return SampledPixels(color, alpha, samples, spread, unseen, state, self.item, self.dusk)
 
     def _without_slopes(self) -> tuple[Array, Array]:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..numerics.arrays import Ints, Mask
+from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.gather import columns, place
 from ..numerics.midpoint import (
     FALLBACK_ERROR_FRACTION,
@@ -37,8 +37,9 @@ class CenterValues:
     Attributes
     ----------
     item : (n,) the object that fills each pixel, -1 where light at the centre is not known.
-    unhidden : (3, n) radiance without shadows.  fraction : (3, n) visible part of it.
-    mean : (3, n) means over pixels of `unhidden`.  variation : (n,) their errors.
+    unhidden, taken, fraction : (3, n) see `CenterLight`.
+    mean, taken_mean : (3, n) means over pixels of `unhidden` and `taken`.
+    variation : (n,) errors of these means.
     error : (n,) error of the light at the centre.
     first_fraction : (n,) mean visible fraction by the first few rays.
     reached : (n,) whether the visible part of a light may change within the pixel.
@@ -50,6 +51,9 @@ class CenterValues:
         self._width = width
         self.item = np.full(count, -1)
         self.unhidden, self.fraction, self.mean = np.zeros((3, 3, count))
+        # the system gives no memory to arrays that nobody touches
+        self.taken, self.taken_mean = np.zeros((3, count)), np.zeros((3, count))
+        self._any_taken = False
         self.variation, self.error, self.first_fraction = np.zeros((3, count))
         self.usable, self.reached = np.zeros((2, count), dtype=np.bool_)
 
@@ -57,6 +61,9 @@ class CenterValues:
         """Enter the light at the centres of pixels."""
         place(self.unhidden, rows, light.unhidden)
         place(self.fraction, rows, light.fraction)
+        if light.taken.any():
+            place(self.taken, rows, light.taken)
+            self._any_taken = True
         self.error[rows] = np.maximum(light.spread, light.unseen)
 
     def enter_first(self, rows: Ints, item: Ints, reached: Mask) -> None:
@@ -72,16 +79,12 @@ class CenterValues:
         """Find the means of the unhidden light, and the pixels (k,) that have one."""
         rows = (self.item >= 0).nonzero()[0]
         rows = rows[self._alike(rows, 1)]
-        mean = columns(self.unhidden, rows)
-        off, noise = np.zeros((2, rows.size))
-        for step in (1, self._width):
-            before, bend, after = second_differences(self.unhidden, rows, step)
-            mean = mean + SECOND_DIFFERENCE_WEIGHT * bend
-            wide = self.alike_along(rows, 2 * step)
-            bent = FALLBACK_ERROR_FRACTION * rms(bend)
-            off += np.where(wide, left(rms, before, bend, after), bent)
-            noise += np.where(wide, rms(before - 2.0 * bend + after) ** 2, 0.0)
-        place(self.mean, rows, np.maximum(mean, 0.0))
+        mean, off, noise = self._means(self.unhidden, rows)
+        place(self.mean, rows, mean)
+        if self._any_taken:
+            mean, *more = self._means(self.taken, rows)
+            place(self.taken_mean, rows, mean)
+            off, noise = off + more[0], noise + more[1]
         rough = np.zeros(self.item.size)
         rough[rows] = NOISE_WEIGHT * np.sqrt(noise)
         # a single fourth difference is small now and then where light varies within pixels
@@ -89,6 +92,35 @@ class CenterValues:
         self.variation[rows] = np.maximum(off, rough)
         self.usable[rows] = True
         return rows
+
+    def _means(self, values: Array, rows: Ints) -> tuple[Array, Array, Array]:
+        """Means (3, k) over pixels of light (3, n) at centres, their errors (k,), and the squares
+        (k,) of its fourth differences."""
+        mean = columns(values, rows)
+        off, noise = np.zeros((2, rows.size))
+        for step in (1, self._width):
+            before, bend, after = second_differences(values, rows, step)
+            mean = mean + SECOND_DIFFERENCE_WEIGHT * bend
+            wide = self.alike_along(rows, 2 * step)
+            bent = FALLBACK_ERROR_FRACTION * rms(bend)
+            off += np.where(wide, left(rms, before, bend, after), bent)
+            noise += np.where(wide, rms(before - 2.0 * bend + after) ** 2, 0.0)
+        return np.maximum(mean, 0.0), off, noise
+
+    @property
+    def color(self) -> Array:
+        """Radiance (3, n) at centres."""
+        found: Array = self.unhidden * self.fraction
+        return found - self.taken if self._any_taken else found
+
+    def mean_color(self, rows: Ints) -> Array:
+        """Radiance (3, ...) of pixels whose visible fraction is that at their centres."""
+        mean = columns(self.mean, rows) * columns(self.fraction, rows)
+        return self.without_taken(mean, rows)
+
+    def without_taken(self, color: Array, rows: Ints) -> Array:
+        """Radiance (3, ...) from fractions of the unhidden light (3, ...), as means over pixels."""
+        return color - columns(self.taken_mean, rows) if self._any_taken else color
 
     def fill_blocks(self, side: int) -> Mask:
         """Whether usable pixels (n,) lie in blocks of a side that one object fills.

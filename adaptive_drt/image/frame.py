@@ -281,8 +281,7 @@ class Frame:
         if self.centers is None:
             return
         rows = self.centers.correct()
-        color = columns(self.centers.mean, rows) * columns(self.centers.fraction, rows)
-        place(self.color, rows, color)
+        place(self.color, rows, self.centers.mean_color(rows))
         self.alpha[rows] = self.plan.opacity(self.centers.item[rows])
         self._write_pixels(rows[self.inner()[rows]])
 
@@ -308,6 +307,15 @@ class Frame:
         if self.centers is not None:
             wanted &= self.centers.variation <= CENTER_ERROR_SHARE * goal.error
         return wanted
+
+    @property
+    def interpolates_shadows(self) -> bool:
+        """Whether the light of pixels in penumbrae may be interpolated between centres.
+
+        Meshes may throw thin shadows where a fraction of 0 or 1 tells that light is uniform, which
+        it does not where lights of both signs add up.
+        """
+        return not (self.plan.any_mesh and self.plan.least_radiance < 0.0)
 
     def goal(self, rows: Mask, found: tuple[Ints, Array] | None = None) -> Goal:
         """Find the error goal from some rows of pixels.
@@ -361,7 +369,8 @@ class Frame:
         assert self.centers is not None
         few, blocks = self.usable_centers[index], self.centers.fill_blocks(STORAGE_ALIGNMENT)
         rays = np.where(few, FIRST_RAYS, FIRST_POINTS * NET_RAYS)
-        return SamplingErrors(self.sampled[index], self.error[index], rays, blocks[index], self.law)
+        blocks = blocks[index] & self.interpolates_shadows
+        return SamplingErrors(self.sampled[index], self.error[index], rays, blocks, self.law)
 
     def _multi_node_errors(self, index: Ints, least: float) -> Array:
         """Predicted errors of some pixels under the multi-node rule, where the errors exceed

@@ -55,4 +55,4 @@ def corrected_pilots(frame: Frame, rows: Ints) -> Pilots:
         place[frame.corrected] = np.arange(frame.corrected.size)
         at = place[rows]
         color = color + np.where(at >= 0, columns(frame.change, at), 0.0)
-    return Pilots(np.maximum(color, 0.0), frame.error[rows])
+    return Pilots(np.maximum(color, frame.plan.least_radiance), frame.error[rows])

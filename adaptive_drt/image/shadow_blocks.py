@@ -77,6 +77,8 @@ class ShadowBlocks:
         if self._wanted.any():
             self._origin = self._candidates()
             self._settle_uniform()
+        if not frame.interpolates_shadows:
+            self._origin = self._origin[:0]
 
     def missing_pixels(self) -> Ints:
         """Pixels whose light these blocks need and that is not yet known: ascending indices."""
@@ -142,7 +144,7 @@ class ShadowBlocks:
         unseen = UNSEEN_SHARE / (FIRST_RAYS * np.maximum(count, 1)) * bright
         chosen = (same & (unseen <= self._allowed)).nonzero()[0]
         rows = columns(rows, chosen)
-        color = columns(self._centers.mean, rows) * columns(self._centers.fraction, rows)
+        color = self._centers.mean_color(rows)
         # beside a pixel that sees a light in part, too few rays look for the same shadow
         visibility, reached = self._frame.first_points.visibility, self._centers.reached
         alone = agrees_around(visibility, self._frame.width) | ~reached
@@ -203,17 +205,17 @@ class ShadowBlocks:
         return fine
 
     def _product_means(self, rows: Ints, fraction: Array) -> Array:
-        """Means (3, side * side, b) of the unhidden light times the visible fraction.
+        """Means (3, side * side, b) of the unhidden light times the visible fraction, less `taken`.
 
-        To second order that is the product of the means, and a twelfth of that of the slopes.
+        To second order the first is the product of the means, and a twelfth of that of the slopes.
         """
         grid = (3, self._side, self._side, rows.shape[1])
         light, part = columns(self._centers.mean, rows).reshape(grid), fraction.reshape(grid)
         mean = light * part
         for axis in (1, 2):
             mean += np.gradient(light, axis=axis) * np.gradient(part, axis=axis) / 12.0
-        found: Array = np.maximum(mean, 0.0).reshape(fraction.shape)
-        return found
+        mean = np.maximum(mean, 0.0).reshape(fraction.shape)
+        return self._centers.without_taken(mean, rows)
 
     def _known(self, rows: Ints, means: Array) -> Mask:
         """Pixels (side * side, b) whose fractions (3, side * side, b) are known by interpolation.

@@ -35,7 +35,8 @@ class ShadowStencil:
         """Find the candidate pixels; no values are requested yet."""
         assert frame.centers is not None
         self._frame, self._goal, self._centers = frame, goal, frame.centers
-        self._pixels: Ints = frame.unsettled_centers(goal).nonzero()[0]
+        wanted = frame.unsettled_centers(goal) & frame.interpolates_shadows
+        self._pixels: Ints = wanted.nonzero()[0]
 
     @property
     def node_limit(self) -> float:
@@ -66,7 +67,7 @@ class ShadowStencil:
     def estimates(self) -> StencilEstimates:
         """Means of the pixels whose estimated error is small enough."""
         rows, centers = self._pixels, self._centers
-        color = centers.unhidden * centers.fraction
+        color = centers.color
         mean, off = columns(color, rows), np.zeros(rows.size)
         for step in (1, self._frame.width):
             before, bend, after = second_differences(color, rows, step)
@@ -74,7 +75,8 @@ class ShadowStencil:
             off = np.maximum(off, self._off(rows, step, before, bend, after))
         off = np.maximum(off, centers.variation[rows])
         sure = (off <= INTERPOLATION_ERROR_SHARE * self._goal.error).nonzero()[0]
-        rows, mean = rows[sure], np.maximum(columns(mean, sure), 0.0)
+        rows = rows[sure]
+        mean = np.maximum(columns(mean, sure), self._frame.plan.least_radiance)
         return StencilEstimates(rows, columns(color, rows), mean, centers.error[rows], off[sure])
 
     def _off(self, rows: Ints, step: int, before: Array, bend: Array, after: Array) -> Array:

@@ -57,7 +57,9 @@ class CenterLight:
 
     Attributes
     ----------
-    unhidden : (3, n) radiance without shadows.  color : (3, n) radiance with them.
+    unhidden : (3, n) sizes of the radiance without shadows, by absolute values of lights.
+    taken : (3, n) what of it lights of negative power would take if nothing hid them.
+    color : (3, n) radiance with shadows, from `-taken` to `unhidden - taken`.
     spread : (n,) estimated error by the spread of the rays' batches.
     unseen : (n,) error of parts of lights that no ray may have met.
     visibility : (n,) a number that tells which lights all rays have reached, and which none; or
@@ -65,6 +67,7 @@ class CenterLight:
     """
 
     unhidden: Array
+    taken: Array
     color: Array
     spread: Array
     unseen: Array
@@ -72,9 +75,11 @@ class CenterLight:
 
     @property
     def fraction(self) -> Array:
-        """Visible fractions (3, n) of the light; 1 where there is none."""
+        """Places (3, n) of the radiance, from 0 to 1, between the least and the most that shadows
+        can leave: visible fractions, where no light is negative. 1 where there is no light."""
         lit = self.unhidden > 0.0
-        found: Array = np.where(lit, self.color, 1.0) / np.where(lit, self.unhidden, 1.0)
+        above = self.color + self.taken
+        found: Array = np.where(lit, above, 1.0) / np.where(lit, self.unhidden, 1.0)
         return found
 
 
@@ -124,7 +129,7 @@ class CenterLights:
         self._brdf = diffuse_brdf(plan, hits.item)
         self._unhidden = np.zeros((3, count))
         add_emission(plan, hits, self._unhidden)
-        self._color = self._unhidden.copy()
+        self._color, self._taken = self._unhidden.copy(), np.zeros((3, count))
         self._spread, self._unseen = np.zeros((2, count))
         self._whole, self._seen = np.zeros((2, len(plan.lights), count))
 
@@ -138,7 +143,8 @@ class CenterLights:
 
     def add(self, number: int, weight: Array, factor: Array, share: Array) -> None:
         """Enter a light: what `unhidden` gives of it, and its visible fractions (n,)."""
-        self._unhidden += weight * factor
+        self._unhidden += np.abs(weight) * factor
+        self._taken += np.maximum(-weight, 0.0) * factor
         self._color += weight * (factor * share)
         self._whole[number], self._seen[number] = factor, share
 
@@ -152,7 +158,7 @@ class CenterLights:
         """The light of all that is entered."""
         numbers = visibility_numbers(self._whole, self._seen * self._whole)
         errors = np.sqrt(self._spread), np.sqrt(self._unseen)
-        return CenterLight(self._unhidden, self._color, *errors, numbers)
+        return CenterLight(self._unhidden, self._taken, self._color, *errors, numbers)
 
 
 def visibility_numbers(total: Array, visible: Array) -> Ints:

@@ -158,7 +158,7 @@ def _sampled_channels(
         return sampled_factors(plan, surface, light, pairs, time, allowed)
     factor, error = np.zeros((3, allowed.size)), np.zeros(allowed.size)
     for part in light.channels():
-        channel = part.power.argmax()
+        channel = np.abs(part.power).argmax()
         factor[channel], off = sampled_factors(plan, surface, part, pairs, time, allowed)
         np.maximum(error, off, out=error)
     return factor, error

@@ -13,7 +13,9 @@ def values_of(field, width=12):
     light = np.tile(field(x, y), (3, 1))
     none = np.zeros(light.shape[1])
     values = CenterValues(width, light.shape[1])
-    values.enter(np.arange(none.size), CenterLight(light, 0.5 * light, none, none, none))
+    values.enter(
+        np.arange(none.size), CenterLight(light, 0.0 * light, 0.5 * light, none, none, none)
+    )
     values.item[:] = 0
     return values
 
@@ -49,7 +51,7 @@ def test_first_fractions_are_means_by_radiance():
     unhidden, color = np.array([[1.0], [3.0], [0.0]]), np.array([[1.0], [1.0], [0.0]])
     none = np.zeros(1)
     rows = np.array([5])
-    values.enter(rows, CenterLight(unhidden, color, none, none, none))
+    values.enter(rows, CenterLight(unhidden, 0.0 * color, color, none, none, none))
     values.enter_first(rows, np.array([2]), np.array([True]))
     assert values.first_fraction[5] == 0.5 and values.item[5] == 2
     np.testing.assert_allclose(values.fraction[:, 5], [1.0, 1.0 / 3.0, 1.0])

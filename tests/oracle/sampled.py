@@ -78,9 +78,9 @@ class Samples:
         return float(product.mean()), float(spread)
 
     def relative_error(self, color):
-        """RMS error of a picture over the mean, and a standard error of it."""
+        """RMS error of a picture over the mean of absolute values, and a standard error of it."""
         square, spread = self.square_error(color)
-        mean = abs(float(self.color.mean()))
+        mean = float(np.abs(self.color).mean())
         size = math.sqrt(max(square, 0.0))
         # of the root: spread / (2 root), but no more than the root of the spread itself
         off = min(spread / max(2.0 * size, 1e-300), math.sqrt(spread))
@@ -116,7 +116,7 @@ def render_samples(packed, means, dimensions, scene, noise, seed, threads):
     every = np.full(len(pixels), FEWEST)
     rough = estimate(pixels, every, ROUGH)
     spread = np.sqrt(rough.var(axis=0, ddof=1).mean(axis=1))
-    goal = noise * max(abs(float(rough.mean())), 1e-300)
+    goal = noise * max(float(np.abs(rough).mean()), 1e-300)
     # few estimates tell a pixel's spread badly: the picture's own is a part of it
     spread = np.maximum(spread, np.sqrt((spread**2).mean()) / 4.0)
     counts = _counts(every, spread, goal)
