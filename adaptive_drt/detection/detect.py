@@ -165,10 +165,11 @@ def detect(
     mask = np.zeros((3, outlines.size), dtype=np.bool_)
     mask[1], mask[2] = found.motion, found.edge
     visible = _visible_candidates(plan, pairs, test, outlines)
-    by_rays = _prefer_rays(plan, occluders, center, outlines)
-    by_rays |= _crowded_outlines(plan, occluders, visible, outlines.size)
     reach = _pixel_reach(plan, center, test)
-    shadows, candidates = _detect_light(plan, occluders, center, reach, by_rays, mask, clock)
+    by_rays = _prefer_rays(plan, occluders, center, (outlines, reach))
+    by_rays |= _crowded_outlines(plan, occluders, visible, outlines.size)
+    sampled = by_rays, by_rays & outlines
+    shadows, candidates = _detect_light(plan, occluders, center, reach, sampled, mask, clock)
     by_rays |= _crowded_penumbrae(plan, occluders, center, shadows, candidates, outlines)
     if test is not None and plan.motion:
         mask[1] |= _light_changes_at_silhouettes(plan, occluders, center, test, mask)
@@ -331,12 +332,13 @@ def _detect_light(
     occluders: Occluders,
     center: CenterRays,
     reach: Array,
-    by_rays: Mask,
+    sampled: tuple[Mask, Mask],
     mask: Mask,
     clock: StageCallback,
 ) -> tuple[tuple[LightVisibility, ...], tuple[Pairs, ...]]:
     """Add to the mask the flags that follow from each light, at the hits of the centre rays.
 
+    sampled : (n,) pixels whose light rays find, and those of them that silhouettes may cut.
     Returns for each light its visibility from the hits, and its candidate occluders.
     """
     rows, hits = center.rows, center.hits
@@ -344,7 +346,8 @@ def _detect_light(
     for light in iterate_with_progress(plan.lights):
         shape = plan.as_shadow_caster(light)
         with progress_range(0.0, CANDIDATES_FOUND):
-            candidates = _find_occluders(occluders, shape, hits, reach, by_rays[rows])
+            by_rays, cut = (each[rows] for each in sampled)
+            candidates = _find_occluders(occluders, shape, hits, reach, (by_rays, cut))
         with progress_range(CANDIDATES_FOUND, OCCLUSION_CLASSIFIED):
             shadow = classify_light_visibility(plan, hits, shape, candidates)
         shadows.append(shadow)
@@ -380,17 +383,24 @@ def _pixel_reach(plan: Plan, center: CenterRays, test: EdgeTest | None) -> Array
 
 
 def _find_occluders(
-    occluders: Occluders, light: Emitter, hits: Surface, reach: Array, by_rays: Mask
+    occluders: Occluders, light: Emitter, hits: Surface, reach: Array, sampled: tuple[Mask, Mask]
 ) -> Pairs:
     """Candidate occluders of n points; only enough of them to detect what they do where rays
     follow, in still scenes under lights that surround the points or are behind very many spheres.
+
+    sampled : as that of `_detect_light`. In pixels that silhouettes cut the edge is flagged, and
+    where the light is below the horizon of the point there is no penumbra to be found.
     """
+    by_rays, cut = sampled
     if not by_rays.any() or not _may_know_few(occluders, light):
         return occluders.find_candidates(light, hits, reach)
     parts = []
+    if not light.surrounds:
+        dark = classify_horizon(light, light.to_center(hits.point), hits)[0]
+        by_rays = by_rays & ~(cut & dark)
     for rows, find in (
         (by_rays.nonzero()[0], FewOccluders.of(occluders).find),
-        ((~by_rays).nonzero()[0], occluders.find_candidates),
+        ((~sampled[0]).nonzero()[0], occluders.find_candidates),
     ):
         found = find(light, hits.take(rows), reach[rows])
         parts.append(Pairs(rows[found.pixel], found.item))
@@ -409,14 +419,18 @@ def _may_know_few(occluders: Occluders, light: Emitter) -> bool:
 
 
 def _prefer_rays(
-    plan: Plan, occluders: Occluders, center: CenterRays, silhouette: Mask | None = None
+    plan: Plan,
+    occluders: Occluders,
+    center: CenterRays,
+    patch: tuple[Mask, Array] | None = None,
 ) -> Mask:
     """Pixels (n,) in which sampling costs less than light in closed form under lights whose
     occluders are not all listed.
 
-    silhouette : (n,) whether silhouettes may pass through the pixel; None where pixels stand for
-        blocks that may be interpolated.
+    patch : (n,) whether silhouettes may pass through the pixel, and (hits,) metres, the reach of
+        its surface; None where pixels stand for blocks that may be interpolated.
     """
+    silhouette = None if patch is None else patch[0]
     by_rays = np.zeros(center.depth.size, dtype=np.bool_)
     unlisted = [light for light in plan.lights if _may_know_few(occluders, light)]
     if plan.motion:
@@ -433,12 +447,31 @@ def _prefer_rays(
         if not light.surrounds:
             shape = plan.as_shadow_caster(light)
             number[center.rows] += few.count_before(shape, center.hits)
+            if patch is not None:
+                _add_other_surfaces(number, few, shape, center, patch)
     seen = by_rays.copy() if silhouette is None else silhouette.copy()
     seen[center.rows] = True
     less = (number >= MOST_LISTED) | rays_cost_less(number, silhouette, plan.settings.tolerance)
     if not any(light.surrounds for light in unlisted):
         less &= number > 0.0
     return seen & less
+
+
+def _add_other_surfaces(
+    number: Array,
+    few: FewOccluders,
+    light: Emitter,
+    center: CenterRays,
+    patch: tuple[Mask, Array],
+) -> None:
+    """Count occluders before the surfaces around centres that have none, as these may face away.
+
+    number : (n,) occluders of each pixel, changed in place.  patch : as that of `_prefer_rays`.
+    """
+    own = (patch[0] & (number == 0.0))[center.rows].nonzero()[0]
+    if own.size:
+        found = few.count_before(light, center.hits.take(own), patch[1][own])
+        number[center.rows[own]] = np.where(found >= CROWD, found, 0.0)
 
 
 def _crowded_outlines(plan: Plan, occluders: Occluders, visible: Pairs, count: int) -> Mask:

@@ -83,9 +83,8 @@ class SphereScene:
         """
         self._middle, sides = self.extent(center, radius, displacement)
         self.size = float(sides.max())
-        self._center = (center - self._middle) / self.size
-        self._radius = radius / self.size
-        self._shift = None if displacement is None else displacement / self.size
+        # copies in embree's units are made when they are needed: of a million spheres 32 MB
+        self._spheres = center, radius, displacement
         self._ball = 0.5 * float(np.sqrt(((sides / self.size) ** 2).sum()))
         self._faces = None
         if faces is not None and faces.size:
@@ -263,14 +262,18 @@ class SphereScene:
         library = native_library()
         assert library is not None
         geometry: int = library.rtcNewGeometry(library.device, SPHERE_POINTS)
-        ends = (0.0,) if self._shift is None else (-0.5, 0.5)
+        center, radius, displacement = self._spheres
+        ends = (0.0,) if displacement is None else (-0.5, 0.5)
         library.rtcSetGeometryTimeStepCount(geometry, len(ends))
-        count = self._radius.size
         for slot, end in enumerate(ends):
-            values = geometry_buffer(geometry, VERTICES, FLOAT4, np.float32, (count, 4), slot)
-            shift = 0.0 if self._shift is None else end * self._shift
-            values[:, :3] = (self._center + shift).T
-            values[:, 3] = self._radius
+            shape = (radius.size, 4)
+            values = geometry_buffer(geometry, VERTICES, FLOAT4, np.float32, shape, slot)
+            for axis in range(3):
+                place = (center[axis] - self._middle[axis]) / self.size
+                if displacement is not None:
+                    place += end * (displacement[axis] / self.size)
+                values[:, axis] = place
+            values[:, 3] = radius / self.size
         return geometry
 
 

@@ -173,18 +173,6 @@ class ShapeTable:
         return np.concatenate(parts)
 
     @cached_property
-    def body(self) -> Ints:
-        """Number (n,) of the convex solid that each object is a face of, -1 for none.
-
-        Unlike those of `solid`, its faces may be of several kinds, and need not be planar.
-        """
-        parts = []
-        for shapes in self.sets:
-            own = shapes.bodies
-            parts.append(np.full(shapes.count, -1) if own is None else own)
-        return np.concatenate(parts)
-
-    @cached_property
     def proxied(self) -> int:
         """Number of the first objects that fill their bounding spheres."""
         full = [each.fills_bounding_sphere for each in self.sets]

@@ -37,10 +37,11 @@ PAIRS_PER_CHUNK = 1 << 15
 class BallGroups:
     """Balls (centres (3, n) and radii (n,), metres) in groups, by level."""
 
-    def __init__(self, center: Array, radius: Array) -> None:
-        """Sort the balls, and enclose the groups."""
-        self._order = morton_order(center, BLOCK_BITS)
-        sorted_balls = columns(center, self._order), radius[self._order]
+    def __init__(self, center: Array, radius: Array, item: Ints | None = None) -> None:
+        """Sort the balls, and enclose the groups. item : (n,) their numbers, if not 0, 1, ..."""
+        order = morton_order(center, BLOCK_BITS)
+        sorted_balls = columns(center, order), radius[order]
+        self._order = order if item is None else item[order]
         groups = group_balls(*sorted_balls, GROUP_SIZES)
         self._levels = [(middle, ENCLOSING * wide) for middle, wide in groups] + [sorted_balls]
 

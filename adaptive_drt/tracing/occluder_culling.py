@@ -9,16 +9,13 @@ culling, Haines and Wallace 1991); with very many objects embree replaces that p
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
 from functools import partial
 from typing import TypeAlias
 
 import numpy as np
 
-from ..geometry.light_protocol import ViewCone
-from ..geometry.planar_faces import NO_SOLID
 from ..geometry.shape_table import ShapeTable
-from ..geometry.sphere.kernels import cone_touches, surface_tolerance
+from ..geometry.sphere.kernels import cone_touches
 from ..lights.bounds import LightBounds
 from ..lights.emitter import Emitter
 from ..numerics.arrays import Array, Ints, Mask
@@ -29,7 +26,9 @@ from ..parallel.call_progress import progress_range, report_progress
 from .ball_groups import BallGroups
 from .compile import Plan
 from .embree import ProxyScene
+from .face_planes import FacePlanes
 from .intersect import Pairs, Surface, cache_sized_chunks, curvature, run_indices
+from .light_view import LightView
 from .point_blocks import BLOCK_BITS, group_balls
 from .shadow_outlines import ShadowOutlines, may_shadow
 from .shadowed_occluders import hidden_by_spheres
@@ -87,7 +86,7 @@ class Occluders:
         # what of the spheres is solid during the whole shutter
         self._solid = np.maximum(radius - path, 0.0)
         self._solid[plan.shapes.proxied :] = 0.0
-        self._planes = _FacePlanes.make(plan.shapes)
+        self._planes = FacePlanes.make(plan.shapes)
         self._balls = _enclosing_balls(plan.shapes)
         self.tracer = None if plan.traced is None else SphereTracer(plan.shapes, plan.traced)
         many = self.radius.size >= MANY_OBJECTS
@@ -122,10 +121,10 @@ class Occluders:
         if not count or not self.radius.size or not light.casts_shadow:
             return Pairs(none, none)
         reach = np.broadcast_to(np.asarray(reach, dtype=np.float64), (count,))
-        sight = _LightView.make(light, surface, reach, curvature(self.plan, surface))
+        sight = LightView.make(light, surface, reach, curvature(self.plan, surface))
         return self._without_idle(light, sight, self._all_candidates(light, sight))
 
-    def _without_idle(self, light: Emitter, sight: _LightView, pairs: Pairs) -> Pairs:
+    def _without_idle(self, light: Emitter, sight: LightView, pairs: Pairs) -> Pairs:
         """The pairs without those that hide nothing by what the objects are."""
         pairs = self._planes.without_redundant_faces(sight, _without_passed(light, pairs))
         return _without_coplanar_faces(light, self._by_enclosing_balls(sight, pairs))
@@ -149,9 +148,17 @@ class Occluders:
         found = _all_pairs(reach.size, others.size)
         return self.select(light, surface, reach, Pairs(found.pixel, others[found.item]))
 
+    def find_among(
+        self, light: Emitter, surface: Surface, reach: Array, groups: BallGroups
+    ) -> Pairs:
+        """The candidates of `find_candidates` that are among some objects' bounding spheres."""
+        sight = LightView.make(light, surface, reach, curvature(self.plan, surface))
+        found = groups.pairs(reach.size, partial(self._groups_may_occlude, sight))
+        return self.select(light, surface, reach, Pairs(*found))
+
     def select(self, light: Emitter, surface: Surface, reach: Array, pairs: Pairs) -> Pairs:
         """Those of some pairs, sorted by point, that `find_candidates` does not drop."""
-        sight = _LightView.make(light, surface, reach, curvature(self.plan, surface))
+        sight = LightView.make(light, surface, reach, curvature(self.plan, surface))
         return self._without_idle(light, sight, self._filter_by_point(sight, pairs))
 
     def are_far(self, surface: Surface, pairs: Pairs, distance: Array) -> Mask:
@@ -163,7 +170,7 @@ class Occluders:
         far: Mask = np.sqrt(dot(v, v)) > self.radius[pairs.item] + distance[pairs.pixel]
         return far
 
-    def _by_enclosing_balls(self, sight: _LightView, pairs: Pairs) -> Pairs:
+    def _by_enclosing_balls(self, sight: LightView, pairs: Pairs) -> Pairs:
         """The pairs without objects of many balls of which none may occlude the light."""
         keep = np.ones(pairs.item.size, dtype=np.bool_)
         for item, (center, radius) in self._balls.items():
@@ -174,7 +181,7 @@ class Occluders:
                 )
         return pairs if keep.all() else pairs.take(keep)
 
-    def _any_ball_may_occlude(self, sight: _LightView, center: Array, radius: Array) -> Mask:
+    def _any_ball_may_occlude(self, sight: LightView, center: Array, radius: Array) -> Mask:
         """Whether one of several balls may occlude a light from points: (n,).
 
         Blocks of points are tested with all balls, and smaller ones with those that are left. A
@@ -207,7 +214,7 @@ class Occluders:
         found[order] = kept
         return found
 
-    def _all_candidates(self, light: Emitter, sight: _LightView) -> Pairs:
+    def _all_candidates(self, light: Emitter, sight: LightView) -> Pairs:
         """The candidate pairs, including faces of solids that `needed` removes."""
         surface, reach = sight.surface, sight.reach
         count = reach.size
@@ -242,7 +249,7 @@ class Occluders:
         balls = self.center, self.radius
         return hidden_by_spheres(*blocks, pairs.pixel, pairs.item, balls, solid)
 
-    def _near_proxies(self, sight: _LightView, proxies: ProxyScene) -> Pairs:
+    def _near_proxies(self, sight: LightView, proxies: ProxyScene) -> Pairs:
         """Pairs whose point lies within the object's proxy, where embree may miss it."""
         center, outer = self.center[:, : proxies.circumradius.size], proxies.circumradius
 
@@ -254,7 +261,7 @@ class Occluders:
 
         return pairs_by_blocks(sight.surface.point, sight.reach, outer.size, near)
 
-    def _pairs_by_object(self, sight: _LightView, first: int) -> list[Pairs]:
+    def _pairs_by_object(self, sight: LightView, first: int) -> list[Pairs]:
         """Candidate pairs of objects `first` and higher, each tested against all points."""
         parts = []
         count = sight.reach.size
@@ -265,10 +272,10 @@ class Occluders:
                 parts.append(Pairs(pixel, np.full(pixel.size, item)))
         return parts
 
-    def _points_before(self, sight: _LightView, rows: slice, item: int) -> Ints:
+    def _points_before(self, sight: LightView, rows: slice, item: int) -> Ints:
         """Those of the points `rows`, ascending, from which an object may occlude a light."""
         chosen = np.array([item])
-        if self._planes.planar[item]:
+        if self._planes.are_planar(chosen)[0]:
             apart: Ints = self._planes.may_separate(sight, rows, chosen).nonzero()[0] + rows.start
             if apart.size <= FEW_POINTS * (rows.stop - rows.start):
                 return apart[self._balls_may_occlude(sight, apart, chosen)]
@@ -278,21 +285,22 @@ class Occluders:
         found: Ints = self._balls_may_occlude(sight, rows, chosen).nonzero()[0] + rows.start
         return found
 
-    def _filter_by_point(self, sight: _LightView, pairs: Pairs) -> Pairs:
+    def _filter_by_point(self, sight: LightView, pairs: Pairs) -> Pairs:
         """The pairs that pass the test of single points."""
         return pairs.take(
             _passing_pairs(partial(self._may_occlude, sight), pairs.pixel, pairs.item)
         )
 
-    def _pairs_by_shafts(self, sight: _LightView, first_item: int) -> Pairs:
+    def _pairs_by_shafts(self, sight: LightView, first_item: int) -> Pairs:
         """Candidate pairs of objects `first_item` and higher, by tests of blocks of points."""
         center, radius = self.center[:, first_item:], self.radius[first_item:]
-        bounds, planar = sight.bounds, self._planes.planar[first_item:]
+        bounds = sight.bounds
 
         def seen(middle: Array, span: Array, item: Ints) -> Mask:
             self.plan.raise_if_cancelled()
             before = _balls_hide_from_blocks(bounds, (center, radius), middle, span, item)
-            flat = (before & planar[item]).nonzero()[0]
+            kept = before.nonzero()[0]
+            flat = kept[self._planes.are_planar(item[kept] + first_item)]
             if flat.size:
                 chosen, ends = item[flat] + first_item, (columns(middle, flat), span[flat])
                 before[flat] = self._planes.part_balls(bounds, *ends, chosen)
@@ -306,7 +314,7 @@ class Occluders:
         pairs = pairs_by_blocks(point, reach, radius.size, seen)
         return Pairs(pairs.pixel, pairs.item + first_item)
 
-    def _pairs_above_horizons(self, sight: _LightView) -> Pairs:
+    def _pairs_above_horizons(self, sight: LightView) -> Pairs:
         """Candidate pairs under a light that surrounds the points, by tests of blocks of points.
 
         Dropped are objects below the horizons of all points of a block, and those that others hide.
@@ -343,9 +351,9 @@ class Occluders:
         above: Mask = rise > -(self.radius[item] + ball[1][block])
         return above
 
-    def _may_occlude(self, sight: _LightView, at: Ints, item: Ints) -> Mask:
+    def _may_occlude(self, sight: LightView, at: Ints, item: Ints) -> Mask:
         """Whether objects, one for each of the points `at`, may occlude a light from them."""
-        flat = self._planes.planar[item].nonzero()[0]
+        flat = self._planes.are_planar(item).nonzero()[0]
         if not flat.size:
             return self._balls_may_occlude(sight, at, item)
         keep = np.ones(item.size, dtype=np.bool_)
@@ -356,7 +364,7 @@ class Occluders:
         keep[rows] = self._balls_may_occlude(sight, at[rows], item[rows])
         return keep
 
-    def _balls_may_occlude(self, sight: _LightView, at: Ints | slice, item: Ints) -> Mask:
+    def _balls_may_occlude(self, sight: LightView, at: Ints | slice, item: Ints) -> Mask:
         """Whether objects (one, or one for each point) may, by their bounding spheres alone."""
         surface = sight.surface
         center, radius = columns(self.center, item), self.radius[item] + sight.reach[at]
@@ -367,7 +375,7 @@ class Occluders:
         return keep
 
     def _groups_may_occlude(
-        self, sight: _LightView, balls: tuple[Array, Array], at: Ints, number: Ints
+        self, sight: LightView, balls: tuple[Array, Array], at: Ints, number: Ints
     ) -> Mask:
         """Whether any object within balls, one for each point, may occlude a light: (k,)."""
         center, radius = columns(balls[0], number), balls[1][number]
@@ -375,7 +383,7 @@ class Occluders:
 
     def _may_be_before(
         self,
-        sight: _LightView,
+        sight: LightView,
         at: Ints | slice,
         center: Array,
         radius: Array,
@@ -403,148 +411,6 @@ class Occluders:
             lowest = lowest - turn * (np.sqrt(vv) + spread)
         keep &= dot(columns(surface.normal, at), v) > lowest
         return keep
-
-
-@dataclass(frozen=True)
-class _FacePlanes:
-    """Planes of planar objects: such an object occludes only light from the plane's other side.
-
-    Attributes
-    ----------
-    planar : (objects,) whether the object lies in a plane.
-    normal : (3, objects) unit, 0 for other objects.  offset : (objects,) metres from the origin.
-    shift_bound : (objects,) metres that the plane moves along its normal either way during the
-        shutter.
-    solid : (objects,) the closed solid that each is a face of: normals point out of it.
-    body : (objects,) the convex solid of faces of any kind: see `ShapeTable.body`.
-    """
-
-    planar: Mask
-    normal: Array
-    offset: Array
-    shift_bound: Array
-    solid: Ints
-    body: Ints
-
-    @classmethod
-    def make(cls, table: ShapeTable) -> _FacePlanes:
-        normal = np.zeros((3, table.count))
-        offset, slack = np.zeros((2, table.count))
-        for shapes, first in zip(table.sets, table.firsts[:-1], strict=True):
-            faces, own = shapes.faces, slice(first, first + shapes.count)
-            if faces is None:
-                continue
-            normal[:, own] = faces.normal
-            offset[own] = dot(faces.normal, faces.vertices[0])
-            if faces.displacement is not None:
-                slack[own] = 0.5 * np.abs(dot(faces.normal, faces.displacement))
-        return cls(table.planar, normal, offset, slack, table.solid, table.body)
-
-    def may_separate(self, sight: _LightView, at: Ints | slice, item: Ints) -> Mask:
-        """Whether the planes of planar objects may separate points from some of the light."""
-        place, reach = self._signed_distances(sight, at, item)
-        return self._separates(sight.bounds, place, reach, item)
-
-    def part_balls(self, bounds: LightBounds, middle: Array, span: Array, item: Ints) -> Mask:
-        """Return whether `may_separate` may be true of a point in balls around blocks of points.
-
-        middle : (3, k) metres.  span : (k,) metres, the radii, which include the points' reach.
-        """
-        offset = self.offset[item]
-        place = dot(columns(self.normal, item), middle) - offset
-        # twice the tolerance, as distances in the ball are rounded as well
-        graze = 2.0 * surface_tolerance(middle, np.abs(offset) + span)
-        return self._separates(bounds, place, self.shift_bound[item] + span + graze, item)
-
-    def _separates(self, bounds: LightBounds, place: Array, reach: Array, item: Ints) -> Mask:
-        """Whether places at signed distances, known to within `reach`, may be apart from a light.
-
-        place, reach : (k,) metres from the planes of objects `item`.
-        """
-        light = bounds.height_over_planes(columns(self.normal, item), self.offset[item])
-        margin = bounds.radius + self.shift_bound[item]
-        parts: Mask = (light <= margin) | (place < reach)
-        parts &= (light >= -margin) | (place > -reach)
-        return parts
-
-    def _signed_distances(
-        self, sight: _LightView, at: Ints | slice, item: Ints
-    ) -> tuple[Array, Array]:
-        """Signed distances (metres) of points from planes, and bounds on their changes."""
-        point, offset = columns(sight.surface.point, at), self.offset[item]
-        place = dot(columns(self.normal, item), point) - offset
-        # a point within rounding of the plane may lie on either side of it
-        return place, self.shift_bound[item] + sight.reach[at] + surface_tolerance(
-            point, np.abs(offset)
-        )
-
-    def without_redundant_faces(self, sight: _LightView, pairs: Pairs) -> Pairs:
-        """The pairs without faces of closed solids that occlude only what other faces do."""
-        solid, body = self.solid[pairs.item] != NO_SOLID, self.body[pairs.item] >= 0
-        rows = (solid | body).nonzero()[0]
-        if not rows.size:
-            return pairs
-        at, item = pairs.pixel[rows], pairs.item[rows]
-        solid, body = solid[rows], body[rows]
-        place, reach = self._signed_distances(sight, at, item)
-        number = np.unique(at * self.solid.size + self.solid[item], return_inverse=True)[1]
-        outside = np.zeros(number.max() + 1, dtype=np.bool_)
-        outside[number[place > reach]] = True
-        spare = outside[number] & (place < -reach) & solid
-        # from the outer side of a face, all of its solid is below the horizon
-        own = sight.surface.item[at]
-        seen = dot(columns(sight.surface.normal, at), columns(self.normal, own)) > 0.0
-        spare |= (self.solid[own] == self.solid[item]) & seen & solid
-        seen = np.where(self.planar[own], seen, ~sight.surface.inside[at])
-        spare |= (self.body[own] == self.body[item]) & seen & body
-        keep = np.ones(pairs.item.size, dtype=np.bool_)
-        keep[rows[spare]] = False
-        return pairs.take(keep)
-
-
-@dataclass(frozen=True)
-class _LightView:
-    """A light and n points, with bounds that hold during the whole shutter.
-
-    `bounds` enclose the light and its path, `cone` is the cone of directions to them from each
-    point. `reach` (n,) metres and `curvature` (n,) 1 / m are the extent and the curvature of
-    the surfaces around the points; `any_reach` is whether any reach is larger than 0.
-    """
-
-    light: Emitter
-    bounds: LightBounds
-    cone: ViewCone
-    surface: Surface
-    reach: Array
-    curvature: Array
-    any_reach: bool
-
-    @classmethod
-    def make(cls, light: Emitter, surface: Surface, reach: Array, bend: Array) -> _LightView:
-        bounds = light.swept_bounds()
-        cone = bounds.view_cone(bounds.to_center(surface.point))
-        return cls(light, bounds, cone, surface, reach, bend, bool((reach > 0.0).any()))
-
-    def take(self, rows: Ints) -> _LightView:
-        """The view from some of the points."""
-        cone = ViewCone(
-            *(columns(each, rows, -1) for each in (
-                self.cone.axis, self.cone.distance, self.cone.cosine, self.cone.sine,
-                self.cone.near, self.cone.far,
-            ))
-        )  # fmt: skip
-        return replace(
-            self,
-            cone=cone,
-            surface=self.surface.take(rows),
-            reach=self.reach[rows],
-            curvature=self.curvature[rows],
-        )
-
-    def before_light_plane(self, center: Array, radius: Array) -> Mask | np.bool_:
-        """Whether spheres reach before a light that emits to one side."""
-        behind = self.light.is_behind(self.light.to_center(center), radius, path=True)
-        return np.logical_not(behind)
 
 
 def _enclosing_balls(table: ShapeTable) -> dict[int, tuple[Array, Array]]:

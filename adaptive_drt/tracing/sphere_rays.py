@@ -78,9 +78,15 @@ def find_traced_spheres(
 
 
 def _spheres(table: ShapeTable, item: Ints) -> tuple[Array, Array, Array | None]:
-    """Centres (3, n), radii (n,) and displacements (3, n) of the spheres among the objects."""
+    """Centres (3, n), radii (n,) and displacements (3, n) of the spheres among the objects.
+
+    They are views where the numbers of the spheres, ascending, are consecutive.
+    """
     (center, radius), d = table.bounding_spheres, table.displacement
-    return columns(center, item), radius[item], None if d is None else columns(d, item)
+    chosen: slice | Ints = item
+    if item.size and int(item[-1]) - int(item[0]) == item.size - 1:
+        chosen = slice(int(item[0]), int(item[-1]) + 1)
+    return columns(center, chosen), radius[chosen], None if d is None else columns(d, chosen)
 
 
 def _scene(
@@ -113,7 +119,8 @@ class SphereTracer:
         self.traced = traced
         self._item = traced.nonzero()[0]
         spheres = _spheres(table, self._item)
-        self._center, self._radius, self._shift = spheres
+        self._center, self._radius = table.bounding_spheres
+        self._shift = table.displacement
         self._scene, held = _scene(table, traced, spheres)
         self.holds_all = bool(held.all())
 
@@ -151,7 +158,7 @@ class SphereTracer:
         found = self._scene.nearest(way, when)
         t, item = np.full(found.size, np.inf), np.full(found.size, -1)
         rows = (found >= 0).nonzero()[0]
-        number = found[rows]
+        number = self._item[found[rows]]
         way, v = columns(way, rows), columns(self._center, number)
         if self._shift is not None:
             v = v + when[rows] * columns(self._shift, number)
@@ -162,5 +169,5 @@ class SphereTracer:
         half = np.sqrt(room / ww)
         inside = dot(v, v) < self._radius[number] ** 2
         t[rows] = along / ww + np.where(inside, half, -half)
-        item[rows] = self._item[number]
+        item[rows] = number
         return t.reshape(w.shape[1:]), item.reshape(w.shape[1:])

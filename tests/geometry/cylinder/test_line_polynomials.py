@@ -134,7 +134,11 @@ def test_fragments_are_those_of_plain_rays(moving):
         rng = np.random.default_rng(seed)
         shapes = scene(rng, moving)
         plan = planned(*shapes)
-        body = plan.shapes.body
+        parts = [
+            np.full(each.count, -1) if each.bodies is None else each.bodies
+            for each in plan.shapes.sets
+        ]
+        body = np.concatenate(parts)
         # faces of one cylinder have its number, which counts the cylinders in the scene's order
         number = np.where(body >= 0, body, np.arange(body.size) + 3)
         boxes = random_boxes(rng, 80, moving)
