@@ -29,6 +29,7 @@ from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.floats import TINY, UNIT_ROUNDOFF
 from ..numerics.gather import columns
 from ..numerics.vector import cross, dot, perpendicular_pair
+from .covered_circles import circles_to_keep, mean_overlaps
 from .crossing_circles import order_on_rings
 from .silhouettes import PolygonSilhouettes
 
@@ -43,8 +44,14 @@ PADDING = 8
 CONTAINERS = 12
 """Number of the largest caps of a point in which others are looked for first, that lie within them:
 in a heap of spheres these are most."""
-FIRST_CAPS, MORE_CAPS = 8, 32
+COVER_STEPS = (0, 8, 32, 128)
 """Numbers of the largest caps that vertices are compared with first, and next: they cover most."""
+MANY_CIRCLES, SMALL_BLOCK = 96, 8
+"""Number of caps from which those circles are left out first that others cover all around, and
+number of points at a time whose arrays then stay in the cache."""
+LEAST_OVERLAPS = 4.0
+"""Mean number of the caps that cover the middle of another one, from which that pays. Of packed
+balls it is some 8, and of a gas 1."""
 MANY_CAPS, NEIGHBOURS = 96, 16
 """Number of caps from which a direction on a circle is compared with up to `NEIGHBOURS` of those
 that this circle meets before all others: of so many caps it meets few. Measured."""
@@ -88,7 +95,9 @@ class _Block:
     ----------
     normal : (3, n) unit.  axis : (3, n, k + e) unit.
     sine, cosine, versine : (n, k + e).  used : (n, k + e) bool.
-    test : (n, 4, k) axes and negative cosines: the products with (w, 1) are above 0 in the caps.
+    caps : number k of caps whose circles may be visible.
+    test : (n, 4, all) axes and negative cosines of these and of all other caps: the products with
+        (w, 1) are above 0 in the caps.
     edge_test : (n, 4, e) the same for edges; above 0 for all edges of a polygon that covers w.
     corner : (3, n, e) unit, where each edge begins, anticlockwise around its polygon.
     sides : number of edges of a polygon.
@@ -100,15 +109,11 @@ class _Block:
     cosine: Array
     versine: Array
     used: Mask
+    caps: int
     test: Array
     edge_test: Array
     corner: Array
     sides: int
-
-    @property
-    def caps(self) -> int:
-        """Number of caps of each point."""
-        return self.test.shape[2]
 
     @property
     def rings(self) -> int:
@@ -182,7 +187,8 @@ def open_hemisphere_factor(
         total[number == 0] = np.pi
         number = np.where(number > 0, number, -1)
     for some, index in _blocks(number, first, caps[1].size - 1):
-        total[some] = _factor(_make_block(columns(normal, some), caps, index, polygons, some))
+        for rows, block in _make_blocks(columns(normal, some), caps, index, polygons, some):
+            total[rows] = _factor(block)
     return total
 
 
@@ -244,7 +250,7 @@ def _blocks(number: Ints, first: Ints, none: int) -> Iterator[tuple[Ints, Ints]]
     width[number < 0] = -1
     for k in np.unique(width[number >= 0]).tolist():
         points = (width == k).nonzero()[0]
-        step = max(1, BLOCK_PAIRS // ((k + 1) * (k + 1)))
+        step = max(1, BLOCK_PAIRS // ((k + 1) * min(k + 1, MANY_CIRCLES)))
         for begin in range(0, points.size, step):
             some = points[begin : begin + step]
             index = first[some, None] + np.arange(k)
@@ -252,29 +258,78 @@ def _blocks(number: Ints, first: Ints, none: int) -> Iterator[tuple[Ints, Ints]]
             yield some, index
 
 
-def _make_block(
+def _make_blocks(
     normal: Array,
     caps: tuple[Array, ...],
     index: Ints,
     polygons: PolygonSilhouettes | None,
     some: Ints,
-) -> _Block:
-    """The caps (n, k) of points, with their horizons and polygons."""
+) -> Iterator[tuple[Ints, _Block]]:
+    """Yield points of `some` (n,) and their caps, with their horizons and polygons.
+
+    index : (n, k) of the caps.  Of points where many caps overlap only those circles are taken that
+    others do not cover all around.
+    """
     n, k = index.shape[0], index.shape[1] + 1
+    axis, sine, cosine = np.empty((3, n, k)), np.empty((n, k)), np.empty((n, k))
+    for part, own, horizon in zip((axis, sine, cosine), caps, (-normal, 1.0, 0.0), strict=True):
+        part[..., 0] = horizon
+        part[..., 1:] = own.take(index, axis=-1)
+    crowded = np.zeros(n, dtype=np.bool_)
+    if k > MANY_CIRCLES:
+        crowded = mean_overlaps(axis[..., 1:], cosine[:, 1:]) > LEAST_OVERLAPS
+    for chosen, most in ((~crowded, n), (crowded, SMALL_BLOCK)):
+        rows = chosen.nonzero()[0]
+        while rows.size:
+            at, number = rows[:most], k
+            some_caps = axis[:, at], sine[at], cosine[at]
+            if chosen is crowded:
+                some_caps, number = _kept_first(some_caps)
+            at = at[: max(1, BLOCK_PAIRS // (number * number))]
+            fit = np.s_[..., : at.size, :]
+            block_caps = some_caps[0][fit], some_caps[1][fit], some_caps[2][fit]
+            yield some[at], _make_block(columns(normal, at), block_caps, number, polygons, some[at])
+            rows = rows[at.size :]
+
+
+def _kept_first(caps: tuple[Array, Array, Array]) -> tuple[tuple[Array, Array, Array], int]:
+    """Caps (..., n, k), those first whose circles may be visible; and the most of these a point."""
+    axis, sine, cosine = caps
+    kept = circles_to_keep(axis, sine, cosine)
+    kept[:, 0] = True  # the horizon
+    order = np.argsort(~kept, axis=1, kind="stable")
+    flat = (order + sine.shape[1] * np.arange(sine.shape[0])[:, None]).ravel()
+    first = columns(axis.reshape(3, -1), flat).reshape(axis.shape)
+    sizes = [each.ravel()[flat].reshape(each.shape) for each in (sine, cosine)]
+    return (first, sizes[0], sizes[1]), int(kept.sum(axis=1).max())
+
+
+def _make_block(
+    normal: Array,
+    caps: tuple[Array, Array, Array],
+    number: int,
+    polygons: PolygonSilhouettes | None,
+    some: Ints,
+) -> _Block:
+    """Points `some` (n,) with their caps: axes (3, n, all), sines and cosines (n, all).
+
+    number : of the first caps of each point, whose circles may be visible.
+    """
+    n = normal.shape[1]
     e, sides = 0, 1
     if polygons is not None:
         e = polygons.segments.half_angle.shape[0]
         sides = e // polygons.edge_on.shape[0]
-    axis, sine, cosine = np.empty((3, n, k + e)), np.ones((n, k + e)), np.zeros((n, k + e))
-    for part, own, horizon in zip((axis, sine, cosine), caps, (-normal, 1.0, 0.0), strict=True):
-        part[..., 0] = horizon
-        part[..., 1:k] = own.take(index, axis=-1)
+    test = np.concatenate([caps[0], -caps[2][None]]).swapaxes(0, 1).copy()
+    axis, sine, cosine = (each[..., :number] for each in caps)
     used = cosine <= 1.0
     edge_test, corner = np.zeros((n, 4, e)), np.empty((3, n, e))
     if polygons is not None:
         own = polygons.segments.planes.normal.take(some, axis=2).swapaxes(1, 2)
         bare = dot(own, own) == 0.0  # an edge of no length bounds nothing
-        axis[..., k:], used[:, k:] = own, ~bare
+        axis, used = np.concatenate([axis, own], axis=2), np.concatenate([used, ~bare], axis=1)
+        sine = np.concatenate([sine, np.ones((n, e))], axis=1)
+        cosine = np.concatenate([cosine, np.zeros((n, e))], axis=1)
         edge_test[:, :3], edge_test[:, 3] = own.swapaxes(0, 1), bare
         half = polygons.segments.half_angle[:, some].T
         middle, along = (
@@ -282,10 +337,9 @@ def _make_block(
             for each in (polygons.segments.middle, polygons.segments.along)
         )
         corner = np.cos(half) * middle - np.sin(half) * along
-    test = np.empty((n, 4, k))
-    test[:, :3], test[:, 3] = axis[..., :k].swapaxes(0, 1), -cosine[:, :k]
+    axis, sine, cosine = (np.ascontiguousarray(each) for each in (axis, sine, cosine))
     versine = sine * sine / (1.0 + cosine)
-    return _Block(normal, axis, sine, cosine, versine, used, test, edge_test, corner, sides)
+    return _Block(normal, axis, sine, cosine, versine, used, number, test, edge_test, corner, sides)
 
 
 def _factor(block: _Block) -> Array:
@@ -363,7 +417,8 @@ def _crossings(block: _Block) -> tuple[_Vertices, _Neighbours | None]:
 def _meeting_pairs(block: _Block) -> tuple[Ints, Ints]:
     """Pairs (m,) of circles that may cross, numbered through all points, each pair once."""
     k = block.rings
-    scaled = np.concatenate([block.test, block.edge_test], axis=2) / block.sine[:, None]
+    caps = block.test[..., : block.caps]
+    scaled = np.concatenate([caps, block.edge_test], axis=2) / block.sine[:, None]
     scaled[:, 3, block.caps :] = 0.0
     mirrored = scaled.swapaxes(1, 2).copy()
     mirrored[..., 3] *= -1.0
@@ -457,7 +512,7 @@ class _Neighbours:
     Attributes
     ----------
     cap : (m,) their columns in `test`, by circle.  first, number : (n (k + e),) for each circle.
-    test : (4, n k) as in the block.
+    test : (4, n all) as in the block.
     """
 
     cap: Ints
@@ -471,7 +526,7 @@ class _Neighbours:
         ring, cap = np.concatenate([row, other]), np.concatenate([other, row])
         point, column = np.divmod(cap, block.rings)
         kept = (column < block.caps).nonzero()[0]
-        ring, cap = ring[kept], (point * block.caps + column)[kept]
+        ring, cap = ring[kept], (point * block.test.shape[2] + column)[kept]
         order = np.argsort(ring, kind="stable")
         number = np.bincount(ring, minlength=block.sine.size)
         test = block.test.swapaxes(0, 1).reshape(4, -1)
@@ -517,12 +572,15 @@ def _covered(block: _Block, vertices: _Vertices, neighbours: _Neighbours | None)
 
     neighbours : of the circles on which the directions lie; None to compare them with all caps.
     """
-    covered = np.zeros(vertices.point.size, dtype=np.bool_)
+    covered, every = np.zeros(vertices.point.size, dtype=np.bool_), block.test.shape[2]
     left = np.arange(covered.size)
     if neighbours is not None:
         covered, left = neighbours.covered(vertices)
-    for first, last in pairwise((0, FIRST_CAPS, MORE_CAPS, max(block.caps, MORE_CAPS))):
-        if block.caps > first:
+        if every > block.caps:
+            # the caps whose circles are left out are no neighbours
+            left = (~covered).nonzero()[0]
+    for first, last in pairwise((*COVER_STEPS, max(every, COVER_STEPS[-1]))):
+        if every > first:
             rows = left[~covered[left]]
             few = columns(vertices.place, rows), vertices.point[rows], vertices.slack[rows]
             covered[rows] = _covered_by(block.test[..., first:last], *few)

@@ -53,6 +53,21 @@ def test_it_is_the_sum_over_all_arcs(kind, k, faces):
         assert got[clear] == pytest.approx(want[clear], abs=1e-12)
 
 
+@pytest.mark.parametrize("faces", [0, 2])
+@pytest.mark.parametrize("k", [13, 60])
+@pytest.mark.parametrize("kind", KINDS)
+def test_covered_circles_change_nothing(kind, k, faces, monkeypatch):
+    """They are left out of large heaps only, which no kind of outlines here is."""
+    rng = np.random.default_rng([k, faces])
+    normal, balls, polygons = unit(rng, POINTS), outlines(rng, kind, k), faces_of(rng, faces)
+    seen = make_polygon_silhouettes(polygons, normal) if faces else None
+    want = open_hemisphere_factor(normal, *caps_of(balls), seen)
+    monkeypatch.setattr(open_module, "MANY_CIRCLES", 4)
+    monkeypatch.setattr(open_module, "LEAST_OVERLAPS", -2.0)
+    got = open_hemisphere_factor(normal, *caps_of(balls), seen)
+    assert got == pytest.approx(want, abs=1e-12)
+
+
 def test_against_rays():
     """Directions that no cap and no polygon covers, counted: this shares nothing with arcs."""
     seed = 20261130
