@@ -45,7 +45,9 @@ def patch_reach(plan: Plan, surface: Surface, w: Array) -> Array:
     turn = h / np.maximum(length - h, 0.5 * length)
     least = np.zeros(length.size)
     for shapes, rows, index in plan.shapes.groups(surface.item):
-        least[rows] = shapes.least_cosine(index, cosine[rows], turn[rows])
+        least[rows] = shapes.least_cosine(
+            index, cosine[rows], turn[rows], columns(surface.point, rows)
+        )
     # a patch that is seen edge-on or contains the camera has no bound
     with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
         reach = t * h * (1.0 + turn) / np.maximum(least, 0.0)

@@ -145,7 +145,8 @@ class DepthPolynomials(NamedTuple):
     t = (p - sqrt(d)) / q from outside, where the power g of the camera is positive, and
     (p + sqrt(d)) / q from inside. A plane has t = p / q; its d and g are None. A surface that two
     parallel planes cut off has the second root as well where the first one is before both planes:
-    the ray enters the solid through one of them.
+    the ray enters the solid through one of them. A double cone opens along rays with q < 0, which
+    then have no second root but from inside; from within its other half, t is the first root.
 
     Attributes
     ----------
@@ -154,14 +155,15 @@ class DepthPolynomials(NamedTuple):
     discriminant : d = p^2 - q g, of degree two.
     power : g, constant in x and y, of degree two in t.
     slab : f and two heights h, for planes that are hit at t = h / f: f of degree one along x and y
-        and constant in t, h constant in x and y and of degree one in t. None without planes.
+        and constant in t, h constant in x and y and of degree one in t; then, like these, the
+        radius at the camera, negative within the other half of a double cone. None without planes.
     """
 
     numerator: Array
     denominator: Array
     discriminant: Array | None = None
     power: Array | None = None
-    slab: tuple[Array, Array, Array] | None = None
+    slab: tuple[Array, Array, Array, Array] | None = None
 
 
 @dataclass(frozen=True)

@@ -156,6 +156,18 @@ class ShapeSet(ABC):
         """Upper bounds (n,) on the curvatures of the surfaces, 1 / m; 0 for planes."""
         return np.full(self.count, 0.0 if self.planar else UNKNOWN_CURVATURE)
 
+    def curvature_at(self, index: Ints, point: Array, certain: bool) -> Array:
+        """Curvatures (m,) at points of shapes whose `curvature` has no bound, 1 / m.
+
+        Parameters
+        ----------
+        point : (3, m) metres, hits at any time of the shutter.
+        certain : whether they are such that normals turn by no more than their products with a
+            distance, within any distance; else they are estimates.
+        """
+        del point, certain
+        return self.curvature[index]
+
     @property
     def min_cosine(self) -> Array:
         """Least cosine (n,) between a ray and the normal at its hit that is taken for certain."""
@@ -297,7 +309,7 @@ class ShapeSet(ABC):
         bound = moving_sphere_coverage(v, d, r, w, camera, order, whole_pixel)
         return bound.of_enclosed(np.zeros_like(bound.may_hit))
 
-    def least_cosine(self, index: Ints, cosine: Array, turn: Array) -> Array:
+    def least_cosine(self, index: Ints, cosine: Array, turn: Array, point: Array) -> Array:
         """Lower bounds (m,) on the cosines between rays of pixels and the normals at their hits.
 
         The default is 0, no bound.
@@ -306,8 +318,9 @@ class ShapeSet(ABC):
         ----------
         cosine : (m,) the cosine for the centre ray.  turn : (m,) bound on the sine of the angle
             between the centre ray and the others.
+        point : (3, m) metres, the hits of the centre rays.
         """
-        del index, turn
+        del index, turn, point
         return np.zeros_like(cosine)
 
     def occlusion(

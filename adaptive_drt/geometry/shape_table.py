@@ -12,7 +12,7 @@ import numpy as np
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.gather import columns
 from .planar_faces import NO_SOLID
-from .shape import ShapeSet
+from .shape import UNKNOWN_CURVATURE, ShapeSet
 
 __all__ = ["ShapeTable"]
 
@@ -120,6 +120,22 @@ class ShapeTable:
     def curvature(self) -> Array:
         """Curvatures (n,) of all objects' surfaces, 1 / m; 0 for planes."""
         return np.concatenate([each.curvature for each in self.sets])
+
+    @cached_property
+    def _curvature_or_none(self) -> Array:
+        """Curvatures (n + 1,) of all objects' surfaces, and 0 for none."""
+        return np.append(self.curvature, 0.0)
+
+    def curvature_at(self, item: Ints, point: Array, certain: bool) -> Array:
+        """Curvatures (m,) at points (3, m) of objects, 1 / m; 0 where no object is given (-1).
+
+        certain : see `ShapeSet.curvature_at`.
+        """
+        found: Array = self._curvature_or_none[item]
+        rows = (found == UNKNOWN_CURVATURE).nonzero()[0]
+        for shapes, own, index in self.groups(item[rows]):
+            found[rows[own]] = shapes.curvature_at(index, columns(point, rows[own]), certain)
+        return found
 
     @cached_property
     def min_cosine(self) -> Array:

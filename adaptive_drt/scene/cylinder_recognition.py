@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Recognition of polygon meshes that represent a solid cylinder, as Blender's primitive is built.
+"""Recognition of polygon meshes that represent a solid cylinder or cone, as Blender builds them.
 
-Two rings of m vertices, evenly spaced on two circles of one size about an axis and at the same
-angles, joined by m quads; each ring is closed by a polygon or by a fan of triangles. Whether a mesh
-with these faces is meant as a cylinder or as a prism, its shading tells.
+Two rings of m vertices, evenly spaced on two circles about an axis and at the same angles, joined
+by m quads; each ring is closed by a polygon or by a fan of triangles. Or one such ring, and an apex
+on its axis, joined by m triangles. Whether a mesh with these faces is meant as a cylinder or as a
+prism, its shading tells.
 """
 
 from __future__ import annotations
@@ -31,9 +32,10 @@ SIDE_CORNERS = 4
 
 @dataclass(frozen=True)
 class MeshCylinder:
-    """Cylinder in the mesh's own space: centres of its ends and radius in its units.
+    """Cylinder, truncated cone or cone in the mesh's own space: its ends' centres and radii.
 
     sides : number of its sides.  slot : the material slot of all its faces.
+    end_radius : 0 for a cone; None: the same as at the start.
     """
 
     start: Vector
@@ -41,6 +43,7 @@ class MeshCylinder:
     radius: float
     sides: int
     slot: int = 0
+    end_radius: float | None = None
 
 
 def recognise_cylinder(
@@ -52,7 +55,12 @@ def recognise_cylinder(
     """
     sizes = np.diff(starts, append=len(corners))
     count = int((sizes == SIDE_CORNERS).sum())
-    if count < FEWEST_SIDES or len(starts) - count not in (2, 2 * count):
+    pointed = count == 0
+    if pointed:
+        # a fan at the apex, and a polygon or another fan
+        count = int((sizes == 3).sum()) // (1 if (sizes > 3).any() else 2)
+    rest = (1, count) if pointed else (2, 2 * count)
+    if count < FEWEST_SIDES or len(starts) - count not in rest:
         return None
     if np.ptp(slots) or not np.isfinite(points).all():
         return None
@@ -61,17 +69,48 @@ def recognise_cylinder(
     number[used] = np.arange(used.size)
     points, corners = points[:, used], number[corners]
     sides = (sizes == SIDE_CORNERS).nonzero()[0]
-    rings = _rings(corners, starts, sizes, points.shape[1], len(sides))
-    if rings is None:
-        return None
+    if pointed:
+        cone = _ring_and_apex(points, corners, starts, sizes, count)
+        if cone is None:
+            return None
+        *rings, sides = cone
+    else:
+        found = _rings(corners, starts, sizes, points.shape[1], count)
+        if found is None:
+            return None
+        rings = [*found]
     placed = _placed(points, *rings)
     if placed is None:
         return None
-    start, end, radius, angle = placed
-    quads = corners[starts[sides][:, None] + np.arange(SIDE_CORNERS)]
-    if not _joins_rings(quads, rings[1], angle, len(sides)):
+    start, end, radii, angle = placed
+    edges = corners[starts[sides][:, None] + np.arange(3 if pointed else SIDE_CORNERS)]
+    if not _joins_rings(edges, rings[1], angle, count):
         return None
-    return MeshCylinder(start, end, radius, len(sides), int(slots[0]))
+    last = None if radii[0] == radii[1] else radii[1]
+    return MeshCylinder(start, end, radii[0], count, int(slots[0]), last)
+
+
+def _ring_and_apex(
+    points: FloatArray, corners: IntArray, starts: IntArray, sizes: IntArray, sides: int
+) -> tuple[IntArray, IntArray, IntArray] | None:
+    """Return the vertices (m,) of a ring, the apex (1,) and the faces (m,) between, or None."""
+    flat = (sizes > 3).nonzero()[0]
+    fans = (sizes == 3).nonzero()[0]
+    triangles = corners[starts[fans][:, None] + np.arange(3)]
+    uses = np.bincount(triangles.ravel(), minlength=points.shape[1])
+    middles = (uses == sides).nonzero()[0]
+    if len(middles) != 2 - len(flat) or points.shape[1] != sides + len(middles):
+        return None
+    ring = np.setdiff1d(np.arange(points.shape[1]), middles)
+    if len(flat):
+        own = np.unique(corners[starts[flat[0]] : starts[flat[0]] + sizes[flat[0]]])
+        if sizes[flat[0]] != sides or not np.array_equal(own, ring):
+            return None
+    center = points[:, ring].mean(axis=1)
+    away = np.linalg.norm(points[:, middles] - center[:, None], axis=0)
+    apex = middles[away.argmax()]
+    faces = fans[(triangles == apex).any(axis=1)]
+    return (ring, np.array([apex]), faces) if len(faces) == sides else None
 
 
 def _rings(
@@ -101,10 +140,11 @@ def _rings(
 
 def _placed(
     points: FloatArray, first: IntArray, last: IntArray
-) -> tuple[Vector, Vector, float, IntArray] | None:
-    """Return both centres, the radius and the angle (n,) of each vertex, in sides; or None.
+) -> tuple[Vector, Vector, tuple[float, float], IntArray] | None:
+    """Return both centres, both radii and the angle (n,) of each vertex, in sides; or None.
 
     Vertices that are in no ring, the middles of fans, must be the centres of the ends.
+    last : (m,) a ring, or (1,) an apex.
     """
     start, end = points[:, first].mean(axis=1), points[:, last].mean(axis=1)
     length = float(np.linalg.norm(end - start))
@@ -122,27 +162,36 @@ def _placed(
     step = math.tau / first.size
     angle = np.arctan2(y @ local, x @ local) / step
     k = np.rint(angle).astype(np.int64) % first.size
-    ideal = radius * (np.cos(k * step) * x[:, None] + np.sin(k * step) * y[:, None])
-    ring = np.concatenate([first, last])
     extent = float(np.abs(points).max())
     # one vertex fixes the frame's rotation, so its rounding error adds to that of all others
     allowed = 4.0 * (RELATIVE_TOLERANCE * max(radius, length) + FLOAT32_ROUNDING * extent)
+    end_radius = 0.0
+    if last.size > 1:
+        end_radius = float(np.linalg.norm(local[:, last], axis=0).mean())
+        end_radius = radius if abs(end_radius - radius) <= allowed else end_radius
+    size = np.full(points.shape[1], radius)
+    size[last] = end_radius
+    ideal = size * (np.cos(k * step) * x[:, None] + np.sin(k * step) * y[:, None])
+    ring = np.concatenate([first, last])
     middles = np.setdiff1d(np.arange(points.shape[1]), ring)
     off = [np.linalg.norm(local[:, ring] - ideal[:, ring], axis=0)]
     if middles.size:
         ends = np.stack([start, end], axis=1)
         gaps = np.linalg.norm(points[:, middles, None] - ends[:, None], axis=0)
         off.append(gaps.min(axis=1))
-    if float(np.concatenate(off).max()) > min(allowed, 0.1 * step * radius):
+    narrow = min(radius, end_radius or radius)
+    if float(np.concatenate(off).max()) > min(allowed, 0.1 * step * narrow):
         return None
-    return vector_of(start), vector_of(end), radius, k
+    return vector_of(start), vector_of(end), (radius, end_radius), k
 
 
 def _joins_rings(quads: IntArray, last: IntArray, angle: IntArray, sides: int) -> bool:
     """Whether quads (m, 4) join neighbours of one ring with those at the same angles of the other,
-    each pair of neighbours once.
+    or triangles (m, 3) with the apex, each pair of neighbours once.
     """
     upper = np.isin(quads, last)
+    if last.size == 1:
+        quads, upper = _doubled(quads, upper)
     if not (upper.sum(axis=1) == 2).all():
         return False
     order = np.argsort(upper, axis=1, kind="stable")
@@ -154,3 +203,13 @@ def _joins_rings(quads: IntArray, last: IntArray, angle: IntArray, sides: int) -
     first = np.where(wraps, high, low)
     next_to = wraps | (high - low == 1)
     return bool(next_to.all()) and np.array_equal(np.sort(first), np.arange(sides))
+
+
+def _doubled(faces: IntArray, upper: NDArray[np.bool_]) -> tuple[IntArray, NDArray[np.bool_]]:
+    """Triangles (m, 3) at an apex as quads (m, 4) whose upper edge is above the lower one."""
+    order = np.argsort(upper, axis=1, kind="stable")
+    low = np.take_along_axis(faces, order, 1)[:, :2]
+    above = np.tile(np.array([False, False, True, True]), (len(faces), 1))
+    one = upper.sum(axis=1) == 1
+    above[~one] = False
+    return np.concatenate([low, low], axis=1), above

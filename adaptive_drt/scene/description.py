@@ -294,7 +294,14 @@ class Ellipsoid:
 
 @dataclass(frozen=True)
 class Cylinder:
-    """Solid right circular cylinder with flat ends, whose centres are `start` and `end`, metres."""
+    """Solid right circular cylinder, truncated cone or cone with flat ends, metres.
+
+    Attributes
+    ----------
+    start, end : the centres of the ends; where an end has no radius, the apex.
+    radius : that at the start.
+    end_radius : that at the end, 0 for a cone; None: the same.
+    """
 
     start: Vector
     end: Vector
@@ -303,6 +310,12 @@ class Cylinder:
     motion: Motion | None = None
     name: str = "Cylinder"
     visibility: Visibility = EVERYWHERE
+    end_radius: float | None = None
+
+    @property
+    def radii(self) -> tuple[float, float]:
+        """The radii at the start and at the end, metres."""
+        return self.radius, self.radius if self.end_radius is None else self.end_radius
 
     def defect(self) -> str | None:
         """Return the reason why it cannot be rendered, or None."""
@@ -311,12 +324,13 @@ class Cylinder:
             or motion_defect(self.motion)
             or _color_defect(self.material)
             or radius_defect(self.radius)
+            or (radius_defect(self.end_radius) if self.end_radius else None)
             or length_defect(self.start, self.end)
         )
 
     def numbers(self) -> NDArray[np.float64]:
-        """Return numbers (7, 1) that tell its place and size."""
-        return np.array([*self.start, *self.end, self.radius])[:, None]
+        """Return numbers (8, 1) that tell its place and size."""
+        return np.array([*self.start, *self.end, *self.radii])[:, None]
 
 
 class ShapeBatch(ABC):

@@ -29,7 +29,8 @@ def make_patch(plan: Plan, w: Array, t: Array, surface: Surface, half: Array) ->
     lens, normal = plan.lens, surface.normal
     length = np.sqrt(dot(w, w))
     along = dot(normal, w)
-    bend, least = plan.shapes.curvature[surface.item], plan.shapes.min_cosine[surface.item]
+    bend = plan.shapes.curvature_at(surface.item, surface.point, certain=False)
+    least = plan.shapes.min_cosine[surface.item]
     slant = np.maximum(np.abs(along) / length, least)
     safe = np.where(along <= least * length, -slant, slant) * length
     steps, slides, cross = np.zeros((3, 3, t.size)), np.zeros((3, t.size)), np.zeros((3, t.size))

@@ -289,5 +289,6 @@ def surface(plan: Plan, w: Array, t: Array, item: Ints, time: Array | float = 0.
 
 
 def curvature(plan: Plan, surface: Surface) -> Array:
-    """Curvature (n,) of the surfaces, 1 / m; 0 on planes and where no object is given (-1)."""
-    return np.append(plan.shapes.curvature, 0.0)[surface.item]
+    """Bounds (n,) on the curvature of the surfaces, 1 / m; 0 on planes and where no object is given
+    (-1)."""
+    return plan.shapes.curvature_at(surface.item, surface.point, certain=True)

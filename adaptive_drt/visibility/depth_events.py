@@ -34,7 +34,7 @@ def find_depth_events(
 
     Parameters
     ----------
-    table : (11 or 17, rows, columns, k n) of k candidates by item, the first candidates of all
+    table : (11 or 19, rows, columns, k n) of k candidates by item, the first candidates of all
         boxes first, from `line_intervals.depth_coefficients`.
     forms : the k n candidates.
     unordered : the pairs of candidates whose depth order is not known.

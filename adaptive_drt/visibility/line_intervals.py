@@ -16,7 +16,7 @@ from .polynomials import CandidatePolynomials
 __all__ = ["depth_coefficients", "evaluate_depth", "hit_intervals"]
 
 
-DEPTH_COEFFICIENTS, SLAB_COEFFICIENTS = 11, 6
+DEPTH_COEFFICIENTS, SLAB_COEFFICIENTS = 11, 8
 """Numbers of coefficients that tell the depth of a surface, and of two planes that cut it off."""
 
 
@@ -50,7 +50,7 @@ def depth_coefficients(forms: CandidatePolynomials, lattice: Lattice) -> Array:
     depth = (p0 + p1 s -+ sqrt(d0 + d1 s + d2 s^2)) / (q0 + q1 s + q2 s^2), where the sign of the
     root is plus if the camera is inside a solid, that is where g0 + g1 s + g2 s^2 < 0. The order
     in the table is p0, p1, d0, d1, d2, q0, q1, q2, g0, g1, g2. Where some surfaces are cut off by
-    two planes, f0, f1 and the two heights' h0, h1 follow: (17, ...).
+    two planes, f0, f1, the two heights' h0, h1 and the radius' r0, r1 follow: (19, ...).
     """
     parts = [(group.rows, group.depth_polynomials()) for group in forms.groups if group.rows.size]
     cut = any(part.slab is not None for _, part in parts)
@@ -59,8 +59,9 @@ def depth_coefficients(forms: CandidatePolynomials, lattice: Lattice) -> Array:
     table[8] = 1.0
     if cut:
         table[13], table[15] = -1.0, 1.0  # planes on both sides of the camera, which no ray hits
+        table[17] = 1.0
     for rows, part in parts:
-        f, first, last = part.slab or (None, None, None)
+        f, first, last, radius = part.slab or (None, None, None, None)
         for start, form in (
             (0, part.numerator),
             (2, part.discriminant),
@@ -69,6 +70,7 @@ def depth_coefficients(forms: CandidatePolynomials, lattice: Lattice) -> Array:
             (11, f),
             (13, first),
             (15, last),
+            (17, radius),
         ):
             if form is not None:
                 for power, values in enumerate(restrict_to_lines(form, lattice)):
@@ -79,7 +81,7 @@ def depth_coefficients(forms: CandidatePolynomials, lattice: Lattice) -> Array:
 def evaluate_depth(table: Array, s: Array) -> Array:
     """Ray parameters of hits at s; valid for candidates that are hit there.
 
-    The table (11, ...) or (17, ...) of `depth_coefficients` broadcasts with s.
+    The table (11, ...) or (19, ...) of `depth_coefficients` broadcasts with s.
     """
     p0, p1, d0, d1, d2, q0, q1, q2, g0, g1, g2 = table[:DEPTH_COEFFICIENTS]
     root = np.sqrt(np.maximum(d0 + s * (d1 + s * d2), 0.0))
@@ -87,17 +89,23 @@ def evaluate_depth(table: Array, s: Array) -> Array:
     middle = p0 + s * p1
     bottom = q0 + s * (q1 + s * q2)
     if len(table) > DEPTH_COEFFICIENTS:
+        far &= table[17] + s * table[18] > 0.0
+        opens, inside = bottom < 0.0, far
         with np.errstate(invalid="ignore"):  # a ray along the axis has no side to hit
-            far |= (middle - root) < bottom * _slab_entry(table[DEPTH_COEFFICIENTS:], s)
+            entry = bottom * _slab_entry(table[DEPTH_COEFFICIENTS:], s)
+            far = far | np.where(opens, (middle - root) > entry, (middle - root) < entry)
     top = middle + np.where(far, root, -root)
     with np.errstate(over="ignore"):
         found: Array = np.where(bottom == 0.0, np.inf, top) / np.where(bottom == 0.0, 1.0, bottom)
+    if len(table) > DEPTH_COEFFICIENTS:
+        # a double cone is not left along rays that it opens along
+        found = np.where(opens & far & (~inside | (found <= 0.0)), np.inf, found)
     return found
 
 
 def _slab_entry(table: Array, s: Array) -> Array:
     """Ray parameters at which rays enter the slabs between planes; -inf for rays along them."""
-    f0, f1, a0, a1, b0, b1 = table
+    f0, f1, a0, a1, b0, b1 = table[:6]
     f, a, b = f0 + s * f1, a0 + s * a1, b0 + s * b1
     level = f == 0.0
     safe = np.where(level, 1.0, f)

@@ -128,7 +128,7 @@ def _parts(shape: ShapeRecord) -> tuple[Matrix, Matrix, Matrix]:
         axis = np.subtract(shape.end, shape.start)
         # the capsule around it
         edges = np.array([[axis, np.zeros(3)]])
-        return np.array([shape.start]), edges, np.array([shape.radius])
+        return np.array([shape.start]), edges, np.array([max(shape.radii)])
     if isinstance(shape, Spheres):
         return shape.center.T, np.zeros((shape.count, 2, 3)), shape.radius
     if isinstance(shape, MeshInstances | Ellipsoid):

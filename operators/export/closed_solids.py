@@ -138,7 +138,9 @@ def unseen_lights(
 def _may_be_in(solid: ClosedSolid, shape: ShapeRecord) -> bool:
     if isinstance(shape, MeshInstances):
         return True  # they are many: that none is inside is not worth a proof
-    radius = shape.radius if isinstance(shape, Sphere | Spheres | Cylinder) else 0.0
+    radius = shape.radius if isinstance(shape, Sphere | Spheres) else 0.0
+    if isinstance(shape, Cylinder):
+        radius = max(shape.radii)
     return solid.may_hold(_points(shape), shape.motion, radius)
 
 

@@ -121,7 +121,7 @@ def mesh_form(
 
 
 def cylinder_of(mesh: Any, layout: Layout) -> MeshCylinder | None:
-    """Return the cylinder whose form a Blender mesh has, or None."""
+    """Return the cylinder or cone whose form a Blender mesh has, or None."""
     return recognise_cylinder(
         np.ascontiguousarray(layout.points.T, dtype=np.float64),
         *(each.astype(np.int64) for each in (*faces_of(mesh), material_indices(mesh))),
@@ -264,14 +264,16 @@ def _length_along(matrix: Matrix, vector: Matrix) -> Matrix:
 def _cylinder(
     form: MeshCylinder, track: Track, material: Material, name: str, issues: list[Issue]
 ) -> Cylinder:
-    """Return the cylinder; its middle is the point that is followed."""
+    """Return the cylinder or cone; its middle is the point that is followed."""
     axis, radius, _ = (track.middle[:3, :3] @ each for each in _axes(form))
     path = path_of(track, vector_of(np.add(form.start, form.end) / 2.0))
     if path.reason:
         issues.append(Issue(name, path.reason))
     middle = np.array(path.position)
     start, end = vector_of(middle - axis / 2.0), vector_of(middle + axis / 2.0)
-    return Cylinder(start, end, float(np.linalg.norm(radius)), material, path.motion, name)
+    size, last = float(np.linalg.norm(radius)), form.end_radius
+    narrow = None if last is None else size * last / form.radius
+    return Cylinder(start, end, size, material, path.motion, name, end_radius=narrow)
 
 
 def is_stretched(matrix: Matrix) -> bool:

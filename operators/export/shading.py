@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...adaptive_drt.scene.cylinder_recognition import SIDE_CORNERS, MeshCylinder
+from ...adaptive_drt.scene.cylinder_recognition import MeshCylinder
 from ...adaptive_drt.scene.primitive_recognition import Facets, MeshSphere
 from .mesh import Indices, faces_of, points_of
 
@@ -65,17 +65,29 @@ def shading_left_out(mesh: Any, form: MeshSphere | Facets) -> str:
 
 
 def is_round(mesh: Any, form: MeshCylinder) -> bool:
-    """Whether a Blender mesh in the form of a cylinder is shaded as one: sides bent, ends flat."""
+    """Whether a Blender mesh in the form of a cylinder or cone is shaded as one.
+
+    Its side has the normals of that, its ends are flat.
+    """
     points, (corners, starts) = points_of(mesh), faces_of(mesh)
     sizes = np.diff(starts, append=len(corners))
     start, axis = np.array(form.start), np.subtract(form.end, form.start)
-    axis = axis / np.linalg.norm(axis)
+    length = float(np.linalg.norm(axis))
+    axis = axis / length
     places = points[corners].astype(np.float64) - start
-    out = places - (places @ axis)[:, None] * axis
-    length = np.linalg.norm(out, axis=1)
-    own = out / np.where(length > 0.0, length, 1.0)[:, None]
-    side = np.repeat(sizes == SIDE_CORNERS, sizes)
-    own[~side] = axis
+    height = places @ axis
+    out = places - height[:, None] * axis
+    if form.end_radius == 0.0:
+        # at an apex the direction is that of the middle of the face
+        middle = np.add.reduceat(out, starts, axis=0).repeat(sizes, axis=0)
+        out = np.where((np.linalg.norm(out, axis=1) > 0.5 * form.radius)[:, None], out, middle)
+    size = np.linalg.norm(out, axis=1)
+    own = out / np.where(size > 0.0, size, 1.0)[:, None]
+    last = form.radius if form.end_radius is None else form.end_radius
+    slope = (last - form.radius) / length
+    own = (own - slope * axis) / math.sqrt(1.0 + slope * slope)
+    spans = np.maximum.reduceat(height, starts) - np.minimum.reduceat(height, starts)
+    own[~np.repeat(spans > 0.5 * length, sizes)] = axis
     normal = np.empty((len(corners), 3), dtype=np.float32)
     mesh.corner_normals.foreach_get("vector", normal.ravel())
     signs = np.sign((normal * own).sum(axis=1))[:, None]

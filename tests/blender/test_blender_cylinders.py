@@ -43,11 +43,47 @@ def test_smooth_primitives_are_cylinders(export, core, sides, fans):
     assert len(told) == (sides == 12)
 
 
-@pytest.mark.parametrize("change", ["flat", "all smooth", "cone", "few", "stretched", "open"])
+@pytest.mark.parametrize("radius2", [0.3, 0.9, 2.0])
+@pytest.mark.parametrize("fans", [False, True])
+def test_smooth_rings_of_two_sizes_are_truncated_cones(export, core, fans, radius2):
+    thing = tube(fans=fans, radius2=radius2)
+    thing.scale = (0.5, 0.5, 1.5)
+    (shape,) = export().shapes
+    assert isinstance(shape, core.Cylinder)
+    assert sorted(shape.radii) == pytest.approx(sorted((0.5, 0.5 * radius2)), rel=1e-5)
+
+
+def as_a_cone_is(thing):
+    """Give the corners at the apex the normals of a cone, which smooth shading does not."""
+    mesh = thing.data
+    normals = np.empty((len(mesh.loops), 3), dtype=np.float32)
+    mesh.corner_normals.foreach_get("vector", normals.ravel())
+    for face in mesh.polygons:
+        for loop in face.loop_indices:
+            if len(face.vertices) == 3 and mesh.vertices[mesh.loops[loop].vertex_index].co.z > 0.9:
+                x, y, _ = face.center
+                out = np.array([x, y]) / math.hypot(x, y)
+                normals[loop] = np.array([*(2.0 * out), 1.0]) / math.sqrt(5.0)
+    mesh.normals_split_custom_set(normals.tolist())
+
+
+@pytest.mark.parametrize("own", [False, True])
+def test_cones_are_those_that_are_shaded_as_cones(export, core, own):
+    """Blender's smooth shading gives the apex the axis' normal, which bends the whole side."""
+    thing = tube(radius2=0.0)
+    for face in thing.data.polygons:
+        face.use_smooth = len(face.vertices) == 3
+    if own:
+        as_a_cone_is(thing)
+    cones = [shape for shape in export().shapes if isinstance(shape, core.Cylinder)]
+    assert len(cones) == own
+    assert not own or (cones[0].end_radius == 0.0 and cones[0].end[2] == pytest.approx(1.0))
+
+
+@pytest.mark.parametrize("change", ["flat", "all smooth", "few", "stretched", "open"])
 def test_others_stay_meshes(export, core, change):
     thing = tube(
         smooth=change != "flat",
-        radius2=0.9 if change == "cone" else 1.0,
         sides=10 if change == "few" else 32,
     )
     if change == "all smooth":

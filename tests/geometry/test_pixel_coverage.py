@@ -183,7 +183,8 @@ def test_cosines_in_a_pixel_are_bounded(kind):
         return np.where(met, np.abs((normal * ray).sum(axis=0)) / np.linalg.norm(ray, axis=0), 1.0)
 
     turn = camera.half_pixel / (length - camera.half_pixel)
-    least = shapes.least_cosine(hit, cosine(hit, w[:, hit]), turn[hit])
+    point = shapes.intersect(hit, w[:, hit], 0.0) * w[:, hit]
+    least = shapes.least_cosine(hit, cosine(hit, w[:, hit]), turn[hit], point)
     for k in range(RAYS):
         assert (cosine(hit, rays[:, hit, k]) >= least - ROUNDING).all()
 

@@ -68,24 +68,30 @@ def ends(cylinder):
 
 
 def oracle_cylinder(start, end, cylinder, ray):
-    """First hit of a solid cylinder, in coordinates with the axis as the third: ends or side."""
+    """First hit of a solid cylinder or cone, in coordinates with the axis as the third: ends or
+    side. The side's radius is wide + rate * height.
+    """
     axis = np.array(cylinder.end) - np.array(cylinder.start)
     length = np.linalg.norm(axis)
     frame = np.linalg.svd(axis[None] / length)[2]  # the axis, or its opposite, and two others
     frame[0] = axis / length
     w, o = frame @ ray, -(frame @ start)
+    wide, narrow = cylinder.radii
+    rate = (narrow - wide) / length
     found = []
-    a, b = w[1] ** 2 + w[2] ** 2, w[1] * o[1] + w[2] * o[2]
-    square = b * b - a * (o[1] ** 2 + o[2] ** 2 - cylinder.radius**2)
+    size, growth = wide + rate * o[0], rate * w[0]
+    a = w[1] ** 2 + w[2] ** 2 - growth**2
+    b = w[1] * o[1] + w[2] * o[2] - growth * size
+    square = b * b - a * (o[1] ** 2 + o[2] ** 2 - size**2)
     with np.errstate(all="ignore"):
         for sign in (-1.0, 1.0):
             t = (-b + sign * np.sqrt(square)) / a
             height = o[0] + t * w[0]
             found.append(np.where((height >= 0.0) & (height <= length) & (t > 0.0), t, np.inf))
-        for height in (0.0, length):
+        for height, radius in ((0.0, wide), (length, narrow)):
             t = (height - o[0]) / w[0]
             off = np.hypot(o[1] + t * w[1], o[2] + t * w[2])
-            found.append(np.where((off <= cylinder.radius) & (t > 0.0), t, np.inf))
+            found.append(np.where((off <= radius) & (t > 0.0), t, np.inf))
     return np.nanmin(found, axis=0)
 
 

@@ -16,15 +16,24 @@ LAMP = SphereLight((3.0, -2.0, 9.0), 0.5, (10.0, 10.0, 10.0))
 EYE = np.zeros((3, 1))
 
 
-def random_cylinder(rng, moving=False, around=False):
-    """A cylinder in sight; `around`: the camera may be within it."""
+def random_cylinder(rng, moving=False, around=False, tapers=False):
+    """A cylinder in sight; `around`: the camera may be within it; `tapers`: a cone, truncated or
+    not, either end of which may be the larger one.
+    """
     middle = rng.normal(size=3) * 0.5 + (0.0, 0.0, 0.0 if around else -4.0)
     half = rng.normal(size=3) * 10 ** rng.uniform(-1.0, 0.5)
     radius = float(10 ** rng.uniform(-1.0, 0.3)) * (2.0 if around else 0.6)
     motion = None
     if moving and rng.random() < 0.7:
         motion = Motion(vector_of(rng.normal(size=3) * 0.4))
-    return Cylinder(vector_of(middle - half), vector_of(middle + half), radius, motion=motion)
+    end = random_taper(rng) * radius if tapers else None
+    ends = vector_of(middle - half), vector_of(middle + half)
+    return Cylinder(*ends, radius, motion=motion, end_radius=end)
+
+
+def random_taper(rng):
+    """The ratio of the radii of a cone's ends: 0 in a third of them."""
+    return float(rng.choice([0.0, rng.uniform(0.05, 0.95), rng.uniform(1.05, 2.0)]))
 
 
 def planned(*shapes):
@@ -37,11 +46,18 @@ def cylinders_of(plan):
     return next(one for one in plan.shapes.sets if isinstance(one, CylinderSet))
 
 
-def random_set(rng, count, spread=1.0):
-    """A set of cylinders about the origin, none of which moves."""
+def random_set(rng, count, spread=1.0, tapers=False):
+    """A set of cylinders, or cones, about the origin, none of which moves."""
     records = []
     for _ in range(count):
         middle, half = rng.normal(size=(2, 3)) * spread
         radius = float(10 ** rng.uniform(-1.5, 0.0))
-        records.append(Cylinder(vector_of(middle - half), vector_of(middle + half), radius))
+        end = random_taper(rng) * radius if tapers else None
+        ends = vector_of(middle - half), vector_of(middle + half)
+        records.append(Cylinder(*ends, radius, end_radius=end))
     return CylinderSet.from_records(records, EYE, None), records
+
+
+def sizes_of(shapes, index):
+    """Axes, half lengths, radii in the middle and slopes of solids, as the kernels take them."""
+    return shapes.axis[:, index], shapes.half[index], shapes.radius[index], shapes.slope[index]

@@ -27,8 +27,11 @@ LIGHTS = {
 }
 
 
-def stick_scene(seed, light="quad", moving=False, resolution=(60, 45)):
-    """A floor, balls, sticks between some of them, and one that lies about and may move."""
+def stick_scene(seed, light="quad", moving=False, resolution=(60, 45), tapers=False):
+    """A floor, balls, sticks between some of them, and one that lies about and may move.
+
+    tapers : whether the sticks are cones, truncated or not, and that one is a wide one.
+    """
     rng = np.random.default_rng(seed)
     place, radius = (
         rng.uniform((-1.0, -1.0, 0.4), (1.0, 1.0, 1.8), (4, 3)),
@@ -39,13 +42,16 @@ def stick_scene(seed, light="quad", moving=False, resolution=(60, 45)):
         shapes.append(Sphere(vector_of(center), float(size), _material(rng)))
     for _ in range(3):
         one, other = (vector_of(each) for each in place[rng.choice(4, 2, replace=False)])
-        shapes.append(Cylinder(one, other, float(rng.uniform(0.03, 0.1)), _material(rng)))
+        size = float(rng.uniform(0.03, 0.1))
+        end = size * float(rng.uniform(0.0, 2.0)) if tapers else None
+        shapes.append(Cylinder(one, other, size, _material(rng), end_radius=end))
     start = rng.uniform((-1.0, -1.0, 0.3), (1.0, 1.0, 1.5))
     end = start + rng.normal(size=3) * 0.4
     end[2] = max(end[2], 0.3)
     motion = Motion(vector_of(rng.normal(size=3) * 0.3)) if moving else None
-    size = float(rng.uniform(0.05, 0.25))
-    shapes.append(Cylinder(vector_of(start), vector_of(end), size, _material(rng), motion))
+    size = float(rng.uniform(0.05, 0.25)) * (2.0 if tapers else 1.0)
+    ends, last = (vector_of(start), vector_of(end)), 0.0 if tapers else None
+    shapes.append(Cylinder(*ends, size, _material(rng), motion, end_radius=last))
     eye = rng.normal(size=3)
     eye[2] = abs(eye[2]) + 0.3
     eye *= 6.0 / np.linalg.norm(eye)
@@ -88,10 +94,14 @@ def _normals(shape, point):
     height = (axis * rest).sum(axis=0)
     rest = rest - height * axis
     off = np.linalg.norm(rest, axis=0)
-    side = np.abs(off - shape.radius) < np.minimum(np.abs(height), np.abs(height - length))
+    wide, narrow = shape.radii
+    rate = (narrow - wide) / length
+    gap = np.abs(off - wide - rate * height) / np.sqrt(1.0 + rate**2)
+    side = gap < np.minimum(np.abs(height), np.abs(height - length))
     upper = height > 0.5 * length
     ends = np.where(upper, 1.0, -1.0) * axis
-    return np.where(side, rest / np.maximum(off, 1e-300), ends), np.where(side, 0, 1 + upper)
+    out = (rest / np.maximum(off, 1e-300) - rate * axis) / np.sqrt(1.0 + rate**2)
+    return np.where(side, out, ends), np.where(side, 0, 1 + upper)
 
 
 def blocked(scene, start, way, length, t):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pictures of balls and sticks, and their masks, against plain rays."""
+"""Pictures of balls and sticks, cones among them, and their masks, against plain rays."""
 
 import numpy as np
 import pytest
@@ -11,9 +11,9 @@ from stick_scenes import LIGHTS, plain_mask, plain_picture, stick_scene
 FEW = {"method": "RAYS", "light_rays": 2, "time_rays": 2, "pixel_rays": 2, "threads": 1}
 
 
-def missed(seed, light):
+def missed(seed, light, tapers):
     """Numbers of pixels that depend, penumbra and edge, and of those that the mask leaves out."""
-    scene = stick_scene(seed, light, resolution=(40, 30))
+    scene = stick_scene(seed, light, resolution=(40, 30), tapers=tapers)
     truth = plain_mask(scene)
     found = render_image(scene, Settings(**FEW)).mask
     flags = found[0], found[2]
@@ -21,16 +21,17 @@ def missed(seed, light):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("tapers", [False, True])
 @pytest.mark.parametrize("light", LIGHTS)
 @pytest.mark.parametrize("seed", range(10))
-def test_the_mask_leaves_out_no_pixel(seed, light):
-    (penumbra, gone), (edge, lost) = missed(seed, light)
+def test_the_mask_leaves_out_no_pixel(seed, light, tapers):
+    (penumbra, gone), (edge, lost) = missed(seed, light, tapers)
     assert gone == 0 and lost == 0 and penumbra > 30 and edge > 30
 
 
-def off(seed, light, tolerance, samples, moving=False):
+def off(seed, light, tolerance, samples, moving=False, tapers=False):
     """Error of a picture over its mean, without that of the plain one, and the stated error."""
-    scene = stick_scene(seed, light, moving, resolution=(40, 30))
+    scene = stick_scene(seed, light, moving, resolution=(40, 30), tapers=tapers)
     film = render_image(scene, Settings(threads=1, tolerance=tolerance))
     plain, error = plain_picture(scene, samples)
     square = ((film.color - plain) ** 2).mean() - (error**2).mean()
@@ -38,16 +39,18 @@ def off(seed, light, tolerance, samples, moving=False):
     return np.sqrt(max(square, 0.0)) / plain.mean(), noise, film.stats["error_estimate"]
 
 
+@pytest.mark.parametrize("tapers", [False, True])
 @pytest.mark.parametrize("light", LIGHTS)
-def test_a_picture_is_that_of_plain_rays(light):
-    error, noise, _ = off(3, light, 0.02, 16)
+def test_a_picture_is_that_of_plain_rays(light, tapers):
+    error, noise, _ = off(3, light, 0.02, 16, tapers=tapers)
     assert error < 0.02 + 3.0 * noise
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("tapers", [False, True])
 @pytest.mark.parametrize("moving", [False, True])
 @pytest.mark.parametrize("light", LIGHTS)
-def test_pictures_keep_their_tolerance(light, moving):
+def test_pictures_keep_their_tolerance(light, moving, tapers):
     for seed in range(4):
-        error, noise, stated = off(seed, light, 0.01, 256, moving)
+        error, noise, stated = off(seed, light, 0.01, 256, moving, tapers)
         assert error < 0.01 + 2.0 * noise and stated < 0.01

@@ -48,6 +48,55 @@ def test_primitives_are_cylinders(sides, fans):
 
 
 @pytest.mark.parametrize("fans", [False, True])
+@pytest.mark.parametrize("taper", [0.05, 0.8, 1.3])
+def test_rings_of_two_sizes_are_truncated_cones(fans, taper):
+    points, faces = cylinder(16, fans, 0.3, 1.7, taper)
+    found = recognised(points, faces)
+    assert found.radius == pytest.approx(0.3, rel=1e-5)
+    assert found.end_radius == pytest.approx(0.3 * taper, rel=1e-5)
+
+
+def cone(sides=16, fan=False, length=2.0):
+    """Vertices (3, n) and faces of a cone: the first two rings of a cylinder, the last a point."""
+    points, faces = cylinder(sides, True, 1.0, length)
+    apex, base = 2 * sides + 1, 2 * sides
+    faces = [(k, (k + 1) % sides, apex) for k in range(sides)]
+    faces += [face for face in cylinder(sides, True)[1][sides : 2 * sides]] if fan else []
+    keep = [*range(sides), apex, *([base] if fan else [])]
+    number = {old: new for new, old in enumerate(keep)}
+    faces = [tuple(number[int(each)] for each in face) for face in faces]
+    return points[:, keep], faces if fan else [*faces, tuple(range(sides))]
+
+
+@pytest.mark.parametrize("fan", [False, True])
+@pytest.mark.parametrize("sides", [FEWEST_SIDES, 33])
+def test_a_ring_and_an_apex_are_a_cone(sides, fan):
+    points, faces = cone(sides, fan, 0.7)
+    rng = np.random.default_rng(sides)
+    order = rng.permutation(points.shape[1])
+    place = np.argsort(order)
+    mixed = [np.roll(place[list(face)], rng.integers(3)) for face in faces]
+    found = recognised(points[:, order], [mixed[k] for k in rng.permutation(len(mixed))])
+    assert (found.sides, found.end_radius) == (sides, 0.0)
+    assert found.radius == pytest.approx(1.0, rel=1e-5)
+    np.testing.assert_allclose(found.end, points[:, sides], atol=1e-6)
+
+
+@pytest.mark.parametrize("kind", ["few", "open", "slanted", "dented", "twice"])
+def test_other_pyramids_are_none(kind):
+    points, faces = cone(FEWEST_SIDES - 1 if kind == "few" else 16)
+    if kind == "open":
+        faces = faces[:-1]
+    if kind == "slanted":
+        points[0, -1] += 0.01
+    if kind == "dented":
+        points[:, 3] *= 1.001
+    if kind == "twice":
+        faces = [faces[1], *faces[1:]]
+    assert recognised(points, faces) is None
+
+
+@pytest.mark.parametrize("fans", [False, True])
 def test_the_order_of_faces_and_vertices_does_not_matter(fans):
     points, faces = cylinder(16, fans)
     rng = np.random.default_rng(0)
@@ -61,8 +110,6 @@ def test_the_order_of_faces_and_vertices_does_not_matter(fans):
 
 def changed(kind):
     points, faces = cylinder(16, kind == "open fan")
-    if kind == "cone":
-        return cylinder(16, taper=0.8)
     if kind == "few":
         return cylinder(FEWEST_SIDES - 1)
     if kind == "open":
@@ -80,9 +127,7 @@ def changed(kind):
     return points, faces
 
 
-@pytest.mark.parametrize(
-    "kind", ["cone", "few", "open", "open fan", "dented", "sheared", "oval", "twice"]
-)
+@pytest.mark.parametrize("kind", ["few", "open", "open fan", "dented", "sheared", "oval", "twice"])
 def test_others_are_none(kind):
     assert recognised(*changed(kind)) is None
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The flat ends of cylinders: ellipses, without those that nothing can see.
+"""The flat ends of cylinders and truncated cones: ellipses, without those that nothing can see.
 
 An end that lies within an opaque ball, as those of bonds lie within atoms, is seen from nowhere
 outside the ball, and hides from there nothing that the ball does not hide. Where two cylinders of
@@ -70,7 +70,8 @@ def with_ends(records: Sequence[ShapeRecord], camera: tuple[Array, Array]) -> li
     manners: dict[tuple[Motion | None, Visibility], int] = {}
     ends = _ends(solids, manners)
     hidden = _continued(ends) | _in_balls(ends, *_balls(records, manners), *camera)
-    disks = [_disk(ends, solids, k) for k in np.flatnonzero(~hidden)]
+    # a cone has one end alone
+    disks = [_disk(ends, solids, k) for k in np.flatnonzero(~hidden & (ends.radius > 0.0))]
     return [*records, *disks]
 
 
@@ -84,12 +85,12 @@ def _ends(
     )
     way = last - first
     way /= np.sqrt((way * way).sum(axis=0))
-    radius = np.array([each.radius for each in solids], dtype=np.float64)
+    radius = np.array([each.radii for each in solids], dtype=np.float64).T
     own = [manners.setdefault((each.motion, each.visibility), len(manners)) for each in solids]
     return _Ends(
         np.concatenate([first, last], axis=1),
         np.concatenate([-way, way], axis=1),
-        np.tile(radius, 2),
+        np.concatenate(radius),
         np.tile(np.arange(len(solids)), 2),
         np.tile(np.array(own), 2),
     )

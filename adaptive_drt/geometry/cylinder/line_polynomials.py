@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Curved sides of cylinders seen through boxes, as polynomials.
+"""Curved sides of cylinders and truncated cones seen through boxes, as polynomials.
 
 The interval of a line is that in which it hits the solid, which is convex; the side is one of its
 faces. Where the ray enters through an end, that end is nearer than any point of the side that lies
@@ -27,7 +27,13 @@ from ...numerics.box_polynomials import (
     unit_vectors,
 )
 from ...numerics.line_lattice import Lattice, restrict_to_lines
-from ...numerics.line_roots import NO_ROOT, LinePolynomial, polynomial_value, quadratic_roots
+from ...numerics.line_roots import (
+    NO_ROOT,
+    LinePolynomial,
+    coefficient,
+    polynomial_value,
+    quadratic_roots,
+)
 from ...numerics.vector import cross, dot, perpendicular_pair
 from ..ellipse.line_polynomials import EllipseForms, disk_discriminant
 from ..line_forms import (
@@ -38,7 +44,7 @@ from ..line_forms import (
     DepthSurface,
     LineForms,
 )
-from ..quadric_lines import cone_intervals
+from .kernels import cone_interval
 from .pixel_coverage import hit_depths, product_range
 
 __all__ = ["SideForms", "side_forms"]
@@ -50,28 +56,28 @@ which the end counts as seen edge-on: from nearer, rounding hides both sides of 
 
 
 class SideForms(LineForms):
-    """Sides of cylinders; the polynomials are the nine properties, in their order here."""
+    """Sides of solids; the polynomials are the properties, in their order here."""
 
     surface: ClassVar[DepthSurface] = DepthSurface.QUADRIC
 
     @property
     def discriminant(self) -> Array:
-        """D, positive where the line meets the infinite cylinder."""
+        """D, positive where the line meets the infinite double cone."""
         return self.polynomials[0]
 
     @property
     def ahead(self) -> Array:
-        """p, positive where the axis is ahead of the camera."""
+        """p: of a cylinder, positive where the axis is ahead of the camera."""
         return self.polynomials[1]
 
     @property
-    def across_square(self) -> Array:
-        """q, the square of what of w is across the axis."""
+    def direction_square(self) -> Array:
+        """q, negative along lines that the double cone opens along."""
         return self.polynomials[2]
 
     @property
     def power(self) -> Array:
-        """g, negative where the camera is inside the infinite cylinder."""
+        """g, negative where the camera is inside the infinite double cone."""
         return self.polynomials[3]
 
     @property
@@ -85,23 +91,38 @@ class SideForms(LineForms):
         return self.polynomials[5], self.polynomials[6]
 
     @property
+    def level(self) -> Array:
+        """R, the radius at the camera's height; negative beyond a cone's apex."""
+        return self.polynomials[7]
+
+    @property
+    def opening(self) -> Array:
+        """k f, by which the radius grows along rays."""
+        return self.polynomials[8]
+
+    @property
     def ends(self) -> tuple[EllipseForms, EllipseForms]:
         """The ends, as candidates of their own."""
         first, last = (
             EllipseForms(self.rows, (disk, self.slope, height))
-            for disk, height in zip(self.polynomials[7:], self.heights, strict=True)
+            for disk, height in zip(self.polynomials[9:], self.heights, strict=True)
         )
         return first, last
 
     def coverage(self, apparent_size: Array) -> BoxCoverage:
         """See `LineForms.coverage`."""
-        d, p, g = (polynomial_range(part) for part in (self.discriminant, self.ahead, self.power))
-        near, far = hit_depths(p, d, g)
+        d, p, g, level = (
+            polynomial_range(part)
+            for part in (self.discriminant, self.ahead, self.power, self.level)
+        )
+        # beyond the apex the cone is seen from within the other half of the double cone
+        mirrored = (g[1] < 0.0) & (level[1] < 0.0)
+        near, far, certain = hit_depths(p, d, g, mirrored)
         along = product_range((near, far), polynomial_range(self.slope))
         low, high = (polynomial_range(part) for part in self.heights)
-        around = g[0] <= 0.0
-        may_hit = (d[1] >= 0.0) & (p[1] > 0.0) & (along[0] <= high[1]) & (along[1] >= low[0])
-        all_hit = (d[0] > 0.0) & (p[0] > 0.0) & ~around
+        around = (g[0] <= 0.0) & ~mirrored
+        may_hit = (d[1] >= 0.0) & (far > 0.0) & (along[0] <= high[1]) & (along[1] >= low[0])
+        all_hit = ((d[0] > 0.0) | mirrored) & certain & ~around
         ends = ~((along[0] >= low[1]) & (along[1] <= high[0]))
         all_hit &= ~ends
         may_hit |= around
@@ -109,8 +130,8 @@ class SideForms(LineForms):
         normal = np.ones((3, all_hit.size))
         for disk, seen in (
             (self.discriminant, sides),
-            (self.polynomials[7], ends),
-            (self.polynomials[8], ends),
+            (self.polynomials[9], ends),
+            (self.polynomials[10], ends),
         ):
             crossed = seen & (polynomial_range(disk)[0] <= 0.0) & (polynomial_range(disk)[1] >= 0.0)
             own = unit_vectors(absolute_slopes(disk))
@@ -130,8 +151,10 @@ class SideForms(LineForms):
             first, last = np.clip(first, *BOX_ENDS), np.clip(last, *BOX_ENDS)
             low = np.where(last > first, np.minimum(low, first), low)
             high = np.where(last > first, np.maximum(high, last), high)
-        events = [*cone_intervals(parts.d, parts.p, shape)]
-        tests = [parts.touches_side] * 2
+        events: list[Array] = []
+        if len(parts.d) > 1:
+            events += quadratic_roots(*(coefficient(parts.d, power) for power in range(3)))
+        tests = [parts.touches_side] * len(events)
         if len(parts.f) > 1:
             # an end that is seen edge-on has no interval
             events.append(_linear_root(parts.f))
@@ -158,8 +181,10 @@ class SideForms(LineForms):
 
     def depth_polynomials(self) -> DepthPolynomials:
         """See `LineForms.depth_polynomials`."""
-        slab = (self.slope, *self.heights)
-        return DepthPolynomials(self.ahead, self.across_square, self.discriminant, self.power, slab)
+        slab = (self.slope, *self.heights, self.level)
+        return DepthPolynomials(
+            self.ahead, self.direction_square, self.discriminant, self.power, slab
+        )
 
 
 @dataclass(frozen=True)
@@ -173,18 +198,20 @@ class _LineParts:
     f: LinePolynomial
     low: LinePolynomial
     high: LinePolynomial
+    level: LinePolynomial
+    opening: LinePolynomial
 
     @classmethod
     def make(cls, forms: SideForms, lattice: Lattice) -> _LineParts:
         """Restrict the polynomials to lines."""
-        return cls(*(restrict_to_lines(each, lattice) for each in forms.polynomials[:7]))
+        return cls(*(restrict_to_lines(each, lattice) for each in forms.polynomials[:9]))
 
     def touches_side(self, s: Array) -> Mask:
-        """Whether lines at s, that touch the infinite cylinder, do so between its ends, ahead."""
+        """Whether lines at s, that touch the double cone, do so between the ends, ahead."""
         low, high = polynomial_value(self.low, s), polynomial_value(self.high, s)
         p, q = polynomial_value(self.p, s), polynomial_value(self.q, s)
         along = polynomial_value(self.f, s) * p
-        between: Mask = (low * q <= along) & (along <= high * q) & (p > 0.0)
+        between: Mask = (low * q <= along) & (along <= high * q) & (p > 0.0) & (q > 0.0)
         return between
 
     def meets_level(self, s: Array) -> Mask:
@@ -195,32 +222,31 @@ class _LineParts:
         return meets & (polynomial_value(self.p, s) > 0.0)
 
     def at_side(self, s: Array) -> Mask:
-        """Whether the camera, on the infinite cylinder at s, is between its ends."""
+        """Whether the camera, on the infinite cone at s, is between the ends."""
         low, high = polynomial_value(self.low, s), polynomial_value(self.high, s)
         between: Mask = (low <= 0.0) & (high >= 0.0)
         return between
 
     def at_end(self, s: Array) -> Mask:
-        """Whether the camera, in the plane of an end at s, is inside the infinite cylinder."""
+        """Whether the camera, in the plane of an end at s, is inside the infinite cone."""
         inside: Mask = polynomial_value(self.g, s) <= 0.0
         return inside
 
     def meets_solid(self, s: float) -> Mask:
         """Whether rays at s hit the solid, ends included."""
-        d, p, q, f = (polynomial_value(each, s) for each in (self.d, self.p, self.q, self.f))
+        d, p, q, f, g, radius, opening = (
+            polynomial_value(each, s)
+            for each in (self.d, self.p, self.q, self.f, self.g, self.level, self.opening)
+        )
         low, high = polynomial_value(self.low, s), polynomial_value(self.high, s)
-        root = np.sqrt(np.maximum(d, 0.0))
-        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):  # along the axis
-            near, far = (p - root) / q, (p + root) / q
+        near, far = cone_interval(p, q, d, g, radius, opening)
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):  # along the ends
             ends = low / f, high / f
-        level, along = f == 0.0, q == 0.0
-        inside, between = polynomial_value(self.g, s) < 0.0, (low < 0.0) & (high > 0.0)
-        near = np.where(along, np.where(inside, -np.inf, np.inf), near)
-        far = np.where(along, np.where(inside, np.inf, -np.inf), far)
+        level, between = f == 0.0, (low < 0.0) & (high > 0.0)
         enter = np.where(level, np.where(between, -np.inf, np.inf), np.minimum(*ends))
         leave = np.where(level, np.where(between, np.inf, -np.inf), np.maximum(*ends))
         last = np.minimum(far, leave)
-        meets: Mask = (d >= 0.0) & (np.maximum(near, enter) < last) & (last > 0.0)
+        meets: Mask = (np.maximum(near, enter) < last) & (last > 0.0)
         return meets
 
 
@@ -239,44 +265,78 @@ def side_forms(
     rays: BoxRays,
     center: Array,
     displacement: Array | None,
-    axis: Array,
-    half: Array,
-    radius: Array,
+    sizes: tuple[Array, Array, Array, Array],
 ) -> SideForms:
-    """Polynomials of the sides of cylinders in boxes.
+    """Polynomials of the sides of solids in boxes.
 
     Parameters
     ----------
     rows : (m,) positions among all candidates.
     center, displacement : (3, m) metres, at mid-shutter and over the shutter; None if none moves.
-    axis : (3, m) unit.  half, radius : (m,) metres, half the length and the radius.
+    sizes : axes (3, m), unit; half lengths and radii in the middle (m,), metres; slopes (m,).
     """
+    axis, half, radius, slope = sizes
     v, change = rays.positions(center, displacement)
-    w, rr = rays.directions, radius * radius
+    w = rays.directions
     out = _across(w[0], axis), _across(w[1], axis), _across(w[2], axis)
-    q, f = product_coefficients(out, out), linear_coefficients(w, axis)
+    f = linear_coefficients(w, axis)
     across, along = _across(v, axis), dot(v, axis)
+    level: Array = radius - slope * along
+    q = product_coefficients(out, out) - slope * slope * linear_product(f, f)
+    # R w' + k f v', of which a cylinder has the first term alone
+    reach = _reach(out, f, level, slope * across)
     lever = linear_coefficients(w, cross(v, axis))
-    d = [rr * q - linear_product(lever, lever)]
-    p = [linear_coefficients(out, across)]
+    d = [product_coefficients(reach, reach) - linear_product(lever, lever)]
+    p = [linear_coefficients(out, across) + slope * level * f]
     distance = np.sqrt(dot(across, across))
-    g = [((distance - radius) * (distance + radius))[None]]
+    g, levels = [((distance - level) * (distance + level))[None]], [level[None]]
     low, high = [(along - half)[None]], [(along + half)[None]]
     if change is not None:
         turn, shift = linear_coefficients(w, cross(change, axis)), _across(change, axis)
-        d += [-2.0 * linear_product(lever, turn), -linear_product(turn, turn)]
-        p.append(linear_coefficients(out, shift))
-        g += [2.0 * dot(across, shift)[None], dot(shift, shift)[None]]
-        rise = dot(change, axis)[None]
-        low.append(rise)
-        high.append(rise)
+        rise = dot(change, axis)
+        growth: Array = -slope * rise
+        moved = _reach(out, f, growth, slope * shift)
+        d += [
+            2.0 * (product_coefficients(reach, moved) - linear_product(lever, turn)),
+            product_coefficients(moved, moved) - linear_product(turn, turn),
+        ]
+        p.append(linear_coefficients(out, shift) + slope * growth * f)
+        g += [
+            2.0 * (dot(across, shift) - level * growth)[None],
+            (dot(shift, shift) - growth * growth)[None],
+        ]
+        for each, part in ((low, rise), (high, rise), (levels, growth)):
+            each.append(part[None])
+    lists = d, p, [q], g, [f], low, high, levels, [slope * f]
+    return SideForms(rows, (*map(np.array, lists), *_disks(w, f, v, change, sizes)))
+
+
+def _disks(
+    w: tuple[Array, Array, Array],
+    f: Array,
+    v: Array,
+    change: Array | None,
+    sizes: tuple[Array, Array, Array, Array],
+) -> list[Array]:
+    """Discriminants of both ends, as `disk_discriminant` has them; arguments as in `side_forms`."""
+    axis, half, radius, slope = sizes
     # half axes of unit length: all is over the square of the radius
-    frame, square = perpendicular_pair(axis), rr * linear_product(f, f)
-    disks = [
-        disk_discriminant(square, w, frame, v + side * half * axis, change) for side in (-1.0, 1.0)
+    frame, square = perpendicular_pair(axis), linear_product(f, f)
+    return [
+        disk_discriminant(
+            (radius + side * slope * half) ** 2 * square, w, frame, v + side * half * axis, change
+        )
+        for side in (-1.0, 1.0)
     ]
-    parts = (np.array(d), np.array(p), q[None], np.array(g), f[None], np.array(low), np.array(high))
-    return SideForms(rows, (*parts, *disks))
+
+
+def _reach(
+    out: tuple[Array, Array, Array], f: Array, level: Array, aside: Array
+) -> tuple[Array, Array, Array]:
+    """R w' + f x for linear functions w' of three coefficients (3, m) and f (3, m), with a number R
+    (m,) and a vector x (3, m)."""
+    one, two, three = (level * own + part * aside for own, part in zip(out, f, strict=True))
+    return one, two, three
 
 
 def _across(vector: Array, axis: Array) -> Array:

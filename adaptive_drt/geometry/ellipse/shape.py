@@ -129,9 +129,9 @@ class EllipseSet(ShapeSet):
         far = np.where(covers, np.maximum(one.far, other.far), bound.far)
         return PixelCoverage(bound.may_hit, covers, near, far)
 
-    def least_cosine(self, index: Ints, cosine: Array, turn: Array) -> Array:
+    def least_cosine(self, index: Ints, cosine: Array, turn: Array, point: Array) -> Array:
         """See `ShapeSet.least_cosine`: the normal is the same everywhere."""
-        del index
+        del index, point
         return cosine - turn
 
     def intersect(self, index: Ints, w: Array, time: Array | float) -> Array:

@@ -156,12 +156,13 @@ class EllipsoidSet(ShapeSet):
         right, up = (space.coordinates(step[:, None]) for step in (camera.right, camera.up))
         return v, way, (right, up), 0.5 * (norm(right) + norm(up))
 
-    def least_cosine(self, index: Ints, cosine: Array, turn: Array) -> Array:
+    def least_cosine(self, index: Ints, cosine: Array, turn: Array, point: Array) -> Array:
         """See `ShapeSet.least_cosine`.
 
         In the ellipsoid's own space the cosine is that of a sphere, and all cosines and turns
         differ from those here by no more than the ratio of the longest to the shortest half axis.
         """
+        del point
         space = self.spaces.take(index)
         v, stretch = space.coordinates(columns(self.center, index)), space.stretch
         angle = np.arcsin(np.minimum(stretch * turn, 1.0))

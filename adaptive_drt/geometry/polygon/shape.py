@@ -223,9 +223,9 @@ class PolygonSet(ShapeSet):
         height = [dot(q, normal) for q in corners]
         return moving_polygon_coverage(planes, height, normal, w, camera, whole_pixel)
 
-    def least_cosine(self, index: Ints, cosine: Array, turn: Array) -> Array:
+    def least_cosine(self, index: Ints, cosine: Array, turn: Array, point: Array) -> Array:
         """See `ShapeSet.least_cosine`: the normal is the same everywhere."""
-        del index
+        del index, point
         return cosine - turn
 
     def depth_over_pixels(

@@ -124,8 +124,9 @@ class SphereSet(ShapeSet):
         v, d = columns(self.center, index), columns(self.displacement, index)
         return moving_sphere_coverage(v, d, self.radius[index], w, camera, order, whole_pixel)
 
-    def least_cosine(self, index: Ints, cosine: Array, turn: Array) -> Array:
+    def least_cosine(self, index: Ints, cosine: Array, turn: Array, point: Array) -> Array:
         """See `ShapeSet.least_cosine`: cos^2 = 1 - (distance of the line from the centre / r)^2."""
+        del point
         v, r = columns(self.center, index), self.radius[index]
         shift = np.sqrt(dot(v, v)) * turn / r
         sine = np.sqrt(np.maximum(1.0 - cosine**2, 0.0)) + shift

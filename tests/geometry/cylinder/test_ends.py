@@ -57,3 +57,10 @@ def test_ends_between_halves_of_a_bond_are_left_out():
     assert [each.center[2] for each in ends(BOND, other)] == [0.0, 3.0]
     assert len(ends(BOND, Cylinder((0.0, 0.0, 2.0), (0.0, 0.0, 3.0), 0.2))) == 4
     assert len(ends(BOND, Cylinder((0.0, 0.0, 2.0), (0.0, 1.0, 3.0), 0.25))) == 4
+
+
+def test_ends_of_cones_have_their_own_radii():
+    first, last = ends(Cylinder(BOND.start, BOND.end, 0.25, end_radius=0.5))
+    np.testing.assert_allclose(np.linalg.norm([first.half_u, last.half_u], axis=1), (0.25, 0.5))
+    (base,) = ends(Cylinder(BOND.start, BOND.end, 0.25, end_radius=0.0))
+    assert base.center == BOND.start

@@ -48,16 +48,17 @@ def rays_of(boxes, lattice, shape):
     return rays(CAMERA, x, y), t
 
 
+@pytest.mark.parametrize("tapers", [False, True])
 @pytest.mark.parametrize("around", [False, True])
 @pytest.mark.parametrize(
     "lattice", [Lattice(0, 2, 2), Lattice(1, 3, 1), Lattice(2, 2, 2), SideLattice(2, 2, 1)]
 )
-def test_lines_hit_the_solid_where_plain_rays_do(lattice, around):
+def test_lines_hit_the_solid_where_plain_rays_do(lattice, around, tapers):
     """The side's interval is that of the solid, and its depth is nowhere before the solid's."""
     met, count = 0, 30
     for seed in range(10):
         rng = np.random.default_rng(seed)
-        cylinder = random_cylinder(rng, True, around)
+        cylinder = random_cylinder(rng, True, around, tapers)
         plan = planned(cylinder)
         boxes = random_boxes(rng, count, True)
         forms, cover = make_polynomials(plan, boxes, every_pair(plan, count))
@@ -105,8 +106,8 @@ def test_ends_in_the_plane_of_the_camera_bound_the_side():
         np.testing.assert_allclose((first, last), (0.0, 0.5), atol=1e-6)
 
 
-def scene(rng, moving):
-    shapes = [random_cylinder(rng, moving) for _ in range(3)]
+def scene(rng, moving, tapers):
+    shapes = [random_cylinder(rng, moving, tapers=tapers) for _ in range(3)]
     center = rng.normal(size=3) * 0.4 + (0.0, 0.0, -4.0)
     motion = Motion(vector_of(rng.normal(size=3) * 0.3)) if moving else None
     shapes.append(Sphere(vector_of(center), 0.7, motion=motion))
@@ -123,8 +124,9 @@ def plain_weights(shapes, low, high, points):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("tapers", [False, True])
 @pytest.mark.parametrize("moving", [False, True])
-def test_fragments_are_those_of_plain_rays(moving):
+def test_fragments_are_those_of_plain_rays(moving, tapers):
     """Among spheres and quads, through which the cylinders go."""
     count = 1 << 13
     steps = np.array([1.0 / count, 0.7548776662466927, 0.5698402909980532])
@@ -132,7 +134,7 @@ def test_fragments_are_those_of_plain_rays(moving):
     accuracy, off, honest = 5e-3, [], []
     for seed in range(10):
         rng = np.random.default_rng(seed)
-        shapes = scene(rng, moving)
+        shapes = scene(rng, moving, tapers)
         plan = planned(*shapes)
         parts = [
             np.full(each.count, -1) if each.bodies is None else each.bodies

@@ -18,7 +18,7 @@ from adaptive_drt.lights.emitter import LightMotion
 from adaptive_drt.lights.registry import make_emitter
 from adaptive_drt.scene.description import QuadLight, SphereLight
 from plain_hits import oracle_depth
-from solid_cylinders import random_set
+from solid_cylinders import random_set, sizes_of
 
 PAIRS, SPOTS, PLACES = 600, 60, 12
 HERE = LightMotion(np.zeros(3), np.zeros(3))
@@ -41,10 +41,10 @@ def make_light(rng, kind):
 class Case:
     """Cylinders between points and a light."""
 
-    def __init__(self, seed, kind, reach=0.0):
+    def __init__(self, seed, kind, reach=0.0, tapers=False):
         rng = self.rng = np.random.default_rng(seed)
         self.light, self.spots = make_light(rng, kind)
-        self.shapes, self.records = random_set(rng, 6, 0.5)
+        self.shapes, self.records = random_set(rng, 6, 0.5, tapers)
         self.index = np.arange(PAIRS) % 6
         near = 10.0 ** rng.uniform(-1.0, 0.5, PAIRS) * rng.normal(size=(3, PAIRS))
         toward = self.shapes.center[:, self.index] - np.array([[0.2], [-0.3], [4.0]])
@@ -54,9 +54,7 @@ class Case:
         self.reach = np.full(PAIRS, reach)
         self.view = SolidView(
             self.shapes.center[:, self.index] - self.point,
-            self.shapes.axis[:, self.index],
-            self.shapes.half[self.index],
-            self.shapes.radius[self.index],
+            *sizes_of(self.shapes, self.index),
         )
         self.to = self.light.to_center(self.point)
         self.gap = self.light.to_center(self.shapes.center[:, self.index])
@@ -84,18 +82,19 @@ class Case:
         return far < length, axial > 0.0
 
 
+@pytest.mark.parametrize("tapers", [False, True])
 @pytest.mark.parametrize("kind", ["quad", "sphere"])
-def test_hidden_light_is_hidden_and_what_is_open_is_hidden_by_ends_alone(kind):
+def test_hidden_light_is_hidden_and_what_is_open_is_hidden_by_ends_alone(kind, tapers):
     told = np.zeros(3, dtype=int)
     for seed in range(6):
-        case = Case(seed, kind)
+        case = Case(seed, kind, tapers=tapers)
         graze = np.full(PAIRS, 1e-12)
         none, full = side_occlusion(case.view, case.light, case.to, case.gap, graze)
         hidden, _ = case.blocked(case.point)
         assert not (none & full).any()
         assert hidden[full].all()
         # what the parallelogram does not hide is seen through an end, on the near or the far side
-        view, outside = case.view.parallelogram()
+        view, outside = case.view.trapezoid()
         for row in (none & outside).nonzero()[0]:
             ways = case.spots[:, hidden[row]] - case.point[:, row : row + 1]
             planes = [plane[:, row] for plane in view.planes]
@@ -105,15 +104,16 @@ def test_hidden_light_is_hidden_and_what_is_open_is_hidden_by_ends_alone(kind):
     assert (told > 50).all()
 
 
+@pytest.mark.parametrize("tapers", [False, True])
 @pytest.mark.parametrize("kind", ["quad", "sphere"])
-def test_parallelogram_and_ends_are_the_outline(kind):
+def test_trapezoid_and_ends_are_the_outline(kind, tapers):
     """A segment to a light outside of the solid is blocked where one of the three blocks it."""
     for seed in range(4):
-        case = Case(seed, kind)
+        case = Case(seed, kind, tapers=tapers)
         hidden, _ = case.blocked(case.point)
-        view, outside = case.view.parallelogram()
+        view, outside = case.view.trapezoid()
         use = outside & ~meets_light(
-            case.gap, case.view.axis, case.view.half, case.view.radius, case.light
+            case.gap, case.view.axis, case.view.half, case.view.largest, case.light
         )
         ways = case.spots[:, None] - case.point[:, :, None]
         flat = np.all(
@@ -126,18 +126,20 @@ def test_parallelogram_and_ends_are_the_outline(kind):
             with np.errstate(divide="ignore", invalid="ignore"):
                 t = (place[:, :, None] * axis).sum(axis=0) / (ways * axis).sum(axis=0)
                 off = t * ways - place[:, :, None]
-            inside = np.linalg.norm(off, axis=0) < case.view.radius[:, None]
+                size = case.view.radius + side * half * case.view.slope
+            inside = np.linalg.norm(off, axis=0) < size[:, None]
             flat |= inside & (t > 0.0) & (t < 1.0)
         assert np.mean((flat == hidden)[use]) > 0.9999
         assert hidden[use].mean() > 0.05
 
 
+@pytest.mark.parametrize("tapers", [False, True])
 @pytest.mark.parametrize("kind", ["quad", "sphere"])
-def test_patches_are_hidden_as_a_whole_and_no_sharp_edge_is_missed(kind):
+def test_patches_are_hidden_as_a_whole_and_no_sharp_edge_is_missed(kind, tapers):
     told = np.zeros(3, dtype=int)
     for seed in range(8):
         reach = float(10.0 ** np.random.default_rng(seed).uniform(-3.0, -1.0))
-        case = Case(seed, kind, reach)
+        case = Case(seed, kind, reach, tapers=tapers)
         receivers = case.receivers()
         whole = hides_from_patch(case.view, case.light, receivers, case.to, case.gap)
         sharp = casts_sharp_edge(case.view, case.light, receivers, case.to, case.gap)
