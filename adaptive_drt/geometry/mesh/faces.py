@@ -257,6 +257,9 @@ def smooth_normals(
 ) -> tuple[Array, Array]:
     """Interpolated unit normals (3, n) at points of faces, and what rises to the smooth surface.
 
+    The surface is on the viewer's side, also where the normals of a mesh whose faces are not turned
+    alike point away from the viewer: light from there is behind the face, which hides it.
+
     Parameters
     ----------
     point, plain : (3, n) points, and unit normals of the faces, metres.
@@ -264,8 +267,10 @@ def smooth_normals(
     """
     share = barycentric(point, corners)
     mean: Any = sum(part * each for part, each in zip(share, normals, strict=True))
-    height = _smooth_heights(point, share, corners, normals, mean)
-    return _unit_or(mean, plain), height * mean
+    side = np.where(dot(mean, plain) < 0.0, -1.0, 1.0)
+    upward = [side * each for each in normals]
+    height = _smooth_heights(point, share, corners, upward, mean)
+    return _unit_or(mean, plain), height * side * mean
 
 
 def _unit_or(vector: Array, other: Array) -> Array:

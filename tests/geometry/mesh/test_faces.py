@@ -68,6 +68,22 @@ def test_smooth_normals_of_a_ball_are_nearly_radial():
     assert ((smooth.facet * normal).sum(0) > 0.99).all()
 
 
+def test_the_smooth_surface_is_on_the_viewers_side_whichever_way_normals_point():
+    mesh = bumpy_mesh(30, 20, center=(0.0, 0.0, 5.0), smooth=True)
+    start, w = rays_at((0.0, 0.0, 5.0), 500, np.random.default_rng(3))
+    found = []
+    for normals in (mesh.normals, -mesh.normals):
+        own = MeshFaces.make(mesh.vertices, mesh.faces, normals)
+        t = own.intersect(start, w)
+        met = np.isfinite(t)
+        found.append(own.surface(start[:, met], w[:, met], t[met] * w[:, met]))
+    (_, normal, smooth), (_, reverse, same) = found
+    assert (np.abs(smooth.rise) > 1e-4).any()
+    np.testing.assert_array_equal(normal, -reverse)
+    np.testing.assert_array_equal(smooth.facet, same.facet)
+    np.testing.assert_allclose(smooth.rise, same.rise, rtol=0.0, atol=1e-15)
+
+
 def test_faces_without_an_area_are_left_out():
     vertices = np.array([[0.0, 1.0, 0.0, 2.0, 2.0], [0.0, 0.0, 1.0, 0.0, 0.0], [3.0] * 5])
     faces = np.array([[0, 0, 3], [1, 1, 4], [2, 3, 3]])
