@@ -2,7 +2,7 @@
 """Our pictures beside Cycles' of scenes that scripts make in Blender: writes docs/cycles.md.
 
     python benchmarks/against_cycles.py [--page docs/cycles.md] [--only WORD…] [--samples 512]
-    python benchmarks/against_cycles.py --random SEED… [--keep FOLDER]
+    python benchmarks/against_cycles.py --random SEED… [--extras] [--keep FOLDER]
 
 Direct light, 64 x 48 pixels, the same box filter. Cycles renders twice, with two seeds; its mean
 has `--samples` twice, and what the two differ by is its noise, which is taken off in the mean
@@ -22,6 +22,7 @@ from typing import Any
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 import machine
+from against_extras import EXTRAS
 from against_pictures import SURE
 from against_scenes import LIGHTS, MESHES, SIZE, SKIES
 
@@ -110,13 +111,16 @@ def page_rows(only: list[str], samples: int) -> list[str]:
     return rows
 
 
-def random_scenes(seeds: list[int], samples: int, keep: Path | None) -> int:
-    """Render random scenes and print a line for each; returns how many are off."""
+def random_scenes(jobs: list[tuple[str, ...]], samples: int, keep: Path | None) -> int:
+    """Render random scenes and print a line for each; returns how many are off.
+
+    jobs : of each its seed, and more options.
+    """
     off = 0
-    for seed in seeds:
-        kept = ("--keep", str(keep / str(seed))) if keep else ()
+    for seed, *more in jobs:
+        kept = ("--keep", str(keep / "-".join([seed, *more[1:]]))) if keep else ()
         options = ("--random", "--samples", str(samples), "--tolerances", str(COARSE))
-        found = run(str(seed), *options, *kept)
+        found = run(seed, *options, *kept, *more)
         if "error" in found:
             off += 1
             print(f"{seed}: ERROR {found['error']}\n  {found.get('said')}", flush=True)
@@ -129,7 +133,7 @@ def random_scenes(seeds: list[int], samples: int, keep: Path | None) -> int:
         print(f"{seed}: {'ok' if good else 'OFF'} {numbers}\n  {found['said']}", flush=True)
         for name, reason in found["issues"]:
             print(f"    {name}: {reason}", flush=True)
-    print(f"{off} of {len(seeds)} are off", flush=True)
+    print(f"{off} of {len(jobs)} are off", flush=True)
     return off
 
 
@@ -140,10 +144,14 @@ def main() -> None:
     parser.add_argument("--only", nargs="+", default=[], help="words in the names of scenes")
     parser.add_argument("--samples", type=int, default=512, help="of each of Cycles' two pictures")
     parser.add_argument("--random", type=int, nargs="+", metavar="SEED")
+    parser.add_argument("--extras", action="store_true", help="a scene for each, of each seed")
     parser.add_argument("--keep", type=Path, help="save random scenes and pictures here")
     given = parser.parse_args()
     if given.random:
-        raise SystemExit(random_scenes(given.random, given.samples, given.keep) > 0)
+        jobs: list[tuple[str, ...]] = [(str(seed),) for seed in given.random]
+        if given.extras:
+            jobs = [(seed, "--extra", name) for (seed,) in jobs for name in EXTRAS]
+        raise SystemExit(random_scenes(jobs, given.samples, given.keep) > 0)
     import bpy
 
     head = HEAD.format(

@@ -28,6 +28,7 @@ def main() -> None:
     parser.add_argument("name")
     parser.add_argument("--moving", action="store_true", help="the light moves")
     parser.add_argument("--random", action="store_true", help="NAME is a seed")
+    parser.add_argument("--extra", help="of a random scene: see against_extras.py")
     parser.add_argument("--tolerances", type=float, nargs="+", default=[1e-2, 3e-3])
     parser.add_argument("--samples", type=int, default=1024)
     parser.add_argument("--keep", type=Path, help="save the scene and the pictures here")
@@ -35,7 +36,7 @@ def main() -> None:
     package = load_addon()
     package.register()
     if given.random:
-        said = against_random.build(int(given.name))
+        said = against_random.build(int(given.name), given.extra)
     else:
         against_scenes.start()
         scenes = against_scenes.LIGHTS | against_scenes.SKIES | against_scenes.MESHES

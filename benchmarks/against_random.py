@@ -13,14 +13,16 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "tests" / "blend
 import bpy
 import numpy as np
 import things
+from against_extras import EXTRAS
 
 __all__ = ["build"]
 
 
-def build(seed: int) -> str:
-    """Make the scene of a seed; returns what is in it, in words."""
+def build(seed: int, extra: str | None = None) -> str:
+    """Make the scene of a seed, or a plain one with something extra; returns what is in it."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
-    return _Maker(np.random.default_rng(seed)).scene()
+    maker = _Maker(np.random.default_rng(seed))
+    return maker.scene() if extra is None else maker.scene_with(extra)
 
 
 class _Maker:
@@ -66,6 +68,26 @@ class _Maker:
         self.camera()
         if self.chance(0.3):
             self.motion(made)
+        return ", ".join(self.words)
+
+    def scene_with(self, extra: str) -> str:
+        """A floor, a thing, a lamp and something of `EXTRAS`."""
+        scene = bpy.context.scene
+        scene.frame_set(6)
+        scene.adaptive_drt.spheres = "FACES"
+        self.paints = [things.matt(f"Paint {k}", *self.rng.uniform(0.1, 0.9, 3)) for k in range(5)]
+        things.plane("Floor", 14.0).data.materials.append(self.paints[0])
+        self.thing()
+        lamp = things.light(
+            "AREA", energy=400.0, shape="DISK", size=float(self.rng.uniform(0.3, 2))
+        )
+        lamp.location, lamp.rotation_euler = (1.0, -1.0, 5.0), (0.15, 0.15, 0.0)
+        sun = things.light("SUN", energy=0.5, angle=0.05)
+        sun.rotation_euler = (0.5, float(self.rng.uniform(-0.8, 0.8)), 0.2)
+        self.camera()
+        bpy.context.scene.render.use_border = False
+        self.say(extra)
+        EXTRAS[extra](self.rng)
         return ", ".join(self.words)
 
     # things
