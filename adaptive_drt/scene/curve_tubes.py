@@ -19,7 +19,10 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 FLATNESS = 1.0 / 16.0
-"""Distance between a curve and the chords that stand for it, as a fraction of the radius."""
+"""Distance between a curve and the chords that stand for it, as a fraction of the radius; where it
+turns sharply within a chord it may be twice that."""
+BENDS_LOOKED_AT = np.linspace(0.0, 1.0, 5)
+"""Places between two points at which the second derivative tells how many chords there are."""
 TURNED_ALONG = 2.0**-10
 """Sine of the angle to the axis up to which a direction across the ring before is given up."""
 UPWARD = np.array([[0.0], [0.0], [1.0]])
@@ -150,11 +153,18 @@ def _rings(
 
 def _chords(polynomial: list[FloatArray], most: int) -> IntArray:
     """Number (s,) of chords of each span; polynomial : four coefficients (4, s), of u^0 first."""
-    second = 2.0 * polynomial[2], 2.0 * polynomial[2] + 6.0 * polynomial[3]
-    bend = np.maximum(*(np.sqrt((each**2).sum(axis=0)) for each in second))
+    _, c1, c2, c3 = polynomial
+    bend = np.zeros(c1.shape[1])
+    for u in BENDS_LOOKED_AT:
+        rate, second = c1 + u * (2.0 * c2 + 3.0 * u * c3), 2.0 * c2 + 6.0 * u * c3
+        speed = np.maximum(np.sqrt((rate[:3] ** 2).sum(axis=0)), np.finfo(np.float64).tiny)
+        # what is along the curve, as where points are unevenly far apart, bends nothing
+        along = (rate[:3] * second[:3]).sum(axis=0) / speed
+        bend = np.maximum(bend, (second**2).sum(axis=0) - along * along)
+    bend = np.sqrt(np.maximum(bend, 0.0))
     radius = np.maximum(polynomial[0][3], polynomial[0][3] + polynomial[1][3])
     allowed = 8.0 * FLATNESS * radius
-    ratio = np.where(bend > 0.0, bend, 0.0) / np.where(allowed > 0.0, allowed, 1.0)
+    ratio = bend / np.where(allowed > 0.0, allowed, 1.0)
     ratio = np.where((allowed > 0.0) | (bend == 0.0), ratio, float(most**2))
     steps: IntArray = np.ceil(np.sqrt(np.clip(ratio, 1.0, float(most**2)))).astype(np.int64)
     return steps

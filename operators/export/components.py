@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What an object is made of besides a mesh, points and hair curves: volumes, Grease Pencil and
-particle hair.
+"""What an object is made of besides a mesh, points and hair: volumes and Grease Pencil.
 
 The depsgraph yields what nodes make of an object as instances of that same object, one for each
 kind of geometry, whatever the object's own type is.
@@ -49,11 +48,10 @@ class Components:
             reason = self._component(thing)
             if reason:
                 yield reason
-        # hair is shown where its emitter is not
-        if self._strands and instance.show_particles:
-            for system in thing.particle_systems:
-                if _has_hair(system):
-                    yield f'its particle hair "{system.name}" is left out'
+
+    def shows_hair(self, instance: Any) -> bool:
+        """Whether the particle hair of an instance is shown, which may be without its emitter."""
+        return self._strands and bool(instance.show_particles)
 
     def _component(self, thing: Any) -> str | None:
         if thing.type in ("MESH", "LIGHT"):
@@ -77,14 +75,4 @@ def holds_smoke(thing: Any) -> bool:
         and modifier.domain_settings.domain_type == "GAS"
         and modifier.show_render
         for modifier in thing.modifiers
-    )
-
-
-def _has_hair(system: Any) -> bool:
-    """Whether Cycles renders the paths of a particle system; those of emitters it does not."""
-    settings = system.settings
-    return (
-        settings.type == "HAIR"
-        and settings.render_type == "PATH"
-        and bool(len(system.particles) or len(system.child_particles))
     )

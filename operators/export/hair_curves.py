@@ -17,13 +17,10 @@ from .triangle_mesh import MeshForm
 DEFAULT_RADIUS = 0.005
 """Radius of curves without the attribute "radius", in metres, as in Cycles."""
 
-FEW, MANY = (16, 32), (8, 4)
-"""Number of sides of a tube, whose outline is 1 and 4 % off its circle, and most chords between two
-points: of few curves, and of many."""
-
-MANY_POINTS = 20_000
-"""Number of points of curves from which there are many: as few they could have 20 million
-triangles."""
+FINENESS = ((20_000, (16, 32)), (200_000, (8, 4)), (1 << 62, (4, 1)))
+"""Number of sides of a tube, whose outline is off its circle by 1, 5 and 21 % at most, and chords
+between two points at most, where an object's curves have fewer points than the number before. A
+triangle takes some 400 bytes while tubes are made."""
 
 NOT_FINITE = "some of its curves are left out: their points or radii are not finite numbers"
 
@@ -78,7 +75,7 @@ def tubes_of(strands: Strands, straight: bool) -> tuple[MeshForm | None, str]:
     whole = np.bincount(owner[~finite], minlength=size.size) == 0
     kept = whole[owner]
     offsets = np.concatenate([[0], np.cumsum(size[whole])])
-    fineness = FEW if np.count_nonzero(kept) < MANY_POINTS else MANY
+    fineness = next(each for most, each in FINENESS if np.count_nonzero(kept) < most)
     tubes = curve_tubes(
         np.ascontiguousarray(strands.positions[kept].T, dtype=np.float64),
         strands.radii[kept].astype(np.float64),

@@ -21,8 +21,8 @@ def repetition_of(instance: Any) -> Hashable | None:
     if not instance.is_instance or instance.parent is None:
         return None
     thing = instance.object
-    if thing.type not in ("MESH", "CURVES"):
-        return None
+    if thing.type not in ("MESH", "CURVES") or thing.particle_systems:
+        return None  # hair of particles is read beside its mesh
     # the evaluated object may be one that the depsgraph uses for each instance in turn
     parent = instance.parent.original.as_pointer()
     own = thing.original.as_pointer(), thing.data.as_pointer()

@@ -34,7 +34,8 @@ from .components import Components, holds_smoke
 from .copies import Copies, placed_shapes
 from .deforming import Deforming, LayoutReader, Snapshot, mesh_of
 from .exposure import brightened, exposed, exposure_of
-from .hair_curves import Strands, are_straight, strands_of, tubes_of
+from .hair import gather_curves, gather_particle_hair
+from .hair_curves import Strands, are_straight
 from .instances import key_of, name_of, owner_of, repetition_of
 from .layer_filter import lets_through
 from .light import Lamp, gives_light, is_seen, lamp_of, light_of
@@ -128,7 +129,7 @@ class _Export:
 
     override : the material that the view layer puts on everything, if any.
     deforming : tells which meshes change during the shutter; None without motion blur.
-    meshes, clouds, curves : by their pointers.
+    meshes, clouds, curves : by their pointers; hair of particle systems by those of their objects.
     straight_curves : whether hair is straight between its points.
     stretched : balls as meshes, for instances that are no balls.
     members : for each shape, the names by which collections hold its object.
@@ -158,7 +159,7 @@ class _Export:
     meshes: dict[int, _Known] = field(default_factory=dict)
     stretched: dict[int, _Known] = field(default_factory=dict)
     clouds: dict[int, Cloud] = field(default_factory=dict)
-    curves: dict[int, tuple[Strands, MeshForm | None, str]] = field(default_factory=dict)
+    curves: dict[Hashable, tuple[Strands, MeshForm | None, str]] = field(default_factory=dict)
     straight_curves: bool = False
     known: dict[bytes, Form] = field(default_factory=dict)
     materials: dict[str, Material] = field(default_factory=dict)
@@ -477,6 +478,8 @@ def _gather(depsgraph: Any, gathered: _Export, draws_strokes: bool) -> None:
         thing = instance.object
         name = gathered.called(instance)
         gathered.tell(name, *components.left_out(instance), missing=True)
+        if components.shows_hair(instance):
+            gather_particle_hair(instance, name, gathered)
         shows = instance.show_self and lets_through(layer, thing.type)
         if not (shows and _has_surface(thing)):
             continue
@@ -488,7 +491,7 @@ def _gather(depsgraph: Any, gathered: _Export, draws_strokes: bool) -> None:
         if thing.type == "POINTCLOUD":
             _gather_points(instance, name, gathered)
         elif thing.type == "CURVES":
-            _gather_curves(instance, name, gathered)
+            gather_curves(instance, name, gathered)
         else:
             _gather_faces(instance, name, gathered)
         if len(gathered.entries) > before:  # of what is missing there is no more to tell
@@ -544,31 +547,6 @@ def _gather_points(instance: Any, name: str, gathered: _Export) -> None:
         return
     found = placed_points(cloud, colors, track, material, name, gathered.issues)
     gathered.add_shapes(found, instance, name)
-
-
-def _gather_curves(instance: Any, name: str, gathered: _Export) -> None:
-    thing, curves = instance.object, instance.object.data
-    pointer = curves.as_pointer()
-    if pointer not in gathered.curves:
-        strands = strands_of(curves)
-        gathered.curves[pointer] = strands, *tubes_of(strands, gathered.straight_curves)
-    strands, form, reason = gathered.curves[pointer]
-    if reason:
-        gathered.tell(name, reason, missing=True)
-    if form is None:
-        return
-    if gathered.deforming is not None:
-        gathered.tell(name, *gathered.deforming.reasons(instance, curves, strands.layout))
-    worn = {0: gathered.material(slot_material(thing, 0))}
-    track = gathered.track(
-        key_of(instance), matrix_of(instance), name, thing, instancer_of(instance)
-    )
-    if not np.isfinite(track.middle).all():
-        gathered.tell(name, NOT_FINITE, missing=True)
-    elif vanishes(form, track):
-        gathered.tell(name, NO_SCALE, missing=True)
-    else:
-        gathered.add_copy(form, worn, track, instance, name)
 
 
 def _gather_faces(instance: Any, name: str, gathered: _Export) -> None:

@@ -124,34 +124,63 @@ def _hairy(kind="HAIR", shown="PATH", count=40):
     return field
 
 
-HAIR = ("Field", 'its particle hair "Grass" is left out')
-
-
 @pytest.mark.parametrize("how", ["alone", "emitter hidden", "children", "two systems"])
-def test_particle_hair_is_told(rendered, how):
+def test_particle_hair_is_rendered(rendered, core, how):
     field = _hairy()
-    expected = {HAIR: True}
+    hairs = [40]
     if how == "emitter hidden":
         field.show_instancer_for_render = False
     elif how == "children":
-        field.particle_systems[0].settings.child_type = "SIMPLE"
+        settings = field.particle_systems[0].settings
+        settings.child_type, settings.rendered_child_count = "SIMPLE", 3
+        hairs = [120]
     elif how == "two systems":
         field.modifiers.new("More", "PARTICLE_SYSTEM")
         more = field.particle_systems[1]
         more.name, more.settings = "Weeds", field.particle_systems[0].settings
-        expected["Field", 'its particle hair "Weeds" is left out'] = True
+        hairs = [40, 40]
     (scene,) = rendered()
-    assert _told(scene) == expected
-    assert len(scene.shapes) == (how != "emitter hidden")
+    assert _told(scene) == {}
+    tubes = [shape for shape in scene.shapes if hasattr(shape, "faces")]
+    assert len(scene.shapes) == len(tubes) + (how != "emitter hidden")
+    # straight hairs of nine points have some eight walls of 16 sides, and end in a point
+    for each, count in zip(tubes, hairs, strict=True):
+        assert 15 <= each.faces.shape[1] / (16 * count) <= 17
+        root = each.vertices[:, each.faces].min(axis=(1, 2))[2]
+        assert root == pytest.approx(0.0, abs=1e-5)
+        assert each.vertices[2].max() == pytest.approx(2.0, rel=1e-3)
 
 
-def test_hair_of_instances_is_told(rendered):
+def test_particle_hair_has_its_radii_and_material(export):
+    field = _hairy(count=1)
+    settings = field.particle_systems[0].settings
+    settings.tip_radius, settings.use_close_tip, settings.shape = 1.0, False, 0.5
+    settings.material = 2
+    for name, red in (("Skin", 0.1), ("Fur", 0.8)):
+        field.data.materials.append(things.matt(name, red, 0.1, 0.1))
+    field.location, field.scale = (1.0, 2.0, 3.0), (2.0, 2.0, 2.0)
+    (tube,) = [shape for shape in export().shapes if hasattr(shape, "faces")]
+    assert tube.materials[0].color[0] == pytest.approx(0.8)
+    rings = tube.vertices.reshape(3, -1, 16)
+    center = rings.mean(axis=2, keepdims=True)
+    radius = np.linalg.norm(rings - center, axis=0).mean(axis=1)
+    height = (center[2, :, 0] - 3.0) / np.ptp(center[2, :, 0])
+    rest = (1.0 - height) ** 2.0
+    corner = np.pi / 16 / np.sin(np.pi / 16)
+    ideal = 2.0 * corner * 0.025 * (1.0 + 2.0 * rest)
+    keys = np.isin(np.arange(radius.size), np.linspace(0, radius.size - 1, 9).astype(int))
+    np.testing.assert_allclose(radius[keys], ideal[keys], rtol=0.02)
+
+
+def test_particle_hair_of_instances_is_rendered(rendered):
     field, carrier = _hairy(), things.plane("Carrier")
     things.scatter(carrier, field)
     field.hide_render = True
     (scene,) = rendered()
-    assert _told(scene) == {("Carrier/Field", HAIR[1]): True}
-    assert scene.issues[0].target == "Carrier"
+    tubes = [shape for shape in scene.shapes if hasattr(shape, "faces")]
+    assert _told(scene) == {} and len(tubes) == 4
+    corners = sorted(tuple(np.round(tube.vertices.mean(axis=1)[:2])) for tube in tubes)
+    assert corners == [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)]
 
 
 def _bare(kind):
@@ -224,14 +253,15 @@ def test_what_no_renderer_shows_is_not_told(rendered, tmp_path, kind):
 
 
 @pytest.mark.parametrize("kind", ["volume of a mesh", "hair"])
-def test_what_is_told_shows_in_cycles(rendered, tmp_path, kind):
+def test_what_is_told_or_rendered_shows_in_cycles(rendered, tmp_path, kind):
     """The check by which the others are found to show nothing does find something."""
     if kind == "hair":
         _hairy().show_instancer_for_render = False
     else:
         _make(kind)
     (scene,) = rendered()
-    assert [i.missing for i in scene.issues] == [True]
+    assert [i.missing for i in scene.issues] == [True] * (kind != "hair")
+    assert bool(scene.shapes) == (kind == "hair")
     assert _shows_in_cycles(tmp_path)
 
 

@@ -58,7 +58,8 @@ def test_chords_are_near_the_spline(seed):
     rest = ideal[:3, :, None] - a[:, None]
     u = np.clip((rest * way[:, None]).sum(axis=0) / (way**2).sum(axis=0), 0.0, 1.0)
     gap = np.linalg.norm(rest - u * way[:, None], axis=0).min(axis=1)
-    assert (gap <= 1.01 * FLATNESS * ideal[3].max()).all()
+    assert (gap <= 2.5 * FLATNESS * ideal[3]).all()
+    assert np.mean(gap <= FLATNESS * ideal[3]) > 0.9
 
 
 def test_tubes_are_open_at_their_ends_alone_and_look_outwards():
