@@ -22,9 +22,9 @@ __all__ = [
     "hashed_kronecker_points",
     "hashed_sequence_points",
     "hashed_shifts",
-    "hashed_subpoints",
     "low_discrepancy_points",
     "sequence_points",
+    "shifted_lattices",
     "splitmix64",
 ]
 
@@ -33,11 +33,6 @@ TWO_TO_MINUS_53 = 2.0**-53
 LATTICE_SIZE, FIBONACCI_STEPS = 8, (1, 5)
 """Number of points of Fibonacci's lattice in the unit square, and its steps along both axes, as
 multiples of the reciprocal of that number."""
-SUBPOINT_DIMENSIONS = 5
-"""Number of dimensions of the sequence whose last two coordinates shift such lattices. Of several,
-these come least near to a resonance with the coordinates of a pixel: a sum of few periods of both
-that moves by less than 1e-3 from point to point (four dimensions: 6e-4, one period along x and four
-in all on the light, which put a pixel of 16,384 points off by 1 %)."""
 FIXED_POINT_STEPS = 64
 """Number of fixed-point iterations for the root; each gains at least one bit."""
 
@@ -119,27 +114,20 @@ def hashed_kronecker_points(
     return a, b
 
 
-def hashed_subpoints(seed: int, pixel: Ints, stream: int, index: Ints) -> tuple[Array, Array]:
-    """Points of the unit square, a lattice of eight for each of n points of pixels' sequences.
+def shifted_lattices(points: Array) -> tuple[Array, Array]:
+    """Fibonacci's lattice of eight points in the unit square, shifted by each of n points (2, n).
 
-    The lattice is shifted by the two last coordinates of a sequence of `SUBPOINT_DIMENSIONS`. These
-    are no multiples of the coordinates of `hashed_sequence_points`, so that both together fill the
-    space of all dimensions. Eight consecutive points of one sequence for each point of
-    another one of the same generators do not: they lie on a few surfaces in it.
-
-    Parameters
-    ----------
-    pixel, index : (n,) each point's pixel, and its number in the pixel's sequence.
+    The points are the last coordinates of those that a pixel has: eight consecutive points of one
+    sequence for each point of another one of the same generators would lie on a few surfaces in the
+    space of all dimensions.
 
     Returns
     -------
     Two arrays (n, 8).
     """
-    root = generalized_golden_ratio(SUBPOINT_DIMENSIONS)
-    first, out = SUBPOINT_DIMENSIONS - 1.0, []
-    for k, step in enumerate(FIBONACCI_STEPS):
-        moved = index * root ** -(first + k) % 1.0 + hashed_shifts(seed, pixel, stream, k)
-        spread = moved[:, None] + step * np.arange(LATTICE_SIZE) / LATTICE_SIZE
+    out = []
+    for shift, step in zip(points, FIBONACCI_STEPS, strict=True):
+        spread = shift[:, None] + step * np.arange(LATTICE_SIZE) / LATTICE_SIZE
         out.append(spread - np.floor(spread))
     return out[0], out[1]
 

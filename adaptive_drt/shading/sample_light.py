@@ -19,7 +19,7 @@ from ..lights.emitter import Emitter
 from ..lights.environment_factor import Environment
 from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.gather import columns
-from ..numerics.low_discrepancy import LATTICE_SIZE, hashed_kronecker_points, hashed_subpoints
+from ..numerics.low_discrepancy import LATTICE_SIZE, hashed_kronecker_points, shifted_lattices
 from ..numerics.sobol_points import net_points, stratified_copies
 from ..numerics.vector import total
 from ..tracing.compile import Plan
@@ -219,10 +219,10 @@ class LightSampler:
         seed, stream = self.plan.settings.seed, LIGHT_STREAM + self.number
         if self.axes is None:
             return hashed_kronecker_points(seed, pixel, stream, index * self.rays, self.rays)
-        if not self.plan.samples_by_nets:
-            return hashed_subpoints(seed, pixel, stream, index)
         axes = (self.axes, self.axes + 1)
         net = net_points(seed, pixel, stream, index[:, None], axes)[..., 0]
+        if not self.plan.samples_by_nets:
+            return shifted_lattices(net)
         a, b = stratified_copies(net, self.rays)
         return a, b
 

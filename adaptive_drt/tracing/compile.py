@@ -162,11 +162,10 @@ class Plan:
 
     @property
     def samples_by_nets(self) -> bool:
-        """Whether places in sampled pixels and directions to the lights are points of one net.
+        """Whether few rays leave each point of sampled pixels, and a law foresees their errors.
 
         It is so where nearly all pixels are sampled to many points: of sets of spheres, and of many
-        instances of a mesh. These then take 0.7 to 0.8 of the time, and the error of such points is
-        foreseen by a law (`cubature.heap_limits`).
+        instances of a mesh. These then take 0.7 to 0.8 of the time. The law: `heap_limits`.
         """
         return self.traced is not None or any(each.has_instances for each in self.shapes.sets)
 

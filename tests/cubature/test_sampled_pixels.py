@@ -38,6 +38,18 @@ def task_of(plan, limit, rows=None, moves=False):
     return SamplingTask(x[rows] + 0.5, y[rows] + 0.5, rows, flags, pairs, limits, none, none + 1.0)
 
 
+@pytest.mark.parametrize("points", [8, 16, 32, 64])
+def test_points_leave_no_gap_along_rows_and_columns(points):
+    """Else they miss thin shadows there: a Kronecker sequence left gaps of eight of 64 points."""
+    plan = make_plan(SCENE, Settings())
+    rows = np.arange(280)
+    spots = module._Points.make(plan, task_of(plan, 1.0), rows, False, (0, points)).offset
+    assert spots.shape == (2, 280, points)
+    each = np.sort(spots, axis=2)
+    gap = np.diff(np.concatenate([each, each[..., :1] + 1.0], axis=2), axis=2)
+    assert gap.max() < 2.0 / points
+
+
 def sampled(scene, limit, **fields):
     plan = make_plan(scene, Settings())
     return sample_pixels(plan, Occluders(plan), task_of(plan, limit, **fields))
@@ -54,7 +66,7 @@ def test_the_means_are_those_of_exact_light():
         # the stated errors are right on average
         known = done.error(1.0) > 0.0
         ratio = off[known] / done.error(1.0)[known]
-        assert 0.2 < np.sqrt((ratio**2).mean()) < 2.0
+        assert 0.2 < np.sqrt((ratio**2).mean()) < 1.4
         assert (done.samples >= module.FIRST_POINTS).all()
 
 

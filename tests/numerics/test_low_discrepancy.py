@@ -12,10 +12,11 @@ from adaptive_drt.numerics.low_discrepancy import (
     hashed_kronecker_points,
     hashed_sequence_points,
     hashed_shifts,
-    hashed_subpoints,
     low_discrepancy_points,
+    shifted_lattices,
     splitmix64,
 )
+from adaptive_drt.numerics.sobol_points import net_points
 
 MODULUS = 2**64
 
@@ -114,10 +115,9 @@ def test_points_from_a_number_on_are_those_of_the_sequence():
 def test_points_on_lights_fill_the_space_with_those_of_the_pixel(axes):
     """No harmonic with few periods along each axis is met always in the same phase: consecutive
     points of one sequence would be the eightfold of the pixel's own."""
-    count, pixel = 4_096, np.array([3])
-    spots = hashed_sequence_points(5, pixel, 7, (0, count), axes)[:, 0]
-    index = np.arange(count)
-    a, b = hashed_subpoints(5, np.full(count, 3), 9, index)
+    count, pixel, index = 4_096, np.array([3]), np.arange(4_096)
+    spots = net_points(5, pixel, 7, index, tuple(range(axes)))[:, 0]
+    a, b = shifted_lattices(net_points(5, pixel, 9, index, (axes, axes + 1))[:, 0])
     assert a.shape == (count, 8) and min(a.min(), b.min()) >= 0.0 and max(a.max(), b.max()) < 1.0
     for one in range(1, 17):
         for axis in spots:
