@@ -19,10 +19,11 @@ from ..numerics.axes import SHUTTER_ENDS
 from ..numerics.gather import columns
 from ..numerics.vector import dot
 from ..parallel.call_progress import iterate_with_progress, progress_range
+from ..tracing.ball_groups import MANY_OBJECTS
 from ..tracing.compile import Plan
 from ..tracing.few_occluders import FewOccluders
 from ..tracing.intersect import Pairs, Surface, curvature, intersect_pairs, nearest_hits, surface
-from ..tracing.occluder_culling import MANY_OBJECTS, Occluders
+from ..tracing.occluder_culling import Occluders
 from ..tracing.ray_costs import rays_cost_less, regions_cost_more
 from .edges import EdgeTest, detect_edges
 from .moving_shadows import light_changes, patch_light_changes

@@ -3,13 +3,14 @@
 
 from __future__ import annotations
 
+import ctypes
 import os
 from contextlib import suppress
 from pathlib import Path
 
 from .pool import worker_pool
 
-__all__ = ["MemoryWatch", "own_bytes"]
+__all__ = ["MemoryWatch", "own_bytes", "return_freed_memory"]
 
 
 def own_bytes(process: int) -> int | None:
@@ -19,6 +20,15 @@ def own_bytes(process: int) -> int | None:
         # size, resident, resident of files, ... in pages
         return (int(sizes[1]) - int(sizes[2])) * int(os.sysconf("SC_PAGE_SIZE"))
     return None
+
+
+def return_freed_memory() -> None:
+    """Return to the system what is freed but kept by glibc's allocator, all over its heap.
+
+    By itself it returns only what lies at the heap's end. It does nothing with other C libraries.
+    """
+    with suppress(OSError, AttributeError, TypeError):
+        ctypes.CDLL(None).malloc_trim(0)
 
 
 class MemoryWatch:

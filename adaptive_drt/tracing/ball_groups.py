@@ -18,12 +18,18 @@ from ..numerics.gather import columns
 from ..numerics.morton import morton_order
 from .point_blocks import BLOCK_BITS, group_balls
 
-__all__ = ["BallGroups", "BallTest"]
+__all__ = ["MANY_OBJECTS", "BallGroups", "BallTest"]
 
 BallTest: TypeAlias = Callable[[tuple[Array, Array], Ints, Ints], Mask]
 """Test of pairs of points and balls: it takes the balls (centres (3, n) and radii (n,), metres) and
 the numbers (k,) of points and of balls, and returns (k,) bool."""
 
+MANY_OBJECTS = 4_096
+"""Number of objects from which groups of them are tested before they are.
+
+Embree's proxies (`embree.ProxyScene`) are then not built: under a small light, 8,000 balls took 0.4
+s of processor time with them for 2,300 points and 0.1 s in groups, 100,000 balls 3.2 and 0.1 s, and
+300 MB more."""
 GROUP_SIZES = (32_768, 4_096, 512, 64, 8)
 """Numbers of balls in a group, by level."""
 ENCLOSING = 1.0 + 2.0**-40

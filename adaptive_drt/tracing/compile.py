@@ -30,6 +30,7 @@ from ..scene.description import Motion, Scene, ShapeBatch, ShapeRecord
 from ..scene.mesh_instances import MeshInstances
 from ..scene.settings import Settings
 from ..scene.values import ZERO
+from .ball_groups import MANY_OBJECTS
 from .irrelevance import SeenBounds
 from .sphere_rays import find_traced_spheres
 
@@ -267,7 +268,7 @@ def _make_plan(
         penumbra=penumbra,
         motion=motion,
         edges=settings.use_edges and bool(shapes),
-        may_use_embree=_wants_embree(settings, table.proxied),
+        may_use_embree=_wants_embree(settings, table),
         threads=settings.threads or os.cpu_count() or 1,
         skipped=tuple(skipped),
         seen_lights=seen_lights,
@@ -582,9 +583,12 @@ def _skipped_effects(settings: Settings, motion: bool, objects: int) -> list[dic
     return skipped
 
 
-def _wants_embree(settings: Settings, proxied: int) -> bool:
+def _wants_embree(settings: Settings, table: ShapeTable) -> bool:
     """Whether embree may be used, by the setting and the number of objects that have proxies."""
+    proxied = table.proxied
     if settings.accelerator == "AUTO":
+        if table.count >= MANY_OBJECTS:
+            return False  # groups of them cost less time and memory
         # without embreex the image is the same, but takes longer
         return proxied >= EMBREE_CROSSOVER and find_spec("embreex") is not None
     return settings.accelerator == "EMBREE" and proxied > 0

@@ -23,7 +23,7 @@ from ..numerics.gather import columns
 from ..numerics.morton import morton_order
 from ..numerics.vector import dot
 from ..parallel.call_progress import progress_range, report_progress
-from .ball_groups import BallGroups
+from .ball_groups import MANY_OBJECTS, BallGroups
 from .compile import Plan
 from .embree import ProxyScene
 from .face_planes import FacePlanes
@@ -54,8 +54,6 @@ MAX_OBJECTS_WITHOUT_BLOCKS = 16
 """Largest number of objects that are each tested against all points, without blocks.
 
 That costs 15 ns a pair, and 80 where points are gathered. With 48 it took a fifth longer."""
-MANY_OBJECTS = 4_096
-"""Number of objects from which groups of them are tested before they are."""
 MAX_BALLS = 8
 """Number of balls of an object from which a block of points counts as occluded by it without a
 closer look: in the middle of a shadow there are many."""

@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The memory of this process, where the system tells."""
 
+import ctypes
 import os
 
 import numpy as np
 import pytest
 
-from adaptive_drt.parallel.memory_use import MemoryWatch, own_bytes
+from adaptive_drt.parallel.memory_use import MemoryWatch, own_bytes, return_freed_memory
 
 
 @pytest.mark.skipif(own_bytes(os.getpid()) is None, reason="the system does not tell")
@@ -23,3 +24,16 @@ def test_what_is_taken_is_seen():
 
 def test_of_a_process_that_is_not_there_nothing_is_known():
     assert own_bytes(1 << 30) is None
+
+
+@pytest.mark.skipif(not hasattr(ctypes.CDLL(None), "malloc_trim"), reason="not glibc's allocator")
+def test_freed_memory_is_returned():
+    # glibc keeps what is smaller than the largest block that was freed, up to 32 MB
+    np.empty(33_000_000, dtype=np.uint8)
+    blocks = [np.ones(1 << 17) for _ in range(128)]
+    last = np.ones(1 << 17)  # the heap's end stays in use
+    del blocks
+    before = own_bytes(os.getpid())
+    return_freed_memory()
+    assert before - own_bytes(os.getpid()) > 32 << 20
+    assert last.all()

@@ -60,6 +60,17 @@ def test_the_tolerance_is_kept(seed, tolerance, light):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("count", [150, 400])
+def test_heaps_are_those_of_fine_closed_forms(count):
+    scene = sphere_heap(7, count, "square")
+    truth = render_image(scene, Settings(tolerance=1e-4, accelerator="ARRAYS"))
+    film = render_image(scene, Settings(tolerance=0.01))
+    assert film.stats["sampled_pixels"] > 100 and not truth.stats["sampled_pixels"]
+    assert relative_error(film.color, truth.color) < 0.01
+    np.testing.assert_array_equal(film.mask, truth.mask)
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("light", ["sky", "square"])
 @pytest.mark.parametrize("seed", range(3))
 def test_the_tolerance_is_kept_under_motion(seed, light):

@@ -11,6 +11,7 @@ import pytest
 from adaptive_drt.geometry.mesh.bvh import FaceTree
 from adaptive_drt.scene.description import (
     DiskLight,
+    Material,
     PointLight,
     Quad,
     QuadLight,
@@ -19,6 +20,7 @@ from adaptive_drt.scene.description import (
     SphereLight,
 )
 from adaptive_drt.scene.settings import Settings
+from adaptive_drt.scene.sphere_batch import Spheres
 from adaptive_drt.tracing.compile import make_plan
 from adaptive_drt.tracing.intersect import Surface
 from adaptive_drt.tracing.occluder_culling import Occluders
@@ -144,3 +146,22 @@ def test_no_mesh_that_hides_some_light_is_dropped(name, reach):
     assert hidden.sum() > 30
     assert not (hidden & ~kept).any()
     assert kept.mean() < 3.0 * hidden.mean() + 0.3
+
+
+def test_very_many_objects_are_found_in_groups_without_proxies():
+    rng, count = np.random.default_rng(3), 5_000
+    center = rng.uniform((-9.0, -9.0, 0.0), (9.0, 9.0, 6.0), (count, 3)).T
+    balls = Spheres(center, rng.uniform(0.1, 0.2, count), np.zeros(count, int), (Material(),))
+    light = SphereLight((0.0, 0.0, 12.0), 0.2, (9.0, 9.0, 9.0))
+    scene = Scene(look_at((0.0, -20.0, 9.0), (0.0, 0.0, 3.0)), (balls, FLOOR), (light,))
+    plan = make_plan(scene, Settings())
+    assert not plan.may_use_embree
+    proxied = make_plan(scene, Settings(accelerator="EMBREE"))
+    assert proxied.uses_embree(proxied.lights[0])
+    points = floor_points(rng, plan, 200)
+    ours, theirs = (
+        Occluders(each).find_candidates(each.lights[0], points) for each in (plan, proxied)
+    )
+    assert ours.item.size > 200
+    np.testing.assert_array_equal(ours.pixel, theirs.pixel)
+    np.testing.assert_array_equal(ours.item, theirs.item)
