@@ -23,6 +23,8 @@ __all__ = [
     "CLOSED_RATIO",
     "END_ROUNDS",
     "ERROR_DECAY",
+    "LEAST_CLOSED",
+    "LEAST_PILOTS",
     "LEAST_PILOT_STEP",
     "LIMIT_GROWTH",
     "PILOT_PIXELS",
@@ -76,9 +78,11 @@ PRIOR_PILOTS, PILOT_DEVIATION = 100.0, 0.7
 what one pilot tells."""
 PILOT_RANGE = 0.4, 1.3
 """Least and greatest factors that pilot pixels may change expectations by."""
-CLOSED_PILOTS, LEAST_CLOSED, CLOSED_RATIO = 64, 24, 3.0
+CLOSED_PILOTS, LEAST_CLOSED, CLOSED_RATIO = 64, 48, 3.0
 """Number of pixels in closed form that are refined to tell how their errors end, the least number
-of them that is believed, and the ratio of their goals to that of their reference."""
+of them that are, and the ratio of their goals to that of their reference. In smaller pictures they
+take as long as all pixels do without them: 400 balls at 30 x 30 pixels 0.73 s with 45 of them and
+0.56 s with none (1 %), at errors of 0.47 and 0.21 %."""
 CLOSED_MARGIN, LEAST_FACTOR = 1.5, 0.1
 """Margin on what these pixels tell, which are few and refined in the same way as their reference;
 and the least factor of errors that follows from them."""

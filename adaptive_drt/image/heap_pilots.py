@@ -13,7 +13,9 @@ import numpy as np
 from ..cubature.error_budget import Goal
 from ..cubature.heap_limits import (
     CLOSED_PILOTS,
+    LEAST_CLOSED,
     LEAST_PILOT_STEP,
+    LEAST_PILOTS,
     PILOT_PIXELS,
     Pilots,
     first_limit,
@@ -31,7 +33,7 @@ def sampled_pilots(frame: Frame, rows: Mask, goal: Goal) -> Ints:
     errors = frame.sampling_errors(index)
     wanted = errors.sampled & ~errors.interpolated
     wanted &= errors.expected(goal.error) > first_limit(goal.error)
-    return _sparse(index[wanted], PILOT_PIXELS)
+    return _sparse(index[wanted], PILOT_PIXELS, LEAST_PILOTS)
 
 
 def closed_pilots(frame: Frame, rows: Mask, goal: Goal) -> Ints:
@@ -39,12 +41,16 @@ def closed_pilots(frame: Frame, rows: Mask, goal: Goal) -> Ints:
     wanted = frame.traced & ~(frame.sampled | frame.settled | frame.unknown)
     wanted &= frame.error > goal.error
     index = frame.region_pixels(rows)
-    return _sparse(index[wanted[index]], CLOSED_PILOTS)
+    return _sparse(index[wanted[index]], CLOSED_PILOTS, LEAST_CLOSED)
 
 
-def _sparse(index: Ints, most: int) -> Ints:
-    """About so many of some pixels, at equal distances in their order."""
-    return index[:: max(LEAST_PILOT_STEP, -(-index.size // most))]
+def _sparse(index: Ints, most: int, least: int) -> Ints:
+    """About `most` of some pixels, at equal distances in their order.
+
+    There are none where they are fewer than `least`, which nothing is learnt from.
+    """
+    found = index[:: max(LEAST_PILOT_STEP, -(-index.size // most))]
+    return found if found.size >= least else found[:0]
 
 
 def corrected_pilots(frame: Frame, rows: Ints) -> Pilots:

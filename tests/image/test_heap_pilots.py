@@ -20,9 +20,9 @@ pytestmark = pytest.mark.skipif(native_library() is None, reason="embree's libra
 GOAL = Goal(0.01, 1.0)
 
 
-def heap_frame(sampled):
-    """A frame of 64 x 48 pixels with an error of 1, all sampled or all in closed form."""
-    plan = make_plan(sphere_heap(0, 120, size=(64, 48)), Settings(tolerance=0.01))
+def heap_frame(sampled, size=(64, 48)):
+    """A frame of pixels with an error of 1, all sampled or all in closed form."""
+    plan = make_plan(sphere_heap(0, 120, size=size), Settings(tolerance=0.01))
     frame = Frame(widened_plan(plan, plan.region), plan.region)
     frame.traced[:] = True
     frame.error[:] = 1.0
@@ -40,6 +40,14 @@ def test_pilots_are_few_of_those_above_the_goal(pilots, sampled):
     assert not np.isin(found, pilots(frame, rows, GOAL)).any()
     other, _ = heap_frame(not sampled)
     assert not pilots(other, rows, GOAL).size
+
+
+def test_no_pilots_are_done_that_are_too_few_to_tell():
+    for size, counts in (((30, 30), (0, 0)), ((40, 24), (0, 48)), ((50, 24), (60, 60))):
+        for pilots, sampled, count in zip(
+            (sampled_pilots, closed_pilots), (True, False), counts, strict=True
+        ):
+            assert pilots(*heap_frame(sampled, size), GOAL).size == count, (size, sampled)
 
 
 def test_pilots_in_closed_form_have_their_corrected_means():
