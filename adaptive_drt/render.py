@@ -81,10 +81,8 @@ def render(scene: Scene, settings: Settings | None = None) -> Generator[Progress
         scene, plan = yield from _await_call(reading, READING_STAGE, film)
     if size >= WORKERS_PIXELS:
         worker_pool.start_workers(plan.threads - 1)
-    with closing(run_in_thread(Occluders, plan)) as preparing:
+    with closing(run_in_thread(_prepare_occluders, plan)) as preparing:
         occluders = yield from _await_call(preparing, "Preparing", film)
-    if plan.object_count >= MANY_OBJECTS:
-        return_freed_memory()
     prepared = time.perf_counter() - began
     make = ExactRender if settings.method == "EXACT" else DistributedRender
     method = make(plan, occluders)
@@ -124,6 +122,14 @@ def _compile_scene(scene: Scene, settings: Settings) -> tuple[Scene, Plan]:
     """Validate a scene and compile it for rendering."""
     scene = validate(scene)
     return scene, make_plan(scene, settings, reduced=True)
+
+
+def _prepare_occluders(plan: Plan) -> Occluders:
+    """Make a scene's occluders, and return what memory compiling many objects has freed."""
+    found = Occluders(plan)
+    if plan.object_count >= MANY_OBJECTS:
+        return_freed_memory()
+    return found
 
 
 def _add_light(

@@ -80,6 +80,12 @@ rest of the time goes into the mask, candidates and interpolated blocks. Of 80 x
 pilots, which tell how errors end, take 18 %. The measured error is below the tolerance, because
 what pilots tell is known to some 10 %, and 0.8 of the tolerance is aimed at.
 
+A million packed balls under a square light, 160 x 90 pixels, 1 %, take 38 s of processor time (70
+before few occluders stood for all of them; load 11), of which camera rays, the mask and candidates
+take 21 s, sampled pixels and pilots 15 s. 5.6 million points are traced. The peak is 711 MB: 230
+bytes a ball in what is kept for the whole render, with embree's own tree, and up to 400 MB for the
+candidates of one call.
+
 At 0.1 % (100 x 100 pixels) a pixel that rays sample takes 3,200 points with four rays each, 6
 milliseconds, and a point in closed form half a millisecond: rays and closed forms have half of the
 time each.
