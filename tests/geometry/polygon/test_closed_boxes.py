@@ -22,8 +22,8 @@ from adaptive_drt.scene.description import (
 )
 from adaptive_drt.scene.settings import Settings
 from adaptive_drt.shading.direct_light import shade_with_candidates
-from adaptive_drt.tracing import occluder_culling as occluder
 from adaptive_drt.tracing.compile import make_plan
+from adaptive_drt.tracing.face_planes import FacePlanes
 from adaptive_drt.tracing.intersect import intersect_pairs, surface
 from adaptive_drt.tracing.occluder_culling import Occluders
 from random_scenes import look_at
@@ -139,9 +139,7 @@ def test_the_light_is_the_same_without_the_faces_behind(seed, monkeypatch):
     shape = plan.as_shadow_caster(plan.lights[0])
     few = Occluders(plan).find_candidates(shape, hits, reach)
     with monkeypatch.context() as patch:
-        patch.setattr(
-            occluder._FacePlanes, "without_redundant_faces", lambda self, sight, pairs: pairs
-        )
+        patch.setattr(FacePlanes, "without_redundant_faces", lambda self, sight, pairs: pairs)
         every = Occluders(plan).find_candidates(shape, hits, reach)
     one, other = (shade_with_candidates(plan, hits, time, [pairs])[0] for pairs in (few, every))
     print(f"seed {seed}: {few.item.size} of {every.item.size} pairs")
@@ -152,9 +150,7 @@ def test_half_the_faces_and_more_are_left_out(monkeypatch):
     plan = plan_of([FLOOR, *turned((-0.5, -0.5, 0.0), (1.0, 1.0, 1.0), 0.3, name="Cube")])
     hits = hits_of(plan)
     few = Occluders(plan).find_candidates(plan.lights[0], hits)
-    monkeypatch.setattr(
-        occluder._FacePlanes, "without_redundant_faces", lambda self, sight, pairs: pairs
-    )
+    monkeypatch.setattr(FacePlanes, "without_redundant_faces", lambda self, sight, pairs: pairs)
     every = Occluders(plan).find_candidates(plan.lights[0], hits)
     print(f"{few.item.size} of {every.item.size} pairs")
     assert few.item.size < 0.5 * every.item.size
