@@ -12,7 +12,7 @@ from .listing import left_out
 from .material_table import CYCLES_MATERIAL, MATERIAL
 from .node_table import VOLUME
 from .nodes import called, node_called, uses_nodes
-from .shader import Shader
+from .shader import MIXERS, Shader, mixed_parts
 
 CYCLES_DEFAULT = Material((0.8, 0.8, 0.8))
 """What Cycles gives to a surface without a material."""
@@ -94,21 +94,67 @@ def _shaded(material: Any, reasons: list[str], is_colored: bool) -> Material:
     terms = [] if output is None else Shader(Source(output, None)).terms()
     reasons.extend(terms)
     source = surface_of(material.node_tree)
+    if source.node is None and VOLUME in terms:
+        reasons.append("it has no surface shader, only a volume; its surface is shown black")
+    unknown: list[str] = []
+    result = _scattered(source, reasons, unknown, is_colored)
+    if result is None:
+        named, verb = " and ".join(sorted(set(unknown))), "is" if len(unknown) == 1 else "are"
+        reasons.append(f"its {named} {verb} left out; its viewport colour is used as diffuse")
+        return Material(_rgb(material.diffuse_color))
+    reasons.extend(f"its {named} is left out, which is mixed with others" for named in unknown)
+    return result
+
+
+def _scattered(
+    source: Source, reasons: list[str], unknown: list[str], is_colored: bool
+) -> Material | None:
+    """Return what a shader reflects and emits, or None where no part of it is rendered.
+
+    unknown : what the shaders that are not rendered are called is appended.
+    """
     node = source.node
     if node is None:  # Cycles shows black, too, but nothing around a volume
-        if VOLUME in terms:
-            reasons.append("it has no surface shader, only a volume; its surface is shown black")
         return BLACK
+    if node.bl_idname in MIXERS:
+        return _mixed(source, reasons, unknown)
     if node.bl_idname == EMISSION:
         unread: list[str] = []
         glow = Shader(source).emission(unread)
         reasons.extend(f"{said}; its own value is used" for said in unread)
         return Material(BLACK.color, glow)
     if node.bl_idname not in COLORS:
-        reasons.append(
-            f"its {node_called(node)} is left out; its viewport colour is used as diffuse"
-        )
-        return Material(_rgb(material.diffuse_color))
+        unknown.append(node_called(node))
+        return None
+    return _diffuse(source, reasons, is_colored)
+
+
+def _mixed(source: Source, reasons: list[str], unknown: list[str]) -> Material | None:
+    """Return the sum of the parts of a Mix Shader or an Add Shader, each by its weight."""
+    linked: list[str] = []
+    parts = [
+        (weight, _scattered(part, reasons, unknown, False))
+        for weight, part in mixed_parts(source, linked)
+        if weight
+    ]
+    reasons.extend(f"{said}; its own value is used" for said in linked)
+    known = [(weight, part) for weight, part in parts if part is not None]
+    if not known:
+        return None
+    return Material(
+        _weighted_sum([(weight, part.color) for weight, part in known]),
+        _weighted_sum([(weight, part.emission) for weight, part in known]),
+    )
+
+
+def _weighted_sum(colors: list[tuple[float, Vector]]) -> Vector:
+    r, g, b = (sum(weight * color[channel] for weight, color in colors) for channel in range(3))
+    return (r, g, b)
+
+
+def _diffuse(source: Source, reasons: list[str], is_colored: bool) -> Material:
+    """Return the diffuse colour and the emission of a node of `COLORS`."""
+    node: Any = source.node
     shader = Shader(source)
     terms = shader.terms()
     if terms:

@@ -92,8 +92,8 @@ RENDERED: dict[str, Table] = {
     "ShaderNodeEmission": {},
     "ShaderNodeRGB": {},
     "ShaderNodeValue": {},
-    # of worlds; in materials a line says that they are left out
     "ShaderNodeAddShader": {},
+    # of worlds; in materials a line says that it is left out
     "ShaderNodeLightPath": {},
     "ShaderNodeMixShader": {},
     "ShaderNodeOutputMaterial": ACTIVE,

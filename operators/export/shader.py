@@ -25,6 +25,31 @@ from .nodes import node_called
 EMITTERS = ("ShaderNodeEmission", "ShaderNodeBackground")
 """Nodes that shine; measured: Cycles takes both alike in worlds and in lights."""
 
+MIXERS = ("ShaderNodeMixShader", "ShaderNodeAddShader")
+"""Nodes that add up two shaders."""
+
+
+def mixed_parts(
+    source: Source, left_out: list[str], known: Known = nothing_known
+) -> list[tuple[float, Source]]:
+    """Return the weight of each shader that a node of `MIXERS` adds up, and what feeds it.
+
+    known : as that of `value_of`.  left_out : what decides a factor that is not constant is
+    appended; the socket's own value is used.
+    """
+    node: Any = source.node
+    *factor, one, two = (Input(socket, source.groups) for socket in node.inputs)
+    weights = (1.0, 1.0)
+    if factor:
+        share = number_of(factor[0], known)
+        if share is None:
+            fed = node_called(factor[0].source().node)
+            left_out.append(f"the {fed} linked to its Factor is left out")
+            share = own_number(factor[0])
+        share = min(max(share, 0.0), 1.0)
+        weights = (1.0 - share, share)
+    return [(weights[0], one.source()), (weights[1], two.source())]
+
 
 class Shader:
     """Reads the inputs of a node of `INPUTS` by their identifiers.

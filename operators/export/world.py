@@ -16,11 +16,11 @@ from ...adaptive_drt.scene.environment_images import (
 )
 from .baked import SKY, Baked, baked, folding
 from .environment import TEXTURE, image_of
-from .links import Input, Known, Source, Value, number_of, output_node, own_number, surface_of
+from .links import Known, Source, Value, output_node, surface_of
 from .listing import left_out
 from .node_graph import NotDescribedError, graph_of
 from .nodes import called, node_called, uses_nodes
-from .shader import EMITTERS, Shader
+from .shader import EMITTERS, MIXERS, Shader, mixed_parts
 from .sky import SUN_IS_NOT_SEEN, sky_of
 from .world_table import CYCLES_WORLD, LIGHTING, MIST, VISIBILITY, WORLD
 
@@ -212,21 +212,11 @@ def _radiance(source: Source, known: Known, found: _Found) -> Radiance:
         return Radiance()
     if node.bl_idname in EMITTERS:
         return _emitted(source, known, found)
-    if node.bl_idname not in ("ShaderNodeMixShader", "ShaderNodeAddShader"):
+    if node.bl_idname not in MIXERS:
         found.missing.append(node_called(node))
         return Radiance()
-    *factor, one, two = (Input(socket, source.groups) for socket in node.inputs)
-    share = number_of(factor[0], known) if factor else None
-    if factor and share is None:
-        found.linked.append(
-            f"the {node_called(factor[0].source().node)} linked to its Factor is left out"
-        )
-        share = own_number(factor[0])
-    a, b = (_radiance(part.source(), known, found) for part in (one, two))
-    if share is None:
-        return a.plus(b)
-    share = min(max(share, 0.0), 1.0)
-    return a.times(1.0 - share).plus(b.times(share))
+    (a, one), (b, two) = mixed_parts(source, found.linked, known)
+    return _radiance(one, known, found).times(a).plus(_radiance(two, known, found).times(b))
 
 
 def _emitted(source: Source, known: Known, found: _Found) -> Radiance:

@@ -85,6 +85,83 @@ def test_other_shaders_are_told(export):
     assert "Glass BSDF node is left out" in told['Material "Material"'][0]
 
 
+def _mixture(kind, *nodes, factor=0.25):
+    """A material of a Mix Shader or an Add Shader, and its tree."""
+    mixture = things.material(node=kind)
+    tree = mixture.node_tree
+    mix = next(n for n in tree.nodes if n.bl_idname == kind)
+    if kind == "ShaderNodeMixShader":
+        mix.inputs[0].default_value = factor
+    for socket, (name, inputs) in zip((mix.inputs[-2], mix.inputs[-1]), nodes, strict=True):
+        part = tree.nodes.new(name)
+        for key, value in inputs.items():
+            part.inputs[key].default_value = value
+        tree.links.new(part.outputs[0], socket)
+    return mixture, tree, mix
+
+
+RED = ("ShaderNodeBsdfDiffuse", {"Color": (0.8, 0.0, 0.0, 1.0), "Roughness": 0.0})
+BLUE = ("ShaderNodeBsdfDiffuse", {"Color": (0.0, 0.0, 0.4, 1.0), "Roughness": 0.0})
+GLOSS = ("ShaderNodeBsdfAnisotropic", {})
+
+
+def test_a_mixture_of_diffuse_shaders(export):
+    color, told = _worn(export, _mixture("ShaderNodeMixShader", RED, BLUE)[0])
+    assert color == pytest.approx((0.6, 0.0, 0.1)) and told == {}
+
+
+def test_a_sum_with_an_emission(export):
+    glow = ("ShaderNodeEmission", {"Color": (0.0, 1.0, 0.0, 1.0), "Strength": 2.0})
+    ball = things.uv_sphere()
+    ball.data.materials.append(_mixture("ShaderNodeAddShader", RED, glow)[0])
+    scene = export()
+    assert scene.shapes[0].material.color == pytest.approx((0.8, 0.0, 0.0))
+    assert scene.shapes[0].material.emission == pytest.approx((0.0, 2.0, 0.0))
+    assert len(scene.lights) == 1 and things.reasons(scene) == {}
+
+
+def test_what_is_mixed_and_not_rendered_is_told(export):
+    color, told = _worn(export, _mixture("ShaderNodeMixShader", RED, GLOSS)[0])
+    assert color == pytest.approx((0.6, 0.0, 0.0))
+    (reason,) = told['Material "Material"']
+    assert "Glossy BSDF node is left out, which is mixed with others" in reason
+
+
+def test_what_has_no_weight_is_not_told(export):
+    color, told = _worn(export, _mixture("ShaderNodeMixShader", RED, GLOSS, factor=0.0)[0])
+    assert color == pytest.approx((0.8, 0.0, 0.0)) and told == {}
+
+
+def test_a_mixture_of_nothing_that_is_rendered(export):
+    glass = ("ShaderNodeBsdfGlass", {})
+    mixture, _, _ = _mixture("ShaderNodeMixShader", GLOSS, glass)
+    mixture.diffuse_color = COLOR
+    color, told = _worn(export, mixture)
+    assert color == pytest.approx(COLOR[:3])
+    (reason,) = told['Material "Material"']
+    assert "Glass BSDF node and Glossy BSDF node are left out; its viewport colour" in reason
+
+
+def test_a_factor_that_is_not_constant_is_told(export):
+    mixture, tree, mix = _mixture("ShaderNodeMixShader", RED, BLUE)
+    tree.links.new(tree.nodes.new("ShaderNodeFresnel").outputs[0], mix.inputs[0])
+    color, told = _worn(export, mixture)
+    assert color == pytest.approx((0.6, 0.0, 0.1))
+    (reason,) = told['Material "Material"']
+    assert reason == ("the Fresnel node linked to its Factor is left out; its own value is used")
+
+
+def test_mixtures_of_mixtures_and_of_nothing(export):
+    mixture, tree, outer = _mixture("ShaderNodeMixShader", RED, BLUE, factor=0.5)
+    inner = tree.nodes.new("ShaderNodeAddShader")
+    tree.links.new(outer.inputs[2].links[0].from_socket, inner.inputs[0])
+    tree.links.new(outer.inputs[1].links[0].from_socket, inner.inputs[1])
+    tree.links.new(inner.outputs[0], outer.inputs[2])
+    tree.links.remove(outer.inputs[1].links[0])
+    color, told = _worn(export, mixture)
+    assert color == pytest.approx((0.4, 0.0, 0.2)) and told == {}
+
+
 def test_object_slot_and_several_materials(export):
     ball = things.uv_sphere()
     for name, shade in (("One", 0.1), ("Two", 0.9)):
