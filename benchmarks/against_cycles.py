@@ -55,6 +55,10 @@ means within 0.1 %, each but for three standard errors that Cycles' noise gives 
 """
 
 
+NOTES = "\n## "
+"""Begins what is written by hand."""
+
+
 def run(name: str, *options: str) -> dict[str, Any]:
     """What `against_one.py` finds; "error" where it fails."""
     command = [sys.executable, str(ONE), name, *options]
@@ -137,6 +141,13 @@ def random_scenes(jobs: list[tuple[str, ...]], samples: int, keep: Path | None) 
     return off
 
 
+def notes(page: Path) -> str:
+    """The sections that are written by hand below the table of a page, to be kept."""
+    old = page.read_text(encoding="utf-8") if page.exists() else ""
+    _, heading, text = old.partition(NOTES)
+    return heading + text
+
+
 def main() -> None:
     """Render and print, and write the page."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -161,7 +172,7 @@ def main() -> None:
     print(head, flush=True)
     rows = page_rows(given.only, given.samples)
     if given.page:
-        given.page.write_text(head + "\n".join(rows) + "\n", encoding="utf-8")
+        given.page.write_text(head + "\n".join(rows) + "\n" + notes(given.page), encoding="utf-8")
 
 
 if __name__ == "__main__":
