@@ -31,7 +31,7 @@ ALLOCATOR_HINT = 33_000_000
 """Bytes of a block that is allocated once and freed, never touched. glibc keeps freed memory up to
 twice the largest block it has ever unmapped (at most 32 MiB); freeing this one spares 17 of 18
 thousand page faults a picture."""
-MANY_OBJECTS = 100_000
+LEAST_OBJECTS_TO_TRIM = 100_000
 """Number of objects from which memory that compiling them has freed is returned before rays are
 traced: of a million balls it is 150 MB. With fewer, it is soon used again."""
 LIGHTS_STAGE = "Lights in view"
@@ -127,7 +127,7 @@ def _compile_scene(scene: Scene, settings: Settings) -> tuple[Scene, Plan]:
 def _prepare_occluders(plan: Plan) -> Occluders:
     """Make a scene's occluders, and return what memory compiling many objects has freed."""
     found = Occluders(plan)
-    if plan.object_count >= MANY_OBJECTS:
+    if plan.object_count >= LEAST_OBJECTS_TO_TRIM:
         return_freed_memory()
     return found
 
