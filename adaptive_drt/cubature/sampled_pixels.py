@@ -184,7 +184,7 @@ def _sample_chunk(
         done.enter(rows, found)
         limit = task.limit[rows] * (points / FIRST_POINTS) ** task.growth
         points *= 2
-        if points > (MOST_POINTS if plan.samples_by_nets else LAST_POINTS):
+        if points > (LAST_POINTS if plan.traced is None else MOST_POINTS):
             return
         more = (found.error(task.agreeing[rows]) > limit).nonzero()[0]
         rows, sums, before = rows[more], sums.take(more), found.spread[more]
