@@ -7,7 +7,7 @@
 Direct light, 64 x 48 pixels, the same box filter. Cycles renders twice, with two seeds; its mean
 has `--samples` twice, and what the two differ by is its noise, which is taken off in the mean
 square. Each scene runs in a process of its own; one that fails or takes too long is a fault.
-Cycles does not move lights within the shutter: where ours move, 64 of its pictures are averaged.
+Cycles does not move lights within the shutter: where ours move, 32 of its pictures are averaged.
 """
 
 from __future__ import annotations

@@ -23,8 +23,12 @@ Array: TypeAlias = NDArray[np.float64]
 
 SURE = 3.0
 """Standard errors by which a figure may be off."""
-MOMENTS = 64
-"""Times at which Cycles renders what it does not move within the shutter: lights."""
+MOMENTS, LEAST_SAMPLES = 32, 64
+"""Times at which Cycles renders what it does not move within the shutter: lights; and the least
+number of its samples for each. The noise of its seeds is not independent: errors of still pictures
+of one scene correlate by 0.1, so the mean of many pictures keeps a third of the noise of one. Of 64
+with 8 samples that was 0.7 %, where the mean of 32 of our still pictures is within 0.04 % of ours
+with motion."""
 
 
 @dataclass
@@ -66,10 +70,11 @@ def cycles_picture(folder: Path, samples: int, seed: int, lights_move: bool) -> 
     frame, shutter = scene.frame_current, scene.render.motion_blur_shutter
     scene.render.use_motion_blur = False
     total: Array | float = 0.0
+    count = max(LEAST_SAMPLES, samples // MOMENTS)
     for k in range(MOMENTS):
         now = frame + shutter * ((k + 0.5) / MOMENTS - 0.5)
         scene.frame_set(int(now // 1), subframe=now % 1)
-        each = render_cycles(folder, max(1, samples // MOMENTS), seed * MOMENTS + k, alpha=True)
+        each = render_cycles(folder, count, seed * MOMENTS + k, alpha=True)
         total = total + each
     scene.frame_set(frame)
     scene.render.use_motion_blur = True

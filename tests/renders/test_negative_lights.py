@@ -63,7 +63,14 @@ def pair_noise(first, second):
 
 
 @pytest.mark.parametrize(
-    ("seed", "way"), [(0, "alone"), (0, "weaker"), (0, "equal"), (0, "colored"), (2, "weaker")]
+    ("seed", "way"),
+    [
+        pytest.param(0, "alone", marks=pytest.mark.slow),
+        pytest.param(0, "weaker", marks=pytest.mark.slow),
+        (0, "equal"),
+        pytest.param(0, "colored", marks=pytest.mark.slow),
+        (2, "weaker"),
+    ],
 )
 def test_before_meshes(seed, way):
     scene = lit(random_mesh_scene(seed, (24, 16)), way)
