@@ -243,7 +243,7 @@ class ExactRender:
         if frame is not own:
             frame.count_unseen(contrast)
         self._take_goal(frame, inside)
-        if self.plan.samples_by_nets and frame.any_lit(inside):
+        if self.plan.foresees_errors and frame.any_lit(inside):
             for _ in self._sample_pilots(frame, inside):
                 yield 0.5
             own.law = frame.law
@@ -291,7 +291,7 @@ class ExactRender:
     def _sampling_goal(self) -> Goal:
         """The error goal of pixels that are sampled by rays."""
         plan = self.plan
-        if plan.samples_by_nets:
+        if plan.foresees_errors:
             return self.goal
         rise = sampled_rise(plan.settings.tolerance, plan.motion)
         return replace(self.goal, error=rise * self.goal.error)
@@ -310,8 +310,8 @@ class ExactRender:
 
     def _sample(self, frame: Frame, rows: Ints, goal: Goal | None) -> Steps:
         """Sample the pixels whose indices are `rows`; without a goal, by the first points only."""
-        size, by_nets = self.work.sampled_pixels_per_call(rows.size), self.plan.samples_by_nets
-        tasks = frame.sampling_tasks(rows, goal, size, by_nets)
+        size, foreseen = self.work.sampled_pixels_per_call(rows.size), self.plan.foresees_errors
+        tasks = frame.sampling_tasks(rows, goal, size, foreseen)
         outcomes = self.work.run(sample_pixels, tasks, "sampled pixels")
         return self._enter_outcomes(outcomes, frame.enter_sampled, rows.size)
 
@@ -362,7 +362,7 @@ class ExactRender:
         size = self.work.sampled_pixels_per_call(rows.size)
         tasks = [
             (part, replace(task, index=task.index + shift))
-            for part, task in frame.sampling_tasks(rows, goal, size, by_nets=True)
+            for part, task in frame.sampling_tasks(rows, goal, size, foreseen=True)
         ]
         found = SampledPixels.zeros(rows.size)
 
@@ -379,7 +379,7 @@ class ExactRender:
         rows = frame.unsettled_sampled(goal)
         rows = rows[frame.cut[rows] & self.plan.shapes.sampled.any()]
         size = self.work.pixels_per_call(rows.size)
-        tasks = frame.sampling_tasks(rows, goal, size, by_nets=False)
+        tasks = frame.sampling_tasks(rows, goal, size, foreseen=False)
         outcomes = self.work.run(sample_cut_pixels, tasks, "cut pixels")
         return self._enter_outcomes(outcomes, partial(frame.enter_cut, goal), rows.size)
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What error pixels may have that rays sample by nets: limits, and part of the budget.
+"""What error sampled pixels may have where a law foresees it: limits, and part of the budget.
 
-In heaps of spheres and fields of instances (`Plan.samples_by_nets`) the number of points that a
+In heaps of spheres and fields of instances (`Plan.foresees_errors`) the number of points that a
 pixel takes is chosen such that the whole picture needs the fewest, and what its errors end at is
 foreseen by the law that they fall by.
 """

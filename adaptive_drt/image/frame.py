@@ -38,7 +38,7 @@ from ..numerics.gather import columns, place
 from ..numerics.vector import rms
 from ..scene.film import FILM_BORDER, Film
 from ..shading.filled_light import FIRST_RAYS
-from ..shading.sample_light import LIGHT_RAYS, NET_RAYS
+from ..shading.sample_light import NET_RAYS, rays_of_point
 from ..shading.sampled_occlusion import SAMPLING_ERROR_SHARE
 from ..shading.variation import STEP_KIND, steps_after_shutter
 from ..tracing.compile import Plan
@@ -295,7 +295,7 @@ class Frame:
 
     def unsettled_sampled(self, goal: Goal) -> Ints:
         """Sampled pixels of the region itself whose error is above the goal: ascending indices."""
-        least = first_limit(goal.error) if self.plan.samples_by_nets else goal.error
+        least = first_limit(goal.error) if self.plan.foresees_errors else goal.error
         wanted = self.sampled & self.inner() & ~self.settled & (self.error > least)
         index: Ints = wanted.nonzero()[0]
         return index
@@ -348,7 +348,7 @@ class Frame:
         tolerance = self.plan.settings.tolerance
         starred = self._multi_node_errors(index, MIN_GOAL * tolerance * float(np.abs(color).mean()))
         cut = (self.unknown & (self.visibility_key < 0))[index]
-        by_rays = self.sampling_errors(index) if self.plan.samples_by_nets else None
+        by_rays = self.sampling_errors(index) if self.plan.foresees_errors else None
         scale = self._error_scale[index]
         goal = make_goal(
             tolerance, color, self.error[index] * scale, starred * scale, cut, rest, motion, by_rays
@@ -550,22 +550,22 @@ class Frame:
         )  # fmt: skip
 
     def sampling_tasks(
-        self, rows: Ints, goal: Goal | None, size: int, by_nets: bool
+        self, rows: Ints, goal: Goal | None, size: int, foreseen: bool
     ) -> SamplingTasks:
         """Tasks of at most `size` pixels that sample the pixels `rows`.
 
         goal : error goal; a pixel's own limit grows with its present error, as the goal of a pixel
             of many cells does (`make_goal` counts on it). None: the first points only.
-        by_nets : whether by points of nets, whose limits grow with their number.
+        foreseen : whether `law` tells how errors end; limits then grow with the number of points.
         """
         parts = interleaved_parts(rows, size) if rows.size else []
-        return [(part, self._sampling_task(part, goal, by_nets)) for part in parts]
+        return [(part, self._sampling_task(part, goal, foreseen)) for part in parts]
 
-    def _sampling_task(self, part: Ints, goal: Goal | None, by_nets: bool) -> SamplingTask:
+    def _sampling_task(self, part: Ints, goal: Goal | None, foreseen: bool) -> SamplingTask:
         x, y, _ = self._pixel_centers(part)
         index = self._picture_numbers(x, y)
         limit, growth = np.full(part.size, np.inf), 0.0
-        if goal is not None and not by_nets:
+        if goal is not None and not foreseen:
             limit = sampled_limits(self.error[part], goal.error, self.plan.motion)
         elif goal is not None:
             limit[:], growth = first_limit(goal.error), LIMIT_GROWTH
@@ -574,7 +574,7 @@ class Frame:
         moves, agreeing = self.mask[1, part], known.agreeing[part]
         return SamplingTask(
             x, y, index, moves, self._candidates_of(part), limit, contrast, agreeing, growth,
-            self.law.spread if by_nets else 1.0,
+            self.law.spread if foreseen else 1.0,
         )  # fmt: skip
 
     def center_tasks(self, rows: Ints, limit: float, size: int) -> CenterTasks:
@@ -625,7 +625,7 @@ class Frame:
         unreached = np.zeros_like(self.sampled)
         if self.centers is not None:
             unreached = (self.centers.item >= 0) & ~self.centers.reached
-        together = (NET_RAYS if self.plan.samples_by_nets else LIGHT_RAYS) * self.plan.any_mesh
+        together = rays_of_point(self.plan) * self.plan.any_mesh
         self.first_points.compare_neighbours(
             self.usable_centers, unreached, self.mask[1], together, rms(self.color)
         )

@@ -28,17 +28,22 @@ from ..tracing.occluder_culling import Occluders, find_group_candidates
 from .direct_light import diffuse_brdf
 from .ratio_estimator import gather_light, unoccluded_factor
 
-__all__ = ["LIGHT_RAYS", "NET_RAYS", "LightSampler", "SampledLight", "SkyRays"]
+__all__ = ["LIGHT_RAYS", "NET_RAYS", "LightSampler", "SampledLight", "SkyRays", "rays_of_point"]
 
 
 LIGHT_RAYS = LATTICE_SIZE
 """Number of rays from each point to each light that may be hidden in part. A point costs as much as
 some ten rays."""
 NET_RAYS = 4
-"""The same where rays to the lights and places in the pixel are points of one net
-(`Plan.samples_by_nets`): a point before spheres or instances costs as much as some three rays."""
+"""The same before sets of spheres and instances (`Plan.foresees_errors`), where a point costs as
+much as some three rays."""
 LIGHT_STREAM = 41
 """Stream of the hashes that shift the sequence of the first light; each other one has the next."""
+
+
+def rays_of_point(plan: Plan) -> int:
+    """Number of rays from each point of a sampled pixel to each such light."""
+    return NET_RAYS if plan.foresees_errors else LIGHT_RAYS
 
 
 @dataclass(frozen=True)
@@ -212,7 +217,7 @@ class LightSampler:
     @property
     def rays(self) -> int:
         """Number of rays from each point."""
-        return LIGHT_RAYS if self.axes is None or not self.plan.samples_by_nets else NET_RAYS
+        return LIGHT_RAYS if self.axes is None else rays_of_point(self.plan)
 
     def _spots(self, pixel: Ints, index: Ints) -> tuple[Array, Array]:
         """Points on the light, two (m, rays), of points (m,) by pixel and number in it."""
@@ -221,7 +226,7 @@ class LightSampler:
             return hashed_kronecker_points(seed, pixel, stream, index * self.rays, self.rays)
         axes = (self.axes, self.axes + 1)
         net = net_points(seed, pixel, stream, index[:, None], axes)[..., 0]
-        if not self.plan.samples_by_nets:
+        if not self.plan.foresees_errors:
             return shifted_lattices(net)
         a, b = stratified_copies(net, self.rays)
         return a, b

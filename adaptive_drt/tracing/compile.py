@@ -162,7 +162,7 @@ class Plan:
         return inflation <= EMBREE_MAX_LIGHT_SIZE * float(radius.mean())
 
     @property
-    def samples_by_nets(self) -> bool:
+    def foresees_errors(self) -> bool:
         """Whether few rays leave each point of sampled pixels, and a law foresees their errors.
 
         It is so where nearly all pixels are sampled to many points: of sets of spheres, and of many
