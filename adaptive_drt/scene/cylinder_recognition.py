@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Recognition of polygon meshes that represent a solid cylinder or cone, as Blender builds them.
+"""Recognition of polygon meshes that represent a cylinder or cone, as Blender builds them.
 
 Two rings of m vertices, evenly spaced on two circles about an axis and at the same angles, joined
-by m quads; each ring is closed by a polygon or by a fan of triangles. Or one such ring, and an apex
-on its axis, joined by m triangles. Whether a mesh with these faces is meant as a cylinder or as a
-prism, its shading tells.
+by m quads; each ring is closed by a polygon or by a fan of triangles, or both are open. Or one such
+ring, and an apex on its axis, joined by m triangles. Whether a mesh with these faces is meant as a
+cylinder or as a prism, its shading tells.
 """
 
 from __future__ import annotations
@@ -36,6 +36,7 @@ class MeshCylinder:
 
     sides : number of its sides.  slot : the material slot of all its faces.
     end_radius : 0 for a cone; None: the same as at the start.
+    is_open : whether it is a tube without ends.
     """
 
     start: Vector
@@ -44,6 +45,7 @@ class MeshCylinder:
     sides: int
     slot: int = 0
     end_radius: float | None = None
+    is_open: bool = False
 
 
 def recognise_cylinder(
@@ -59,7 +61,7 @@ def recognise_cylinder(
     if pointed:
         # a fan at the apex, and a polygon or another fan
         count = int((sizes == 3).sum()) // (1 if (sizes > 3).any() else 2)
-    rest = (1, count) if pointed else (2, 2 * count)
+    rest = (1, count) if pointed else (0, 2, 2 * count)
     if count < FEWEST_SIDES or len(starts) - count not in rest:
         return None
     if np.ptp(slots) or not np.isfinite(points).all():
@@ -75,7 +77,10 @@ def recognise_cylinder(
             return None
         *rings, sides = cone
     else:
-        found = _rings(corners, starts, sizes, points.shape[1], count)
+        if len(starts) == count:
+            found = _open_rings(corners, points.shape[1], count)
+        else:
+            found = _rings(corners, starts, sizes, points.shape[1], count)
         if found is None:
             return None
         rings = [*found]
@@ -87,7 +92,7 @@ def recognise_cylinder(
     if not _joins_rings(edges, rings[1], angle, count):
         return None
     last = None if radii[0] == radii[1] else radii[1]
-    return MeshCylinder(start, end, radii[0], count, int(slots[0]), last)
+    return MeshCylinder(start, end, radii[0], count, int(slots[0]), last, len(starts) == count)
 
 
 def _ring_and_apex(
@@ -136,6 +141,35 @@ def _rings(
         return None
     apart = first.size == sides and last.size == sides and not np.isin(first, last).any()
     return (first, last) if apart else None
+
+
+def _open_rings(corners: IntArray, count: int, sides: int) -> tuple[IntArray, IntArray] | None:
+    """Return the vertices (m,) of both rings of a tube of quads without ends, or None."""
+    if count != 2 * sides:
+        return None
+    quads = corners.reshape(-1, SIDE_CORNERS)
+    edges = np.sort(np.stack([quads, np.roll(quads, -1, axis=1)]), axis=0).reshape(2, -1)
+    pairs, uses = np.unique(edges[0] * count + edges[1], return_counts=True)
+    # the edges between two sides join the rings, those of one side are along them
+    across = pairs[uses == 2]
+    one, other = across // count, across % count
+    if one.size != sides or np.unique(np.concatenate([one, other])).size != count:
+        return None
+    rims = pairs[uses == 1]
+    ends = np.concatenate([rims // count, rims % count])
+    if not np.array_equal(np.sort(ends), np.repeat(np.arange(count), 2)):
+        return None
+    # the two neighbours of each vertex along its ring
+    beside = np.roll(ends, rims.size)[np.argsort(ends, kind="stable")].reshape(count, 2)
+    ring, vertex = [-1, 0], 0
+    while len(ring) <= count and (len(ring) == 2 or vertex != 0):
+        low, high = beside[vertex].tolist()
+        vertex = high if low == ring[-2] else low
+        ring.append(vertex)
+    first = np.unique(np.array(ring[1:]))
+    last = np.setdiff1d(np.arange(count), first)
+    crossing = np.isin(one, first) != np.isin(other, first)
+    return (first, last) if first.size == sides and crossing.all() else None
 
 
 def _placed(

@@ -54,6 +54,7 @@ from .mesh import (
     turns,
     wears_several,
 )
+from .open_tubes import OpenTubes
 from .point_cloud import Cloud, cloud_of, colors_of, placed_points
 from .shading import CUSTOM_BALL, FLAT_FACETS, facets_left_out, is_round, shading_left_out
 from .shining import LIGHTS_NOTHING, MAX_SHINING_TRIANGLES, are_lights, shines, shining_lights
@@ -143,6 +144,7 @@ class _Export:
     layer : the view layer, by whose collections shapes are holdouts.
     spheres : which meshes in the form of a sphere are rendered as spheres: see `export_scene`.
     solids : closed meshes that shine, with their own shapes.
+    tubes : meshes in the form of tubes without ends.
     """
 
     opens: dict[Hashable, Matrix] | None = None
@@ -170,6 +172,7 @@ class _Export:
     layer: Any | None = None
     spheres: str = "AUTO"
     solids: list[tuple[ClosedSolid, Sequence[ShapeRecord]]] = field(default_factory=list)
+    tubes: OpenTubes = field(default_factory=OpenTubes)
 
     def called(self, instance: Any) -> str:
         """Return an instance's name, and keep whose it is."""
@@ -253,14 +256,23 @@ class _Export:
         return self.stretched[pointer]
 
     def add_copy(
-        self, form: MeshForm, worn: dict[int, Material], track: Track, instance: Any, name: str
+        self,
+        form: MeshForm,
+        worn: dict[int, Material],
+        track: Track,
+        instance: Any,
+        name: str,
+        tube: MeshCylinder | None = None,
     ) -> None:
-        """Take in a mesh where a track places it."""
+        """Take in a mesh where a track places it; tube : what it stands for where it can."""
         thing, instancer = instance.object, instancer_of(instance)
         seen, names = visibility_of(thing, instancer, self.layer), names_of(thing, instancer)
-        if any(any(each.emission) for each in worn.values()) and gives_light(thing, instancer):
+        shining = any(any(each.emission) for each in worn.values())
+        if shining and gives_light(thing, instancer):
             self.tell(name, LIGHTS_NOTHING)
         copies = Copies(form, worn, seen, names, [(track, name)])
+        if tube is not None and tube.is_open and not (shining or self.lit_around):
+            self.tubes.found.append((copies, tube))
         self.entries.append((copies, names))
         if (key := repetition_of(instance)) is not None:
             self.repeated[key] = copies
@@ -283,9 +295,11 @@ class _Export:
             self.tell(name, NOT_FINITE, missing=True)
         return True
 
-    def place(self) -> None:
+    def place(self, camera: Camera) -> None:
         """Make the shapes of all entries."""
         by_names = any(links != LightLinks() for links in self.links.values())
+        if not by_names:  # what hides a light may depend on the object
+            self.issues += self.tubes.settle(self.entries, camera)
         self.shapes, self.members = placed_shapes(self.entries, by_names, self.issues)
 
     def motions(self) -> Motions | None:
@@ -378,7 +392,7 @@ def export_scene(
     camera = _camera(depsgraph, camera_object, gathered)
     gathered.issues.extend(scene_issues(depsgraph))
     around = _Around.of(_shown_world(depsgraph), gathered)
-    _gather(depsgraph, gathered, draws_strokes)
+    _gather(depsgraph, gathered, draws_strokes, camera)
     world = around.enter(depsgraph, gathered)
     lens = camera_object.evaluated_get(depsgraph).data
     gathered.issues.extend(clipped(lens, camera, gathered.shapes, animated.clip(lens)))
@@ -463,7 +477,7 @@ def _shown_world(depsgraph: Any) -> Any | None:
     return (layer.world_override or depsgraph.scene_eval.world) if layer.use_sky else None
 
 
-def _gather(depsgraph: Any, gathered: _Export, draws_strokes: bool) -> None:
+def _gather(depsgraph: Any, gathered: _Export, draws_strokes: bool, camera: Camera) -> None:
     layer, objects = depsgraph.view_layer_eval, ObjectIssues()
     components = Components(layer, draws_strokes)
     gathered.straight_curves = are_straight(depsgraph.scene.original)
@@ -502,7 +516,7 @@ def _gather(depsgraph: Any, gathered: _Export, draws_strokes: bool) -> None:
             first = Entry(before, gathered.entries[before][0], known.form)
             balls.start(number, instance, key, first, moves)
     gathered.issues.extend(balls.finish(gathered.entries, PASSING))
-    gathered.place()
+    gathered.place(camera)
     gathered.issues.extend(objects)
 
 
@@ -592,7 +606,7 @@ def _gather_faces(instance: Any, name: str, gathered: _Export) -> None:
         if vanishes(form, track):
             gathered.tell(name, NO_SCALE, missing=True)
         else:
-            gathered.add_copy(form, worn, track, instance, name)
+            gathered.add_copy(form, worn, track, instance, name, known.cylinder)
         return
     found = shapes_of(form, track, worn, name, gathered.issues)
     gathered.add_shapes(found, instance, name, closed)
@@ -606,7 +620,9 @@ def _tube(
     Under a world that lights from all sides it does not: cylinders take longer there than meshes.
     """
     tube = known.cylinder
-    if tube is None or gathered.lit_around or not stays_cylinder(tube, matrix_of(instance)):
+    if tube is None or tube.is_open or gathered.lit_around:
+        return form
+    if not stays_cylinder(tube, matrix_of(instance)):
         return form
     gathered.tell(name, *facets_left_out(tube))
     return tube

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import importlib
+import itertools
 import math
 
 import bmesh
@@ -146,3 +147,75 @@ def test_balls_and_bonds_render(export, core):
     )
     table = plan.make_plan(scene, settings.Settings(threads=1)).shapes
     assert table.count == 3
+
+
+def opened(name, start, end, radius=0.1):
+    """A smooth tube without ends along z, as the menu's cylinder of fill type Nothing is."""
+    thing = things.made(
+        name,
+        lambda b: bmesh.ops.create_cone(
+            b, cap_ends=False, segments=32, radius1=radius, radius2=radius, depth=end - start
+        ),
+    )
+    thing.location = (0.0, 0.0, (start + end) / 2.0)
+    thing.data.shade_smooth()
+    return thing
+
+
+def atoms_and_bond(*cuts):
+    """Balls at -1 and 1, and open tubes from one to the other, cut at some places."""
+    things.light("POINT", energy=100.0).location = (0.0, 0.0, 9.0)
+    for z in (-1.0, 1.0):
+        things.uv_sphere(f"Atom {z}", radius=0.5).location = (0.0, 0.0, z)
+    places = (-1.0, *cuts, 1.0)
+    return [opened(f"Bond {k}", *ends) for k, ends in enumerate(itertools.pairwise(places))]
+
+
+def cylinders(export, core):
+    return [shape for shape in export().shapes if isinstance(shape, core.Cylinder)]
+
+
+@pytest.mark.parametrize("cuts", [(), (0.1,), (-0.2, 0.3)])
+def test_open_tubes_between_balls_are_cylinders(export, core, cuts):
+    atoms_and_bond(*cuts)
+    found = cylinders(export, core)
+    assert len(found) == 1 + len(cuts)
+    assert {shape.name for shape in found} == {f"Bond {k}" for k in range(1 + len(cuts))}
+
+
+@pytest.mark.parametrize(
+    "change", ["short", "thick", "hidden ball", "camera inside", "moves", "shines", "linked", "sky"]
+)
+def test_other_open_tubes_keep_their_faces(export, core, change):
+    (bond,) = atoms_and_bond()
+    atom = bpy.data.objects["Atom 1.0"]
+    if change == "short":
+        bond.location.z -= 0.6
+    if change == "thick":
+        bond.scale = (6.0, 6.0, 1.0)
+    if change == "hidden ball":
+        atom.visible_shadow = False
+    if change == "camera inside":
+        bpy.context.scene.camera.location = (0.3, 0.0, 1.0)
+    if change == "moves":
+        bpy.context.scene.render.use_motion_blur = True
+        for frame in (0, 2):
+            atom.location.x = 0.1 * frame
+            atom.keyframe_insert("location", frame=frame)
+        bpy.context.scene.frame_set(1)
+    if change == "shines":
+        bond.data.materials.append(things.material("Glow", "ShaderNodeEmission", Strength=2.0))
+    if change == "linked":
+        lamp = next(thing for thing in bpy.data.objects if thing.type == "LIGHT")
+        lit = lamp.light_linking.receiver_collection = bpy.data.collections.new("Lit")
+        lit.objects.link(bond)
+    if change == "sky":
+        world = bpy.context.scene.world = bpy.data.worlds.new("Grey")
+        world.use_nodes = True
+    assert not cylinders(export, core)
+
+
+def test_a_chain_of_open_tubes_that_ends_outside_keeps_its_faces(export, core):
+    atoms_and_bond(0.1)
+    bpy.data.objects["Atom 1.0"].location.x = 3.0
+    assert not cylinders(export, core)

@@ -47,6 +47,45 @@ def test_primitives_are_cylinders(sides, fans):
     np.testing.assert_allclose(ends[0], points[:, :sides].mean(axis=1), atol=1e-6)
 
 
+@pytest.mark.parametrize("taper", [0.8, 1.0, 1.3])
+@pytest.mark.parametrize("sides", [FEWEST_SIDES, 33])
+def test_two_rings_without_ends_are_open_tubes(sides, taper):
+    points, faces = cylinder(sides, radius=0.3, length=1.7, taper=taper)
+    assert not recognised(points, faces).is_open
+    rng = np.random.default_rng(sides)
+    order = rng.permutation(points.shape[1])
+    place = np.argsort(order)
+    mixed = [np.roll(place[list(face)], rng.integers(4)) for face in faces[:sides]]
+    found = recognised(points[:, order], [mixed[k] for k in rng.permutation(sides)])
+    assert found.is_open and found.sides == sides
+    assert sorted([found.radius, found.end_radius or found.radius]) == pytest.approx(
+        sorted([0.3, 0.3 * taper]), rel=1e-5
+    )
+    ends = sorted([found.start, found.end])
+    middles = [points[:, :sides].mean(axis=1), points[:, sides:].mean(axis=1)]
+    np.testing.assert_allclose(ends, sorted(map(tuple, middles)), atol=1e-6)
+
+
+@pytest.mark.parametrize("kind", ["gap", "two", "twisted", "moebius"])
+def test_other_strips_of_quads_are_none(kind):
+    points, faces = cylinder(24)
+    faces = faces[:24]
+    if kind == "gap":
+        faces = faces[:-1]
+    if kind == "two":
+        # two tubes of half as many sides
+        own, tube = cylinder(12)
+        points = np.concatenate([own, own + 5.0], axis=1)
+        faces = [*tube[:12], *(tuple(24 + k for k in face) for face in tube[:12])]
+    if kind == "twisted":
+        turn = np.roll(np.arange(24), -1)
+        faces = [(a, b, 24 + turn[c - 24], 24 + turn[d - 24]) for a, b, c, d in faces]
+    if kind == "moebius":
+        a, b, c, d = faces[-1]
+        faces[-1] = (a, c, b, d)
+    assert recognised(points, faces) is None
+
+
 @pytest.mark.parametrize("fans", [False, True])
 @pytest.mark.parametrize("taper", [0.05, 0.8, 1.3])
 def test_rings_of_two_sizes_are_truncated_cones(fans, taper):

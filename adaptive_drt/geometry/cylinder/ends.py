@@ -27,7 +27,7 @@ from ...scene.description import (
 )
 from ...scene.sphere_batch import Spheres
 
-__all__ = ["with_ends"]
+__all__ = ["hidden_ends", "with_ends"]
 
 
 CONTINUATION_TOLERANCE = 2.0**-20
@@ -67,12 +67,35 @@ def with_ends(records: Sequence[ShapeRecord], camera: tuple[Array, Array]) -> li
     solids = [each for each in records if isinstance(each, Cylinder)]
     if not solids:
         return list(records)
-    manners: dict[tuple[Motion | None, Visibility], int] = {}
-    ends = _ends(solids, manners)
-    hidden = _continued(ends) | _in_balls(ends, *_balls(records, manners), *camera)
+    ends, hidden = _judged_ends(solids, records, camera)
     # a cone has one end alone
     disks = [_disk(ends, solids, k) for k in np.flatnonzero(~hidden & (ends.radius > 0.0))]
     return [*records, *disks]
+
+
+def hidden_ends(
+    solids: Sequence[Cylinder], records: Sequence[ShapeRecord], camera: tuple[Array, Array]
+) -> Mask:
+    """Whether nothing outside of balls and of other solids sees or meets the ends (2, n) of solids.
+
+    A tube whose two ends are hidden is the same to everything outside with and without them.
+
+    Parameters
+    ----------
+    records : all other shapes.  camera : see `with_ends`.
+    """
+    ends, hidden = _judged_ends(solids, records, camera)
+    found: Mask = (hidden | (ends.radius == 0.0)).reshape(2, -1)
+    return found
+
+
+def _judged_ends(
+    solids: Sequence[Cylinder], records: Sequence[ShapeRecord], camera: tuple[Array, Array]
+) -> tuple[_Ends, Mask]:
+    """The ends of solids, and whether each is hidden."""
+    manners: dict[tuple[Motion | None, Visibility], int] = {}
+    ends = _ends(solids, manners)
+    return ends, _continued(ends) | _in_balls(ends, *_balls(records, manners), *camera)
 
 
 def _ends(
