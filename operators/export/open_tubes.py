@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Tubes without ends: those whose ends lie within balls are rendered as cylinders.
+"""Tubes without ends: those whose ends lie within balls or ellipsoids are rendered as cylinders.
 
-The two ends of such a tube are discs that nothing outside of the balls sees and that no light
-passes, as nothing sees or passes the parts of opaque balls around them. So the tube, the balls and
+The two ends of such a tube are discs that nothing outside of these sees and that no light
+passes, as nothing sees or passes what of opaque balls is around them. So the tube, the balls and
 all else look the same with and without ends. All other tubes show their inner sides, and are
 rendered with their faces.
 """

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The flat ends of cylinders and truncated cones: ellipses, without those that nothing can see.
 
-An end that lies within an opaque ball, as those of bonds lie within atoms, is seen from nowhere
-outside the ball, and hides from there nothing that the ball does not hide. Where two cylinders of
+An end that lies within an opaque ball or ellipsoid, as those of bonds lie in atoms, is seen from
+nowhere outside of that, and hides from there nothing that it does not hide. Where two cylinders of
 one radius are continued by each other, the ends between them are inside what both fill.
 """
 
@@ -18,14 +18,11 @@ from ...scene.description import (
     Cylinder,
     Ellipse,
     Motion,
-    ShapeBatch,
     ShapeRecord,
-    Sphere,
-    Vector,
     Visibility,
     vector_of,
 )
-from ...scene.sphere_batch import Spheres
+from .opaque_balls import OpaqueBalls, opaque_balls
 
 __all__ = ["hidden_ends", "with_ends"]
 
@@ -95,7 +92,7 @@ def _judged_ends(
     """The ends of solids, and whether each is hidden."""
     manners: dict[tuple[Motion | None, Visibility], int] = {}
     ends = _ends(solids, manners)
-    return ends, _continued(ends) | _in_balls(ends, *_balls(records, manners), *camera)
+    return ends, _continued(ends) | _in_balls(ends, opaque_balls(records, manners), *camera)
 
 
 def _ends(
@@ -119,39 +116,6 @@ def _ends(
     )
 
 
-def _balls(
-    records: Sequence[ShapeRecord], manners: dict[tuple[Motion | None, Visibility], int]
-) -> tuple[Array, Array, Ints, Array]:
-    """Centres (3, k), radii (k,), manners (k,) and displacements (3, k) of opaque balls.
-
-    Those that move or are met unlike all cylinders are left out.
-    """
-    center, radius, manner, moved = (
-        [np.zeros((3, 0))],
-        [np.zeros(0)],
-        [np.zeros(0, dtype=np.int64)],
-        [np.zeros((3, 0))],
-    )
-    for each in records:
-        if not isinstance(each, Sphere | Spheres) or (each.motion, each.visibility) not in manners:
-            continue
-        if isinstance(each, ShapeBatch) and each.displacements() is not None:
-            continue
-        place = np.asarray(each.center, dtype=np.float64).reshape(3, -1)
-        count = place.shape[1]
-        center.append(place)
-        radius.append(np.broadcast_to(np.asarray(each.radius, dtype=np.float64), count))
-        manner.append(np.full(count, manners[each.motion, each.visibility]))
-        way: Vector = (0.0, 0.0, 0.0) if each.motion is None else each.motion.displacement
-        moved.append(np.repeat(np.reshape(np.array(way, dtype=np.float64), (3, 1)), count, axis=1))
-    return (
-        np.concatenate(center, axis=1),
-        np.concatenate(radius),
-        np.concatenate(manner),
-        np.concatenate(moved, axis=1),
-    )
-
-
 def _continued(ends: _Ends) -> Mask:
     """Whether each end (n,) is that of another cylinder as well, on the other side of its plane."""
     found = np.zeros(ends.radius.size, dtype=np.bool_)
@@ -166,35 +130,16 @@ def _continued(ends: _Ends) -> Mask:
     return found
 
 
-def _in_balls(
-    ends: _Ends, center: Array, radius: Array, manner: Ints, moved: Array, eye: Array, drift: Array
-) -> Mask:
-    """Whether each end (n,) lies within a ball that the camera is not in."""
+def _in_balls(ends: _Ends, balls: OpaqueBalls, eye: Array, drift: Array) -> Mask:
+    """Whether each end (n,) lies within a ball or an ellipsoid that the camera is not in."""
     found = np.zeros(ends.radius.size, dtype=np.bool_)
-    if not radius.size:
-        return found
-    outside = _are_outside(center, radius, moved, eye, drift)
-    center, radius, manner = center[:, outside], radius[outside], manner[outside]
-    largest = np.full(ends.radius.size, radius.max(initial=0.0))
-    for end, ball in _pairs_within(ends.center, center, largest):
-        gap = ends.center[:, end] - center[:, ball]
-        height = (gap * ends.normal[:, end]).sum(axis=0)
-        aside = gap - height * ends.normal[:, end]
-        # the point of the rim that is farthest from the ball's centre
-        rim = np.hypot(height, np.sqrt((aside * aside).sum(axis=0)) + ends.radius[end])
-        within = (rim < radius[ball]) & (ends.manner[end] == manner[ball])
+    balls = balls.chosen(balls.are_outside(eye, drift))
+    largest = np.full(ends.radius.size, balls.reach.max(initial=0.0))
+    for end, ball in _pairs_within(ends.center, balls.center, largest):
+        disk = ends.center[:, end], ends.normal[:, end], ends.radius[end]
+        within = balls.hold(ball, *disk) & (ends.manner[end] == balls.manner[ball])
         found[end[within]] = True
     return found
-
-
-def _are_outside(center: Array, radius: Array, moved: Array, eye: Array, drift: Array) -> Mask:
-    """Whether the camera is outside of balls (k,) during the whole shutter."""
-    start, way = center - eye[:, None], moved - drift[:, None]
-    square = np.maximum((way * way).sum(axis=0), np.finfo(np.float64).tiny)
-    time = np.clip(-(start * way).sum(axis=0) / square, -0.5, 0.5)
-    nearest = start + time * way
-    outside: Mask = np.sqrt((nearest * nearest).sum(axis=0)) > radius
-    return outside
 
 
 def _pairs_within(center: Array, others: Array, near: Array) -> list[tuple[Ints, Ints]]:
