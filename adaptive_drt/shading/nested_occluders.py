@@ -128,9 +128,14 @@ def _nested_cones(axis: Array, sine: Array, cosine: Array, others: Ints | None =
     if others is not None:
         column = np.arange(sine.shape[1])
         outer, size, long_ = axis[:, others, column], sine[others, column], cosine[others, column]
-    turn = size[None] * cosine[:, None] - long_[None] * sine[:, None]
-    even = long_[None] * cosine[:, None] + size[None] * sine[:, None]
-    gap = axis[:, :, None] - outer[:, None]
-    within: Mask = np.sqrt(dot(gap, gap)) + ROUNDING_ANGLE <= turn * np.sqrt(2.0 / (1.0 + even))
-    some: Mask = within.any(axis=1)
-    return some
+    # thousands of cones of one point: all their pairs at once would take gigabytes
+    step, found = max(1, BATCH_PAIRS // size.size), []
+    for first in range(0, len(sine), step):
+        rows = slice(first, first + step)
+        inner, small, far = axis[:, rows, None], sine[rows, None], cosine[rows, None]
+        turn = size[None] * far - long_[None] * small
+        even = long_[None] * far + size[None] * small
+        gap = inner - outer[:, None]
+        within = np.sqrt(dot(gap, gap)) + ROUNDING_ANGLE <= turn * np.sqrt(2.0 / (1.0 + even))
+        found.append(within.any(axis=1))
+    return np.concatenate(found)

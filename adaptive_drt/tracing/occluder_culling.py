@@ -69,6 +69,8 @@ MANY_PAIRS = 0.9
 FLAGS_PER_PAIR = 64
 """Largest ratio of possible pairs and pairs found at which these are sorted by a table of flags, of
 all possible pairs, and not by comparisons."""
+MOST_FLAGS = 1 << 27
+"""Largest number of flags (bytes) of such a table: it bounds memory."""
 
 
 class Occluders:
@@ -477,7 +479,7 @@ def merge_pairs(parts: list[Pairs], points: int, objects: int) -> Pairs:
     """The union of lists of pairs, each pair once, sorted by point and then by object."""
     pixel = np.concatenate([part.pixel for part in parts])
     key = pixel * objects + np.concatenate([part.item for part in parts])
-    if points * objects > FLAGS_PER_PAIR * key.size:
+    if points * objects > min(FLAGS_PER_PAIR * key.size, MOST_FLAGS):
         return Pairs(*np.divmod(np.unique(key), objects))
     found = np.zeros(points * objects, dtype=np.bool_)
     found[key] = True

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import tracemalloc
+
 import mpmath
 import numpy as np
 import pytest
@@ -136,3 +138,23 @@ def test_the_largest_first_or_all_at_once(monkeypatch, seed):
     assert np.array_equal(quick, hidden(heap, points))
     print(f"{quick.mean():.2f} hidden")
     assert 0.05 < quick.mean() < 0.99
+
+
+def test_thousands_before_one_light_are_compared_in_little_memory(monkeypatch):
+    """All pairs of 1,500 outlines at once took 500 MB; the answer is that of all at once."""
+    seed = 20261201
+    print("seed", seed)
+    rng = np.random.default_rng(seed)
+    heap = [
+        ball(*(p * rng.uniform(2.0, 9.0) / np.linalg.norm(p)), radius=rng.uniform(0.01, 0.2))
+        for p in rng.normal(size=(1_500, 3)) * 0.4 + np.array([0.0, 0.0, 1.0])
+    ]
+    tracemalloc.start()
+    found = hidden(heap)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    print(f"{peak / 1e6:.0f} MB, {found.mean():.2f} hidden")
+    assert 0.05 < found.mean() < 0.95
+    assert peak < 40e6
+    monkeypatch.setattr(nested_module, "BATCH_PAIRS", 1 << 22)
+    assert np.array_equal(found, hidden(heap))

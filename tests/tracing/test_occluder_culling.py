@@ -21,9 +21,10 @@ from adaptive_drt.scene.description import (
 )
 from adaptive_drt.scene.settings import Settings
 from adaptive_drt.scene.sphere_batch import Spheres
+from adaptive_drt.tracing import occluder_culling as culling_module
 from adaptive_drt.tracing.compile import make_plan
-from adaptive_drt.tracing.intersect import Surface
-from adaptive_drt.tracing.occluder_culling import Occluders
+from adaptive_drt.tracing.intersect import Pairs, Surface
+from adaptive_drt.tracing.occluder_culling import Occluders, merge_pairs
 from mesh_shapes import bumpy_mesh
 from plain_hits import oracle_depth
 from random_scenes import look_at
@@ -165,3 +166,16 @@ def test_very_many_objects_are_found_in_groups_without_proxies():
     assert ours.item.size > 200
     np.testing.assert_array_equal(ours.pixel, theirs.pixel)
     np.testing.assert_array_equal(ours.item, theirs.item)
+
+
+@pytest.mark.parametrize("most", [0, 1 << 30])
+def test_lists_of_pairs_are_merged_by_flags_or_comparisons(monkeypatch, most):
+    """Flags of all possible pairs are only used while they are few: they are memory."""
+    monkeypatch.setattr(culling_module, "MOST_FLAGS", most)
+    rng = np.random.default_rng(most + 5)
+    points, objects = 40, 30
+    lists = [(rng.integers(points, size=200), rng.integers(objects, size=200)) for _ in range(3)]
+    merged = merge_pairs([Pairs(*each) for each in lists], points, objects)
+    wanted = {tuple(pair) for each in lists for pair in np.transpose(each).tolist()}
+    found = np.transpose([merged.pixel, merged.item]).tolist()
+    assert found == sorted(map(list, wanted))
