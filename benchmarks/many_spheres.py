@@ -39,6 +39,7 @@ from adaptive_drt.scene.description import (
     SkyLight,
     Sphere,
 )
+from adaptive_drt.scene.film import Film
 from adaptive_drt.scene.settings import Settings
 
 RADIUS, GAP = 0.5, 0.62
@@ -189,13 +190,12 @@ def time_to(error: float, rungs: list[tuple[int, float, float]]) -> tuple[float,
     return t1 * (error / e1) ** slope, error < rungs[-1][2]
 
 
-def measure(
-    kind: str, count: int, size: tuple[int, int], light: str, tolerances: list[float]
-) -> tuple[list[str], str]:
-    """Rows of the table for one scene, and Mitsuba's version."""
-    scene = make_scene(kind, count, size, light)
+def beside(scene: Scene, tolerances: list[float]) -> tuple[list[tuple[Film, list[str]]], str]:
+    """For each tolerance our film and cells of a table: seconds, the error, Mitsuba's seconds, and
+    how many times ours they are; and Mitsuba's version.
+    """
     peer = Mitsuba(scene)
-    pixels = size[0] * size[1]
+    pixels = math.prod(scene.camera.resolution)
     best = max(each for each in (*LADDER, REFERENCE) if each * pixels <= MOST_REFERENCE)
     parts = [peer.render(best, 100 + k)[0] for k in range(REFERENCES)]
     truth = np.mean(parts, axis=0)
@@ -211,8 +211,8 @@ def measure(
         peer.render(samples, 1)  # compiles
         picture, seconds = peer.render(samples, 2)
         rungs.append((samples, seconds, math.sqrt(max(error_of(picture), noise))))
-    render_image(make_scene(kind, 8, (16, 12)), Settings(threads=1))
-    rows = []
+    render_image(make_scene("packed", 8, (16, 12)), Settings(threads=1))
+    found = []
     for tolerance in tolerances:
         start = time.process_time()
         film = render_image(scene, Settings(tolerance=tolerance, threads=1))
@@ -220,13 +220,25 @@ def measure(
         off, floor = error_of(film.color), LEAST_KNOWN**2 * noise
         error = f"{math.sqrt(off):.1e}" if off > floor else f"< {math.sqrt(noise):.1e}"
         theirs, beyond = time_to(tolerance, rungs)
+        far = f"{theirs:.2f}{'*' if beyond else ''}"
+        found.append((film, [f"{seconds:.1f}", error, far, f"{theirs / seconds:.2f}"]))
+    return found, peer.version
+
+
+def measure(
+    kind: str, count: int, size: tuple[int, int], light: str, tolerances: list[float]
+) -> tuple[list[str], str]:
+    """Rows of the table for one scene, and Mitsuba's version."""
+    rows = []
+    found, version = beside(make_scene(kind, count, size, light), tolerances)
+    for tolerance, (film, (seconds, error, theirs, faster)) in zip(tolerances, found, strict=True):
+        sampled = film.stats["sampled_pixels"] / (size[0] * size[1])
         rows.append(
             f"| {count:,} {kind} | {light} | {size[0]} x {size[1]} | {tolerance:g} | "
-            f"{seconds:.1f} | {error} | {film.stats['sampled_pixels'] / (size[0] * size[1]):.2f} | "
-            f"{theirs:.2f}{'*' if beyond else ''} | {theirs / seconds:.2f} |"
+            f"{seconds} | {error} | {sampled:.2f} | {theirs} | {faster} |"
         )
         print(rows[-1], flush=True)
-    return rows, peer.version
+    return rows, version
 
 
 def main() -> None:

@@ -24,7 +24,7 @@ import numpy as np
 from bench_ladder import climb, parse
 from bench_scenes import bench_scene
 
-from adaptive_drt.scene.description import Quad, QuadLight, Scene
+from adaptive_drt.scene.description import Cylinder, Ellipsoid, Quad, QuadLight, Scene
 
 __all__ = ["render_mitsuba"]
 
@@ -109,7 +109,28 @@ def _placed(mi: Any, thing: Any) -> dict[str, Any]:
         matrix = np.eye(4)
         matrix[:3] = np.stack([u, v, n / np.linalg.norm(n), center], axis=1)
         return {"type": "rectangle", "to_world": mi.ScalarTransform4f(matrix)}
+    if isinstance(thing, Cylinder):  # without ends
+        ends = {"p0": list(thing.start), "p1": list(thing.end)}
+        return {"type": "cylinder", "radius": thing.radius, **ends}
+    if isinstance(thing, Ellipsoid):
+        return _ellipsoid(mi, thing)
     return {"type": "sphere", "center": list(thing.center), "radius": thing.radius}
+
+
+def _ellipsoid(mi: Any, thing: Ellipsoid) -> dict[str, Any]:
+    """Mitsuba's ellipsoids have half axes along the axes of a frame, which a quaternion turns."""
+    frame, size, _ = np.linalg.svd(np.array([thing.half_u, thing.half_v, thing.half_w]).T)
+    frame *= np.linalg.det(frame)
+    # the eigenvector to the eigenvalue 3 (Bar-Itzhack, J. Guidance, Control, Dynamics 23, 2000)
+    skew = frame - frame.T
+    k = np.empty((4, 4))
+    k[:3, :3] = frame + frame.T - np.trace(frame) * np.eye(3)
+    k[3, :3] = k[:3, 3] = skew[2, 1], skew[0, 2], skew[1, 0]
+    k[3, 3] = np.trace(frame)
+    quaternion = np.linalg.eigh(k)[1][:, -1]
+    rows = {"centers": thing.center, "scales": size, "quaternions": quaternion}
+    arrays = {name: mi.TensorXf(np.array([row])) for name, row in rows.items()}
+    return {"type": "ellipsoids", "extent": 1.0, **arrays}
 
 
 def _camera(mi: Any, camera: Any) -> dict[str, Any]:

@@ -219,3 +219,19 @@ def test_a_chain_of_open_tubes_that_ends_outside_keeps_its_faces(export, core):
     atoms_and_bond(0.1)
     bpy.data.objects["Atom 1.0"].location.x = 3.0
     assert not cylinders(export, core)
+
+
+@pytest.mark.parametrize("taper", [1.0, 0.5])
+def test_a_straight_curve_with_a_round_bevel_is_a_cylinder(export, core, taper):
+    """Two points, no caps, and its ends within balls: the mesh that Blender makes is a tube."""
+    curve = bpy.data.curves.new("Bond", "CURVE")
+    curve.dimensions, curve.bevel_depth, curve.bevel_resolution = "3D", 0.1, 6
+    spline = curve.splines.new("POLY")
+    spline.points.add(1)
+    for point, z in zip(spline.points, (-1.0, 1.0), strict=True):
+        point.co = (0.0, 0.0, z, 1.0)
+    spline.points[1].radius = taper
+    things.link(bpy.data.objects.new("Bond", curve))
+    bpy.data.objects.remove(atoms_and_bond()[0])
+    (found,) = cylinders(export, core)
+    assert sorted(found.radii) == pytest.approx([0.1 * taper, 0.1], rel=1e-5)

@@ -3,10 +3,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from adaptive_drt.scene.description import (
     Cylinder,
+    Ellipsoid,
     Material,
     Motion,
     Quad,
@@ -57,6 +60,20 @@ def stick_scene(seed, light="quad", moving=False, resolution=(60, 45), tapers=Fa
     eye *= 6.0 / np.linalg.norm(eye)
     camera = look_at(vector_of(eye), (0.0, 0.0, 0.8), resolution=resolution, focal_length=60.0)
     return Scene(camera, tuple(shapes), (LIGHTS[light],), (0.05, 0.06, 0.08))
+
+
+def solid_scene(seed, resolution=(12, 12)):
+    """The same with two ellipsoids: the lights in turn, every second scene with a stick that moves,
+    every second pair of scenes with cones for sticks.
+    """
+    rng, light = np.random.default_rng(10_000 + seed), tuple(LIGHTS)[seed % len(LIGHTS)]
+    scene = stick_scene(seed, light, seed % 2 == 1, resolution, tapers=bool(seed // 2 % 2))
+    shapes = list(scene.shapes)
+    for k in (1, 2):
+        ball = shapes[k]
+        axes = np.linalg.qr(rng.normal(size=(3, 3)))[0] * ball.radius * rng.uniform(0.5, 1.6, 3)
+        shapes[k] = Ellipsoid(ball.center, *(vector_of(each) for each in axes.T), ball.material)
+    return replace(scene, shapes=tuple(shapes))
 
 
 def _material(rng):

@@ -6,7 +6,7 @@ import pytest
 
 from adaptive_drt.render import render_image
 from adaptive_drt.scene.settings import Settings
-from stick_scenes import LIGHTS, plain_mask, plain_picture, stick_scene
+from stick_scenes import LIGHTS, plain_mask, plain_picture, solid_scene, stick_scene
 
 FEW = {"method": "RAYS", "light_rays": 2, "time_rays": 2, "pixel_rays": 2, "threads": 1}
 
@@ -54,3 +54,20 @@ def test_pictures_keep_their_tolerance(light, moving, tapers):
     for seed in range(4):
         error, noise, stated = off(seed, light, 0.01, 256, moving, tapers)
         assert error < 0.01 + 2.0 * noise and stated < 0.01
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(12))
+def test_all_shapes_of_degree_two_keep_their_tolerance(seed):
+    """Balls, ellipsoids, cylinders, cones; every second scene moves; the truth's noise is known."""
+    pytest.importorskip("numba")
+    from oracle.dense import dense_picture
+
+    scene = solid_scene(seed)
+    truth, error = dense_picture(scene, 3e-4, seed, most=4e7)
+    mean, noise = truth.mean(), (error**2).mean()
+    for tolerance in (0.01, 0.001):
+        color = render_image(scene, Settings(threads=1, tolerance=tolerance)).color
+        square = ((color - truth) ** 2).mean() - noise
+        print(seed, tolerance, np.sqrt(max(square, 0.0)) / mean, np.sqrt(noise) / mean)
+        assert np.sqrt(max(square, 0.0)) < (tolerance + np.sqrt(noise) / mean) * mean
