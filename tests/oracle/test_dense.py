@@ -12,7 +12,7 @@ from adaptive_drt.scene.description import Ellipsoid, Quad, Sphere
 from stick_scenes import LIGHTS, plain_picture, stick_scene
 
 pytest.importorskip("numba")
-from .dense import dense_picture  # noqa: E402
+from .dense import dense_picture
 
 
 @pytest.mark.parametrize("light", LIGHTS)
