@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from ..geometry.axial_profile import AxialProfile
 from ..geometry.camera import PinholeCamera, make_pinhole_camera
 from ..geometry.embree_library import native_version
-from ..geometry.registry import SHAPES, faces_of, kind_of
+from ..geometry.registry import SHAPES, faces_of, kind_of, meshes_of_thin_faces
 from ..geometry.shape_table import ShapeTable
 from ..lights.emitter import Emitter, LightMotion
 from ..lights.environment_map import EnvironmentMap, make_environment_map
@@ -86,6 +86,8 @@ class Plan:
     holdout : (objects,) bool, which objects have no coverage, and are black; None if none has.
     traced : (objects,) bool, the spheres that rays are traced against as one set where light is
         sampled: see `sphere_rays`; None if there are none.
+    faces_in_meshes : number of flat faces that are rendered as meshes: see
+        `geometry.polygon.thin_faces`.
     stop : set to cancel the render: loops over chunks of work call `raise_if_cancelled` before
         each chunk.
     """
@@ -113,6 +115,7 @@ class Plan:
     seen: NDArray[np.bool_] | None = None
     holdout: NDArray[np.bool_] | None = None
     traced: NDArray[np.bool_] | None = None
+    faces_in_meshes: int = 0
     stop: threading.Event = field(default_factory=threading.Event)
 
     def __getstate__(self) -> dict[str, Any]:
@@ -200,6 +203,7 @@ class Plan:
             "accelerator": sorted(
                 {"EMBREE" if self.uses_embree(light) else "ARRAYS" for light in self.lights}
             ),
+            "faces_in_meshes": self.faces_in_meshes,
             "sphere_rays": native_version() if self.traced is not None else "none",
             "threads": self.threads,
         }
@@ -224,7 +228,9 @@ def make_plan(scene: Scene, settings: Settings, reduced: bool = False) -> Plan:
     skipped: list[dict[str, str]] = []
     distinct = _without_duplicates(_timed(scene.shapes, moving), skipped)
     distinct = faces_of(distinct, (make_pinhole_camera(scene.camera).origin, drift))
-    return _telling(_make_plan(scene, distinct, settings, reduced), skipped)
+    distinct, count = meshes_of_thin_faces(distinct, settings)
+    plan = replace(_make_plan(scene, distinct, settings, reduced), faces_in_meshes=count)
+    return _telling(plan, skipped)
 
 
 def _make_plan(
