@@ -250,7 +250,7 @@ def _trace_pixels(
     item, filled = center.item, None
     if sampled.any():
         filled = _sample_filled_pixels(plan, occluders, (x, y), center, flags, sampled)
-        candidates = _with_filled_pixels(center, flags, sampled, candidates)
+        candidates = _sampled_candidates(plan, occluders, center, flags, sampled, candidates)
         visibility_key[sampled] = NO_KEY
         item = np.where(sampled, SAMPLED_ITEM, item)
     return FirstPassPixels(
@@ -323,15 +323,27 @@ def _sample_filled_pixels(
     return FilledPixels(rows, center.item[rows], light, reached)
 
 
-def _with_filled_pixels(
-    center: CenterRays, flags: DetectionFlags, sampled: Mask, candidates: Pairs
+def _sampled_candidates(
+    plan: Plan,
+    occluders: Occluders,
+    center: CenterRays,
+    flags: DetectionFlags,
+    sampled: Mask,
+    candidates: Pairs,
 ) -> Pairs:
-    """Candidates, with those of the sampled pixels that one object fills; sorted by pixel."""
+    """Candidates, with those of the sampled pixels that one object fills, and without those that
+    rays find; sorted by pixel.
+    """
     filled = (sampled & ~flags.silhouette & (center.item >= 0)).nonzero()[0]
-    pixel = np.concatenate([candidates.pixel, filled])
-    item = np.concatenate([candidates.item, center.item[filled]])
-    order = np.argsort(pixel, kind="stable")
-    return Pairs(pixel[order], item[order])
+    found = Pairs(
+        np.concatenate([candidates.pixel, filled]),
+        np.concatenate([candidates.item, center.item[filled]]),
+    )
+    tracer = occluders.tracer
+    if tracer is not None and plan.seen is None and not plan.shapes.sampled.any():
+        # of a million balls, lists of those that a pixel may show take more memory than the picture
+        found = found.take(~(sampled[found.pixel] & tracer.traced[found.item]))
+    return found.take(np.argsort(found.pixel, kind="stable"))
 
 
 def _visibility_keys(

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from adaptive_drt.geometry.embree_library import native_library
 from adaptive_drt.image.chebyshev_blocks import SIDES, PixelBlocks, coarse_plan
 from adaptive_drt.image.first_pass import trace_first_pass
 from adaptive_drt.scene.description import PointLight, Sphere
@@ -18,6 +19,7 @@ from adaptive_drt.tracing.occluder_culling import Occluders
 from detected import in_order, seen
 from plain_hits import blocked
 from random_scenes import random_scene
+from sphere_heaps import sphere_heap
 
 
 def passed(scene):
@@ -98,3 +100,18 @@ def test_what_is_not_hit_is_background(seed, transparent):
         assert (np.diff(found.candidates.pixel) >= 0).all()
         plain = ~found.outline
         np.testing.assert_array_equal(found.visibility_key[plain], found.item[plain] + 1)
+
+
+@pytest.mark.skipif(native_library() is None, reason="embree's library is not found")
+def test_no_list_is_kept_of_the_balls_that_rays_find():
+    """Of a million balls such lists take more memory than the picture. Other objects stay."""
+    plan, batches = passed(sphere_heap(3, 300))
+    traced, others = Occluders(plan).tracer.traced, 0
+    for _, _, found in batches:
+        pixel, item = found.candidates.pixel, found.candidates.item
+        assert not (found.sampled[pixel] & traced[item]).any()
+        others += int((found.sampled[pixel] & ~traced[item]).sum())
+        kept = np.bincount(pixel, minlength=found.item.size) > 0
+        assert kept[found.outline].all()
+    assert sum(found.sampled.sum() for _, _, found in batches) > 100
+    assert others > 0
