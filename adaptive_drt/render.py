@@ -33,7 +33,8 @@ twice the largest block it has ever unmapped (at most 32 MiB); freeing this one 
 thousand page faults a picture."""
 LEAST_OBJECTS_TO_TRIM = 100_000
 """Number of objects from which memory that compiling them has freed is returned before rays are
-traced: of a million balls it is 150 MB. With fewer, it is soon used again."""
+traced: of a million balls it is 150 MB. With fewer, it is soon used again. From so many on, what
+calls have freed is returned as well, whenever the process grows."""
 LIGHTS_STAGE = "Lights in view"
 """Name of the stage that renders what the camera sees of lights, for the user."""
 READING_STAGE = "Reading the scene"
@@ -90,7 +91,7 @@ def render(scene: Scene, settings: Settings | None = None) -> Generator[Progress
     share = size / (size + sum(layer.width * layer.height for layer in layers))
     with closing(method.run(film)) as steps:
         for done in steps:
-            memory.look()
+            memory.look(trim=plan.object_count >= LEAST_OBJECTS_TO_TRIM)
             # completed fractions and finished results may be entered out of step
             most = max(most, round(share * done * size))
             yield Progress(most, size, method.stage, film)

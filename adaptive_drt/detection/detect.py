@@ -389,8 +389,9 @@ def _find_occluders(
     """Candidate occluders of n points; only enough of them to detect what they do where rays
     follow, in still scenes under lights that surround the points or are behind very many spheres.
 
-    sampled : as that of `_detect_light`. In pixels that silhouettes cut the edge is flagged, and
-    where the light is below the horizon of the point there is no penumbra to be found.
+    sampled : as that of `_detect_light`. In pixels that silhouettes cut the edge is flagged, so
+    that only what hides light from the point itself matters; and where the light is below the
+    horizon of the point there is no penumbra to be found.
     """
     by_rays, cut = sampled
     if not by_rays.any() or not _may_know_few(occluders, light):
@@ -399,11 +400,12 @@ def _find_occluders(
     if not light.surrounds:
         dark = classify_horizon(light, light.to_center(hits.point), hits)[0]
         by_rays = by_rays & ~(cut & dark)
-    for rows, find in (
-        (by_rays.nonzero()[0], FewOccluders.of(occluders).find),
-        ((~sampled[0]).nonzero()[0], occluders.find_candidates),
+    few, every = by_rays.nonzero()[0], (~sampled[0]).nonzero()[0]
+    far, known = np.where(cut, 0.0, reach)[few], FewOccluders.of(occluders)
+    for rows, found in (
+        (few, known.find(light, hits.take(few), reach[few], far)),
+        (every, occluders.find_candidates(light, hits.take(every), reach[every])),
     ):
-        found = find(light, hits.take(rows), reach[rows])
         parts.append(Pairs(rows[found.pixel], found.item))
     pixel, item = (
         np.concatenate([getattr(part, name) for part in parts]) for name in ("pixel", "item")

@@ -21,9 +21,10 @@ CORRECTED_BYTES = 190
 """Bytes of a pixel while its mean is computed from its neighbours, and of its correction."""
 RAYS_BYTES = 120
 """Bytes of a pixel in the working arrays of method 'RAYS', which has no frame."""
-OBJECT_BYTES = 1_100
-"""Bytes of an object in each process: its record, the compiled scene, its groups and embree's tree.
-Measured with a million spheres; faces of meshes take less."""
+OBJECT_BYTES = 500
+"""Bytes of an object in each process: the compiled scene, its groups and embree's tree, and what
+making them takes for a moment. Measured with a million spheres, of which 240 bytes stay; faces of
+meshes take less."""
 CALL_BYTES, CALL_PIXELS = 3_000, 262_144
 """Bytes of a pixel in a call that traces it, and largest number of pixels in one call."""
 CALL_BASE = 256 << 20

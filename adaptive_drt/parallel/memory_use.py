@@ -13,6 +13,10 @@ from .pool import worker_pool
 __all__ = ["MemoryWatch", "own_bytes", "return_freed_memory"]
 
 
+TRIM_STEP = 96 << 20
+"""Bytes by which this process grows before freed memory is looked for: that takes some 10 ms."""
+
+
 def own_bytes(process: int) -> int | None:
     """Bytes in memory that a process shares with no file; None where the system does not tell."""
     with suppress(OSError, ValueError, IndexError):
@@ -44,11 +48,19 @@ class MemoryWatch:
         """Note what this process has before the render."""
         self._before = own_bytes(os.getpid())
         self.peak: int | None = None if self._before is None else 0
+        self._kept = self._before or 0
 
-    def look(self) -> None:
-        """Take in what is used now."""
+    def look(self, trim: bool = False) -> None:
+        """Take in what is used now.
+
+        trim : whether to return what this process has freed, if it has grown by `TRIM_STEP`.
+        """
         now = own_bytes(os.getpid())
         if now is None or self._before is None or self.peak is None:
             return
         others = sum(own_bytes(each) or 0 for each in worker_pool.process_ids)
         self.peak = max(self.peak, now - self._before + others)
+        self._kept = min(self._kept, now)
+        if trim and now > self._kept + TRIM_STEP:
+            return_freed_memory()
+            self._kept = own_bytes(os.getpid()) or now

@@ -97,12 +97,15 @@ class FewOccluders:
                 found = _made[occluders] = cls(occluders)
             return found
 
-    def find(self, light: Emitter, surface: Surface, reach: Array) -> Pairs:
+    def find(
+        self, light: Emitter, surface: Surface, reach: Array, far: Array | None = None
+    ) -> Pairs:
         """Enough candidates to detect what a light does at n points.
 
         They hold for all surface points within `reach` (n,) metres. A point that has candidates
         among the traced spheres has at least one of them; those that may touch its patch, and
-        other objects, are all among them. Sorted by point.
+        other objects, are all among them. Sorted by point. For patches of which spheres only hide
+        light from the points within `far` (n,) metres, not more than `reach`, others are left out.
         """
         count = surface.item.size
         if not count:
@@ -124,7 +127,8 @@ class FewOccluders:
         unknown[sure.pixel] = False
         if light.extended and not light.surrounds:
             found = merge_pairs([found, self._probed(light, surface, unknown)], count, objects)
-        every = self._every_candidate(light, surface, reach, unknown.nonzero()[0])
+        wide = reach if far is None else far
+        every = self._every_candidate(light, surface, wide, unknown.nonzero()[0])
         return merge_pairs([found, others, *every], count, objects)
 
     def _probed(self, light: Emitter, surface: Surface, unknown: Mask) -> Pairs:

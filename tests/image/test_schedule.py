@@ -12,6 +12,7 @@ from adaptive_drt.image import schedule
 from adaptive_drt.image.schedule import (
     BACKGROUND_CALL_COST,
     MAX_PIXELS,
+    MIN_CROWDED_PIXELS,
     MIN_THREAD_PIXELS,
     Scheduler,
     StageTimer,
@@ -73,6 +74,15 @@ def test_parts_are_neither_too_large_nor_too_small(scheduler, count):
     assert part <= min(MAX_PIXELS, 10_000)
     assert part >= min(MIN_THREAD_PIXELS, 10_000, count)
     assert scheduler.background_pixels_per_call(count, 1.0) == 0  # there is no worker
+
+
+def test_calls_are_smaller_where_objects_are_very_many(scheduler):
+    """A point may then have thousands of occluders; rays against spheres need no list of them."""
+    worker_pool.stop()
+    settings = Settings(threads=2)
+    for count, most in ((1_000, MAX_PIXELS), (10**6, MIN_CROWDED_PIXELS)):
+        scheduler._plan = SimpleNamespace(object_count=count, settings=settings, threads=2)
+        assert scheduler.pixels_per_call(10**6) == most
 
 
 def test_a_timer_adds_up_stages(monkeypatch):

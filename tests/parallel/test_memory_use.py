@@ -37,3 +37,19 @@ def test_freed_memory_is_returned():
     return_freed_memory()
     assert before - own_bytes(os.getpid()) > 32 << 20
     assert last.all()
+
+
+@pytest.mark.skipif(not hasattr(ctypes.CDLL(None), "malloc_trim"), reason="not glibc's allocator")
+@pytest.mark.parametrize("trims", [False, True])
+def test_what_a_growing_process_has_freed_is_returned_where_asked(trims):
+    np.empty(33_000_000, dtype=np.uint8)
+    return_freed_memory()
+    watch = MemoryWatch()
+    blocks = [np.ones(1 << 17) for _ in range(192)]
+    last = np.ones(1 << 17)  # the heap's end stays in use
+    del blocks
+    before = own_bytes(os.getpid())
+    watch.look(trims)
+    assert (before - own_bytes(os.getpid()) > 64 << 20) is trims
+    assert watch.peak > 128 << 20
+    assert last.all()

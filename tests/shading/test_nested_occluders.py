@@ -157,4 +157,5 @@ def test_thousands_before_one_light_are_compared_in_little_memory(monkeypatch):
     assert 0.05 < found.mean() < 0.95
     assert peak < 40e6
     monkeypatch.setattr(nested_module, "BATCH_PAIRS", 1 << 22)
+    monkeypatch.setattr(nested_module, "TWO_PASS_CIRCLES", 1 << 22)
     assert np.array_equal(found, hidden(heap))
