@@ -38,6 +38,7 @@ from ..tracing.occluder_culling import Occluders
 from .block_interpolation import SmoothBlocks, interpolate_blocks
 from .chebyshev_blocks import SIDES, PixelBlocks, coarse_plan
 from .coarse_blocks import has_coarse_blocks, interpolate_coarse_blocks
+from .memory_bound import listed_pixels
 from .visibility_key import NO_KEY, find_visibility_keys
 
 __all__ = ["FirstPass", "FirstPassPixels", "trace_first_pass"]
@@ -189,7 +190,7 @@ def _trace_batches(
     pixels = []
     count = blocks.x.size
     with progress_range(BLOCK_WORK_SHARE / SIDES[-1], 1.0):
-        for first, end in _batches(blocks, plan.settings.batch):
+        for first, end in _batches(blocks, min(plan.settings.batch, listed_pixels(plan))):
             plan.raise_if_cancelled()
             part = blocks.part(first, end)
             with progress_range(first / count, end / count):

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from ..tracing.compile import Plan
 
-__all__ = ["memory_bound"]
+__all__ = ["listed_pixels", "memory_bound"]
 
 FILM_BYTES = 71
 """Bytes of a pixel in a film: 8 float64, a count and 3 flags."""
@@ -27,6 +27,10 @@ making them takes for a moment. Measured with a million spheres, of which 240 by
 meshes take less."""
 CALL_BYTES, CALL_PIXELS = 3_000, 262_144
 """Bytes of a pixel in a call that traces it, and largest number of pixels in one call."""
+MAX_PAIRS, MIN_LISTED = 1 << 27, 1_024
+"""Largest number of pairs of pixels and objects of which candidates are listed together, unless the
+pixels are fewer than the second number: single points have thousands of candidate occluders, of 100
+bytes each, where hundreds of thousands of objects lie before a light."""
 CALL_BASE = 256 << 20
 """Bytes of a call whatever its number of pixels: chunks of points, rays and pairs."""
 WORKER_BYTES = 120 << 20
@@ -51,3 +55,8 @@ def memory_bound(plan: Plan, workers: int) -> int:
         + WORKER_BYTES * workers
         + call * calls
     )
+
+
+def listed_pixels(plan: Plan) -> int:
+    """Largest number of pixels of whose points the candidate occluders are listed together."""
+    return max(MIN_LISTED, MAX_PAIRS // max(plan.object_count, 1))

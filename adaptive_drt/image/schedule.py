@@ -17,6 +17,7 @@ from ..parallel.executor import CallProgress, DeferredCalls, RenderExecutor
 from ..parallel.pool import Call, SharedArguments, worker_pool
 from ..tracing.compile import Plan
 from ..tracing.occluder_culling import Occluders
+from .memory_bound import listed_pixels
 
 __all__ = ["CenterTasks", "SamplingTasks", "Scheduler", "StageTimer", "Tasks"]
 
@@ -33,10 +34,6 @@ Outcomes: TypeAlias = Generator[tuple[int, tuple[Done, float, dict[str, int]]] |
 
 MAX_PIXELS = 32_768
 """Largest number of pixels refined in one call."""
-MAX_PAIRS, MIN_CROWDED_PIXELS = 1 << 27, 1_024
-"""Largest number of pairs of pixels and objects in one call, unless its pixels are fewer than the
-second number: single points have thousands of candidate occluders, of 100 bytes each, where
-hundreds of thousands of objects lie before a light."""
 MIN_THREAD_PIXELS = 16_384
 """Smallest number of pixels refined in one call by a thread, if there are as many: with fewer, two
 threads that wait for each other at every call of NumPy take longer than one (300 x 300, 1 %: 0.98
@@ -111,7 +108,7 @@ class Scheduler:
     def pixels_per_call(self, count: int) -> int:
         """Number of pixels a call, when `count` are to be refined."""
         least = MIN_WORKER_PIXELS if worker_pool.ready_count else MIN_THREAD_PIXELS
-        return self._shared_evenly(count, least, self._most_refined)
+        return self._shared_evenly(count, least, min(MAX_PIXELS, listed_pixels(self._plan)))
 
     def sampled_pixels_per_call(self, count: int) -> int:
         """Number of pixels a call, when `count` are to be sampled."""
@@ -133,14 +130,8 @@ class Scheduler:
         if not free:
             return 0
         parts = max(free, int(cost / BACKGROUND_CALL_COST))
-        most = min(MAX_BACKGROUND_PIXELS, self._most_refined)
+        most = min(MAX_BACKGROUND_PIXELS, listed_pixels(self._plan))
         return self._within(-(-count // parts), MIN_WORKER_PIXELS, most)
-
-    @property
-    def _most_refined(self) -> int:
-        """Largest number of pixels in one call that needs the occluders of points."""
-        few = max(MIN_CROWDED_PIXELS, MAX_PAIRS // max(self._plan.object_count, 1))
-        return min(MAX_PIXELS, few)
 
     def _within(self, size: int, least: int, most: int) -> int:
         most = max(1, min(most, self._plan.settings.batch))

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from adaptive_drt.geometry.embree_library import native_library
+from adaptive_drt.image import first_pass as first_pass_module
 from adaptive_drt.image.chebyshev_blocks import SIDES, PixelBlocks, coarse_plan
 from adaptive_drt.image.first_pass import trace_first_pass
 from adaptive_drt.scene.description import PointLight, Sphere
@@ -115,3 +116,18 @@ def test_no_list_is_kept_of_the_balls_that_rays_find():
         assert kept[found.outline].all()
     assert sum(found.sampled.sum() for _, _, found in batches) > 100
     assert others > 0
+
+
+def test_batches_are_smaller_where_objects_are_very_many(monkeypatch):
+    """What is found of the pixels is the same."""
+    scene = random_scene(5)
+    _, large = passed(scene)
+    monkeypatch.setattr(first_pass_module, "listed_pixels", lambda _: 50)
+    _, small = passed(scene)
+    assert max(x.size for x, _, _ in large) > 50 >= max(x.size for x, _, _ in small)
+    for name in ("color", "error", "item"):
+        whole, parts = (
+            np.concatenate([getattr(found, name) for _, _, found in each], axis=-1)
+            for each in (large, small)
+        )
+        np.testing.assert_array_equal(whole, parts)

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from adaptive_drt.image import schedule
+from adaptive_drt.image.memory_bound import MIN_LISTED
 from adaptive_drt.image.schedule import (
     BACKGROUND_CALL_COST,
     MAX_PIXELS,
-    MIN_CROWDED_PIXELS,
     MIN_THREAD_PIXELS,
     Scheduler,
     StageTimer,
@@ -80,7 +80,7 @@ def test_calls_are_smaller_where_objects_are_very_many(scheduler):
     """A point may then have thousands of occluders; rays against spheres need no list of them."""
     worker_pool.stop()
     settings = Settings(threads=2)
-    for count, most in ((1_000, MAX_PIXELS), (10**6, MIN_CROWDED_PIXELS)):
+    for count, most in ((1_000, MAX_PIXELS), (10**6, MIN_LISTED)):
         scheduler._plan = SimpleNamespace(object_count=count, settings=settings, threads=2)
         assert scheduler.pixels_per_call(10**6) == most
 
