@@ -6,12 +6,13 @@ from __future__ import annotations
 import time
 from collections.abc import Generator
 from contextlib import closing
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any, TypeVar
 
 import numpy as np
 
 from .cost_model import PixelCosts, affordable_pixels, measure_pixel_costs, predicted_ratio
+from .detection.face_costs import rays_cost_less_than_faces
 from .distributed import DistributedRender
 from .exact import ExactRender
 from .image.memory_bound import memory_bound
@@ -19,6 +20,7 @@ from .parallel.executor import run_in_thread
 from .parallel.memory_use import MemoryWatch, return_freed_memory
 from .parallel.pool import worker_pool
 from .scene.description import Issue, Scene, checked_camera, validate
+from .scene.face_meshes import faces_as_meshes, flat_faces
 from .scene.film import Film
 from .scene.settings import Settings
 from .tracing.compile import Plan, make_plan
@@ -120,9 +122,14 @@ def _memory_statistics(plan: Plan, memory: MemoryWatch) -> dict[str, float | Non
 
 
 def _compile_scene(scene: Scene, settings: Settings) -> tuple[Scene, Plan]:
-    """Validate a scene and compile it for rendering."""
+    """Validate a scene and compile it for rendering, with meshes for flat faces that cost more."""
     scene = validate(scene)
-    return scene, make_plan(scene, settings, reduced=True)
+    plan, faces = make_plan(scene, settings, reduced=True), flat_faces(scene.shapes)
+    exact = settings.method == "EXACT" and settings.accelerator != "ARRAYS"
+    if exact and rays_cost_less_than_faces(plan, faces):
+        changed = replace(scene, shapes=faces_as_meshes(scene.shapes))
+        plan = replace(make_plan(changed, settings, reduced=True), faces_by_rays=faces)
+    return scene, plan
 
 
 def _prepare_occluders(plan: Plan) -> Occluders:

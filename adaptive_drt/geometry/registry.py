@@ -23,12 +23,11 @@ from .ellipse.shape import EllipseSet
 from .ellipsoid.shape import EllipsoidSet
 from .mesh.shape import MeshSet
 from .polygon.shape import ParallelogramSet
-from .polygon.thin_faces import meshes_of_thin_faces
 from .polygon.triangle import TriangleSet
 from .shape import ShapeSet
 from .sphere.shape import SphereSet
 
-__all__ = ["SHAPES", "faces_of", "kind_of", "meshes_of_thin_faces"]
+__all__ = ["SHAPES", "faces_of", "kind_of"]
 
 SHAPES: tuple[tuple[type, type[ShapeSet]], ...] = (
     (Sphere, SphereSet),

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from ..geometry.axial_profile import AxialProfile
 from ..geometry.camera import PinholeCamera, make_pinhole_camera
 from ..geometry.embree_library import native_version
-from ..geometry.registry import SHAPES, faces_of, kind_of, meshes_of_thin_faces
+from ..geometry.registry import SHAPES, faces_of, kind_of
 from ..geometry.shape_table import ShapeTable
 from ..lights.emitter import Emitter, LightMotion
 from ..lights.environment_map import EnvironmentMap, make_environment_map
@@ -86,8 +86,7 @@ class Plan:
     holdout : (objects,) bool, which objects have no coverage, and are black; None if none has.
     traced : (objects,) bool, the spheres that rays are traced against as one set where light is
         sampled: see `sphere_rays`; None if there are none.
-    faces_in_meshes : number of flat faces that are rendered as meshes: see
-        `geometry.polygon.thin_faces`.
+    faces_by_rays : number of flat faces that meshes stand for: see `scene.face_meshes`.
     stop : set to cancel the render: loops over chunks of work call `raise_if_cancelled` before
         each chunk.
     """
@@ -115,7 +114,7 @@ class Plan:
     seen: NDArray[np.bool_] | None = None
     holdout: NDArray[np.bool_] | None = None
     traced: NDArray[np.bool_] | None = None
-    faces_in_meshes: int = 0
+    faces_by_rays: int = 0
     stop: threading.Event = field(default_factory=threading.Event)
 
     def __getstate__(self) -> dict[str, Any]:
@@ -203,7 +202,7 @@ class Plan:
             "accelerator": sorted(
                 {"EMBREE" if self.uses_embree(light) else "ARRAYS" for light in self.lights}
             ),
-            "faces_in_meshes": self.faces_in_meshes,
+            "flat_faces_by_rays": self.faces_by_rays,
             "sphere_rays": native_version() if self.traced is not None else "none",
             "threads": self.threads,
         }
@@ -228,9 +227,7 @@ def make_plan(scene: Scene, settings: Settings, reduced: bool = False) -> Plan:
     skipped: list[dict[str, str]] = []
     distinct = _without_duplicates(_timed(scene.shapes, moving), skipped)
     distinct = faces_of(distinct, (make_pinhole_camera(scene.camera).origin, drift))
-    distinct, count = meshes_of_thin_faces(distinct, settings)
-    plan = replace(_make_plan(scene, distinct, settings, reduced), faces_in_meshes=count)
-    return _telling(plan, skipped)
+    return _telling(_make_plan(scene, distinct, settings, reduced), skipped)
 
 
 def _make_plan(
