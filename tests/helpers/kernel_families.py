@@ -30,7 +30,9 @@ class Family:
     margin of a wrong answer. Where many answers are right, `residual(m, got, **inputs)` says by how
     much one is not. `digits` tells whether `true` is as good as the numbers m: else it is brute
     force in float64, and bounds are those that are asked for. `share` is the part of a long run's
-    cases that the family gets, where brute force takes milliseconds for each.
+    cases that the family gets, where brute force takes milliseconds for each. `quick(**inputs)` is
+    `true` by less work, good to a small part of the bound: a run looks at all cases by it, and by
+    `true` at those that it does not find well within their bound.
     """
 
     name: str
@@ -42,6 +44,7 @@ class Family:
     residual: Callable | None = None
     digits: bool = True
     share: float = 1.0
+    quick: Callable | None = None
 
     def error(self, m, inputs, got):
         """Errors (..., n) of the core's answers, as float64."""

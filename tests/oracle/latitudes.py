@@ -5,8 +5,9 @@ A region is all of the sphere that lies inside some circles, the horizon among t
 others, nor inside all circles of a group. Along a latitude, a circle about the axis of the light's
 profile or of the sky's image, every circle is met at known angles; between them n.w has an
 antiderivative, and so it has times a radiance that is linear in the longitude. Across the latitudes
-the integrand is smooth but for roots where circles touch or cross each other, or rows of the
-image: Gauss-Legendre between these, in a variable that removes the roots.
+the integrand is smooth but for roots where circles of the region's boundary touch a latitude or
+cross each other, or rows of the image: Gauss-Legendre between these, in a variable that removes the
+roots.
 
 Circles (k, 5) : unit axis, cosine of the half angle, group. Group 0 bounds what is lit, 1 hides by
 itself, others hide together with those of the same number. Polygons are circles of 90 degrees.
@@ -22,14 +23,26 @@ __all__ = ["ALONE", "CONE", "LIT", "SPREAD", "UNIFORM", "integrals"]
 
 LIT, ALONE = 0.0, 1.0
 UNIFORM, CONE, SPREAD = 0, 1, 2
-NODES, WEIGHTS = np.polynomial.legendre.leggauss(8)
-COLUMN_NODES, COLUMN_WEIGHTS = np.polynomial.legendre.leggauss(7)
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(12)
 SHORTEST = 1e-13
 """Radians of a piece that is left out."""
 ACCURACY, DEEPEST = 2e-12, 30
-"""Difference of a piece and its halves that is small enough, for the sine of the half angle of the
-smallest circle that bounds what is lit; and the most halvings of a piece."""
+"""Difference of a piece and its halves that is small enough unless told, for the sine of the half
+angle of the smallest circle that bounds what is lit; and the most halvings of a piece."""
+NEAR = 1e-6
+"""Difference of a cosine within which a direction counts as on a circle, where latitudes are looked
+for at which the integrand is not smooth: one too many costs time alone. Where circles touch, the
+places at which they cross are known to 1e-8."""
 NO_IMAGE = np.zeros((0, 0, 3))
+AX, AY, AZ, COSINE, GROUP, ASIDE, MIDDLE = range(7)
+"""A circle as a row: its axis in the frame, cosine and group, the axis' distance from the frame's
+z and its longitude."""
+
+
+@jit
+def _above(row, way):
+    """Cosine of the angle from a circle's axis to a direction, less that of its half angle."""
+    return dot(vector(row, AX), way) - row[COSINE]
 
 
 @jit
@@ -38,19 +51,48 @@ def _inside(circles, count, way):
     group, within = 0.0, False
     for j in range(count):
         row = circles[j]
-        inside = dot(vector(row, 0), way) > row[3]
-        if row[4] == LIT:
+        inside = _above(row, way) > 0.0
+        if row[GROUP] == LIT:
             if not inside:
                 return False
-        elif row[4] == ALONE:
+        elif row[GROUP] == ALONE:
             if inside:
                 return False
-        elif row[4] == group:
+        elif row[GROUP] == group:
             within = within and inside
         else:
             if within:
                 return False
-            group, within = row[4], inside
+            group, within = row[GROUP], inside
+    return not within
+
+
+@jit
+def _on_boundary(circles, count, way, first, second):
+    """Whether the region's boundary may pass through a direction on two circles (or one twice),
+    along both: others neither leave it out nor keep their group from hiding there."""
+    one, two = circles[first, GROUP], circles[second, GROUP]
+    group, within = 0.0, False
+    for j in range(count):
+        if j in (first, second):
+            continue
+        row = circles[j]
+        gap = _above(row, way)
+        if row[GROUP] == LIT:
+            if gap < -NEAR:
+                return False
+        elif row[GROUP] == ALONE:
+            if gap > NEAR:
+                return False
+        elif row[GROUP] in (one, two):
+            if gap < -NEAR:
+                return False
+        elif row[GROUP] == group:
+            within = within and gap > NEAR
+        else:
+            if within:
+                return False
+            group, within = row[GROUP], gap > NEAR
     return not within
 
 
@@ -66,38 +108,56 @@ def _sort(found, count):
 
 
 @jit
-def _latitudes(circles, count, frame, profile, rows, found):
+def _extremes(circles, count, i, found, got):
+    """Add the latitudes between which a circle lies, where it bounds the region there."""
+    row = circles[i]
+    beta, gamma = math.atan2(row[ASIDE], row[AZ]), math.acos(row[COSINE])
+    for angle in (beta - gamma, beta + gamma):
+        s = math.sin(angle)
+        way = (s * math.cos(row[MIDDLE]), s * math.sin(row[MIDDLE]), math.cos(angle))
+        # about the frame's own axis, a circle is at one latitude all around
+        if row[ASIDE] < NEAR or _on_boundary(circles, count, way, i, i):
+            found[got] = abs(angle) if angle <= math.pi else 2.0 * math.pi - angle
+            got += 1
+    return got
+
+
+@jit
+def _crossings(circles, count, i, j, found, got):
+    """Add the latitudes at which two circles cross, where both bound the region there."""
+    a, b = vector(circles[i], AX), vector(circles[j], AX)
+    n = cross(a, b)
+    nn = dot(n, n)
+    if nn < 1e-30:
+        return got
+    c, d, ab = circles[i, COSINE], circles[j, COSINE], dot(a, b)
+    p, q = (c - d * ab) / nn, (d - c * ab) / nn
+    rest = 1.0 - p * p - q * q - 2.0 * p * q * ab
+    if rest <= 0.0:
+        return got
+    r = math.sqrt(rest / nn)
+    for side in (-r, r):
+        w = (
+            p * a[0] + q * b[0] + side * n[0],
+            p * a[1] + q * b[1] + side * n[1],
+            p * a[2] + q * b[2] + side * n[2],
+        )
+        # axes of 1e-8 apart tell of their crossings no more than that
+        if nn < NEAR or _on_boundary(circles, count, w, i, j):
+            found[got] = math.atan2(math.hypot(w[0], w[1]), w[2])
+            got += 1
+    return got
+
+
+@jit
+def _latitudes(circles, count, profile, rows, found):
     """Latitudes in order at which the integrand is not smooth: how many, in `found`."""
-    x, y, z = frame
     found[0], found[1] = 0.0, math.pi
     got = 2
     for i in range(count):
-        a = vector(circles[i], 0)
-        beta = math.atan2(math.hypot(dot(a, x), dot(a, y)), dot(a, z))
-        gamma = math.acos(circles[i, 3])
-        for angle in (abs(beta - gamma), beta + gamma):
-            found[got] = angle if angle <= math.pi else 2.0 * math.pi - angle
-            got += 1
+        got = _extremes(circles, count, i, found, got)
         for j in range(i):
-            b = vector(circles[j], 0)
-            n = cross(a, b)
-            nn = dot(n, n)
-            if nn < 1e-30:
-                continue
-            c, d, ab = circles[i, 3], circles[j, 3], dot(a, b)
-            p, q = (c - d * ab) / nn, (d - c * ab) / nn
-            rest = 1.0 - p * p - q * q - 2.0 * p * q * ab
-            if rest <= 0.0:
-                continue
-            r = math.sqrt(rest / nn)
-            for side in (-r, r):
-                w = (
-                    p * a[0] + q * b[0] + side * n[0],
-                    p * a[1] + q * b[1] + side * n[1],
-                    p * a[2] + q * b[2] + side * n[2],
-                )
-                found[got] = math.atan2(math.hypot(dot(w, x), dot(w, y)), dot(w, z))
-                got += 1
+            got = _crossings(circles, count, i, j, found, got)
     if profile[0] != UNIFORM:
         for k in (1, 2):
             found[got] = math.acos(profile[k])
@@ -123,80 +183,81 @@ def _level(profile, cosine):
 
 
 @jit
-def _along(circles, count, frame, n, image, theta, cuts, value):
-    """Integral (3,) of L n.w along a latitude, added to `value` with the weight 1."""
-    x, y, z = frame
-    s, c = math.sin(theta), math.cos(theta)
-    got = 0
-    cuts[got] = 0.0
-    got += 1
+def _longitudes(circles, count, s, c, cuts):
+    """Longitudes in order, from 0 to 2 pi, at which a latitude meets circles: how many."""
+    cuts[0] = 0.0
+    got = 1
     for j in range(count):
-        a = vector(circles[j], 0)
-        ax, ay, az = dot(a, x), dot(a, y), dot(a, z)
-        aside = math.hypot(ax, ay) * s
-        gap = circles[j, 3] - az * c
+        aside = circles[j, ASIDE] * s
+        gap = circles[j, COSINE] - circles[j, AZ] * c
         if aside == 0.0 or abs(gap) >= aside:
             continue
-        middle, half = math.atan2(ay, ax), math.acos(gap / aside)
-        for k in range(2):
-            turn = middle - half if k == 0 else middle + half
-            turn -= 2.0 * math.pi * math.floor(turn / (2.0 * math.pi))
-            cuts[got] = turn
+        half = math.acos(gap / aside)
+        for turn in (circles[j, MIDDLE] - half, circles[j, MIDDLE] + half):
+            cuts[got] = turn - 2.0 * math.pi * math.floor(turn / (2.0 * math.pi))
             got += 1
     _sort(cuts, got)
     cuts[got] = 2.0 * math.pi
-    nx, ny, nz = dot(n, x) * s, dot(n, y) * s, dot(n, z) * c
-    columns, rows = image.shape[1], image.shape[0]
-    low_row, along = 0, 0.0
-    if columns > 0:
-        v = theta / math.pi * rows - 0.5
-        low_row = math.floor(v)
-        along = v - low_row
-    for k in range(got):
+    return got + 1
+
+
+@jit
+def _along(circles, count, n, image, theta, cuts, value):
+    """Add the integral (3,) of L n.w along a latitude."""
+    s, c = math.sin(theta), math.cos(theta)
+    scaled = (n[0] * s, n[1] * s, n[2] * c)
+    got = _longitudes(circles, count, s, c, cuts)
+    for k in range(got - 1):
         low, high = cuts[k], cuts[k + 1]
         if high <= low:
             continue
         turn = 0.5 * (low + high)
-        p, q = s * math.cos(turn), s * math.sin(turn)
-        way = (
-            p * x[0] + q * y[0] + c * z[0],
-            p * x[1] + q * y[1] + c * z[1],
-            p * x[2] + q * y[2] + c * z[2],
-        )
-        if not _inside(circles, count, way):
+        p, q = math.cos(turn), math.sin(turn)
+        if not _inside(circles, count, (s * p, s * q, c)):
             continue
-        if columns == 0:
+        if image.shape[1] == 0:
             half = 0.5 * (high - low)
-            chord = 2.0 * math.sin(half)
-            value[0] += chord * (nx * math.cos(turn) + ny * math.sin(turn)) + nz * (high - low)
-            continue
-        # the middles of pixels are knots; the longitude falls along the row
-        width = 2.0 * math.pi / columns
-        start = low
-        while start < high:
-            cell = math.floor((start + 1e-12) / width - 0.5)
-            end = min(high, (cell + 1.5) * width)
-            if end - start > 1e-13:
-                for node in range(COLUMN_NODES.size):
-                    psi = 0.5 * (start + end) + 0.5 * (end - start) * COLUMN_NODES[node]
-                    weight = 0.5 * (end - start) * COLUMN_WEIGHTS[node]
-                    weight *= nx * math.cos(psi) + ny * math.sin(psi) + nz
-                    u = (0.5 - psi / (2.0 * math.pi)) * columns - 0.5
-                    column = math.floor(u)
-                    share = u - column
-                    left, right = column % columns, (column + 1) % columns
-                    top, under = low_row % rows, (low_row + 1) % rows
-                    for channel in range(3):
-                        one = image[top, left, channel] * (1.0 - share)
-                        one += image[top, right, channel] * share
-                        two = image[under, left, channel] * (1.0 - share)
-                        two += image[under, right, channel] * share
-                        value[channel] += weight * (one * (1.0 - along) + two * along)
-            start = max(end, start + 1e-13)
+            value[0] += 2.0 * math.sin(half) * (scaled[0] * p + scaled[1] * q)
+            value[0] += scaled[2] * (high - low)
+        else:
+            _along_image(image, theta, scaled, low, high, value)
 
 
 @jit
-def _piece(circles, count, frame, n, profile, image, low, high, cuts, value, total):
+def _along_image(image, theta, n, low, high, value):
+    """Add the integral (3,) of an image's radiance times n . (cos, sin, 1) along longitudes.
+
+    Between the middles of pixels, which are knots, the radiance is linear in the longitude, which
+    falls along the row: the integral is a closed form.
+    """
+    rows, columns = image.shape[0], image.shape[1]
+    v = theta / math.pi * rows - 0.5
+    row = math.floor(v)
+    along = v - row
+    top, under = row % rows, (row + 1) % rows
+    width = 2.0 * math.pi / columns
+    start = low
+    c0, s0 = math.cos(low), math.sin(low)
+    while start < high:
+        cell = math.floor((start + 1e-12) / width - 0.5)
+        end = min(high, (cell + 1.5) * width)
+        d, c1, s1 = end - start, math.cos(end), math.sin(end)
+        even = n[0] * (s1 - s0) - n[1] * (c1 - c0) + n[2] * d
+        rise = n[0] * (d * s1 + c1 - c0) + n[1] * (s1 - s0 - d * c1) + 0.5 * n[2] * d * d
+        u = (0.5 - 0.5 * (start + end) / (2.0 * math.pi)) * columns - 0.5
+        column = math.floor(u)
+        share = (0.5 - start / (2.0 * math.pi)) * columns - 0.5 - column
+        left, right = column % columns, (column + 1) % columns
+        for channel in range(3):
+            one = image[top, left, channel] * (1.0 - along) + image[under, left, channel] * along
+            two = image[top, right, channel] * (1.0 - along) + image[under, right, channel] * along
+            value[channel] += even * (one + share * (two - one)) - rise * (two - one) / width
+        start = max(end, start + SHORTEST)
+        c0, s0 = c1, s1
+
+
+@jit
+def _piece(circles, count, n, profile, image, low, high, cuts, value, total):
     """Integral (3,) over the latitudes of a piece, in `total`."""
     total[:] = 0.0
     for node in range(NODES.size):
@@ -207,25 +268,25 @@ def _piece(circles, count, frame, n, profile, image, low, high, cuts, value, tot
         if weight == 0.0:
             continue
         value[:] = 0.0
-        _along(circles, count, frame, n, image, theta, cuts, value)
+        _along(circles, count, n, image, theta, cuts, value)
         for channel in range(3):
             total[channel] += weight * value[channel]
 
 
 @jit
-def _integral(circles, count, frame, n, profile, image, found, cuts, value, parts, result):
+def _integral(circles, count, n, profile, image, accuracy, found, cuts, value, parts, result):
     """Integral (3,) over all latitudes, in `result`: pieces are halved until their halves agree."""
-    got = _latitudes(circles, count, frame, profile, image.shape[0], found)
-    enough = ACCURACY
+    got = _latitudes(circles, count, profile, image.shape[0], found)
+    enough = accuracy
     for i in range(count):
-        if circles[i, 4] == LIT:
-            enough = min(enough, ACCURACY * math.sqrt(1.0 - circles[i, 3] ** 2))
+        if circles[i, GROUP] == LIT:
+            enough = min(enough, accuracy * math.sqrt(1.0 - circles[i, COSINE] ** 2))
     stack = np.empty((DEEPEST + 2, 6))
     result[:] = 0.0
     for k in range(got - 1):
         if found[k + 1] - found[k] < SHORTEST:
             continue
-        args = (circles, count, frame, n, profile, image)
+        args = (circles, count, n, profile, image)
         _piece(*args, found[k], found[k + 1], cuts, value, parts[0])
         stack[0, 0], stack[0, 1], stack[0, 2] = found[k], found[k + 1], 0.0
         stack[0, 3:] = parts[0]
@@ -249,27 +310,43 @@ def _integral(circles, count, frame, n, profile, image, found, cuts, value, part
 
 
 @jit
-def _integrals(circles, counts, frames, normal, profiles, images, result):
+def _in_frame(circles, count, frame, local):
+    """Circles as rows in a frame, in `local`."""
+    for j in range(count):
+        a = vector(circles[j], 0)
+        for k in range(3):
+            local[j, AX + k] = dot(a, vector(frame[k], 0))
+        local[j, COSINE], local[j, GROUP] = circles[j, 3], circles[j, 4]
+        local[j, ASIDE] = math.hypot(local[j, AX], local[j, AY])
+        local[j, MIDDLE] = math.atan2(local[j, AY], local[j, AX])
+
+
+@jit
+def _integrals(circles, counts, frames, normal, profiles, images, accuracy, result):
     most = circles.shape[1]
     found = np.empty(8 + 2 * most + most * most + images.shape[1])
     cuts = np.empty(2 * most + 4)
-    value, parts = np.zeros(3), np.zeros((3, 3))
+    value, parts, local = np.zeros(3), np.zeros((3, 3)), np.zeros((most, 7))
     for case in range(circles.shape[0]):
-        frame = (vector(frames[case, 0], 0), vector(frames[case, 1], 0), vector(frames[case, 2], 0))
+        _in_frame(circles[case], counts[case], frames[case], local)
+        a = vector(normal[case], 0)
+        x, y, z = vector(frames[case, 0], 0), vector(frames[case, 1], 0), vector(frames[case, 2], 0)
+        n = (dot(a, x), dot(a, y), dot(a, z))
         image = images[case % images.shape[0]]
         _integral(
-            circles[case], counts[case], frame, vector(normal[case], 0), profiles[case], image,
+            local, counts[case], n, profiles[case], image, accuracy,
             found, cuts, value, parts, result[case],
         )  # fmt: skip
 
 
-def integrals(circles, normal, frame, profile=None, images=None):
+def integrals(circles, normal, frame, profile=None, images=None, accuracy=ACCURACY):
     """Integrals of L n.w over regions: (n, 3), of which the first counts without images.
 
     circles : (n, k, 5); rows of zeros at the end are none.  normal : (n, 3) unit vectors.
     frame : (n, 3, 3) unit vectors x, y, z, of which z is the axis of the profile or the image.
     profile : (n, 3) kind, cosines of the outer and the inner cone; of `SPREAD` the last is 1.
     images : (m, rows, columns, 3), of which case i has number i modulo m.
+    accuracy : difference of a piece and its halves up to which it is not divided: `ACCURACY`.
     """
     n = len(circles)
     counts = (np.abs(circles[:, :, :3]).max(axis=2) > 0.0).sum(axis=1)
@@ -277,5 +354,5 @@ def integrals(circles, normal, frame, profile=None, images=None):
     images = NO_IMAGE[None] if images is None else np.asarray(images, dtype=float)
     result = np.zeros((n, 3))
     parts = (circles, counts, frame, normal, profile, images)
-    _integrals(*map(np.ascontiguousarray, parts), result)
+    _integrals(*map(np.ascontiguousarray, parts), accuracy, result)
     return result
