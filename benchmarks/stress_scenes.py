@@ -20,8 +20,10 @@ import numpy as np
 from adaptive_drt.render import render_image
 from adaptive_drt.scene.description import Scene, SceneError
 from adaptive_drt.scene.settings import Settings
+from adversarial_case import Case
 from adversarial_scenes import FAMILIES
 from adversarial_scenes import adversarial as adversarial_case
+from adversarial_solids import adversarial_solid
 from hostile_meshes import hostile_mesh_scene, many_doubled_faces
 from hostile_scenes import brightest, hostile_scene
 from random_scenes import random_scene, scaled
@@ -35,6 +37,7 @@ __all__ = [
     "WAYS",
     "Found",
     "adversarial",
+    "adversarial_solids",
     "hostile",
     "hostile_meshes",
     "invariance",
@@ -170,9 +173,19 @@ def _difference(want: np.ndarray, scene: Scene, settings: Settings) -> float:
 
 def adversarial(seed: int) -> Found:
     """Hold the mask of an adversarial scene against the truth in extended precision."""
-    found = Found(seed)
-    case = adversarial_case(seed)
     name = FAMILIES[seed % len(FAMILIES)].__name__.replace("_", " ")
+    return _masked(seed, adversarial_case(seed), name)
+
+
+def adversarial_solids(seed: int) -> Found:
+    """The same with an ellipsoid, cylinder, cone or ellipse."""
+    case, family, kind = adversarial_solid(seed)
+    return _masked(seed, case, f"{family}, {kind}")
+
+
+def _masked(seed: int, case: Case, name: str) -> Found:
+    """What masks of both orders leave out, and what that of order 2 flags."""
+    found = Found(seed)
     for order in (2, 1):
         settings = replace(RAYS, order=order, **case.switches)
         mask = render_image(case.scene, settings).mask[case.row]
