@@ -224,7 +224,7 @@ def _method_statistics(method: ExactRender | DistributedRender) -> dict[str, Any
     left, bottom, right, top = method.plan.region
     sampled, sampling_error = method.sampling_error
     rays = {
-        kind if kind.startswith("sphere") else f"mesh {kind}": count
+        kind if kind.startswith("solid") else f"mesh {kind}": count
         for kind, count in method.work.rays.items()
         if count
     }

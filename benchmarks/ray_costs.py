@@ -51,7 +51,7 @@ def closed_form(kind: str, count: int) -> tuple[float, float]:
     hits = trace_center_rays(plan, tile.x, tile.y, pairs).hits
     hits = hits.take((hits.item < count).nonzero()[0])
     hits = hits.take(np.arange(0, hits.item.size, max(1, hits.item.size // POINTS)))
-    number = FewOccluders(occluders).count_above_horizons(hits).mean()
+    number = FewOccluders(occluders).count_above_horizons(hits, np.ones(plan.object_count)).mean()
     start = time.process_time()
     found = occluders.find_candidates(plan.lights[0], hits, np.full(hits.item.size, REACH))
     shade_with_candidates(plan, hits, 0.0, [found])

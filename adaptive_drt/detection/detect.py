@@ -24,7 +24,7 @@ from ..tracing.compile import Plan
 from ..tracing.few_occluders import FewOccluders
 from ..tracing.intersect import Pairs, Surface, curvature, intersect_pairs, nearest_hits, surface
 from ..tracing.occluder_culling import Occluders
-from ..tracing.ray_costs import rays_cost_less, regions_cost_more
+from ..tracing.ray_costs import occluder_costs, rays_cost_less, regions_cost_more
 from .edges import EdgeTest, detect_edges
 from .moving_shadows import light_changes, patch_light_changes
 from .moving_silhouettes import detect_moving_silhouettes, moves_under_fixed_ray
@@ -440,24 +440,44 @@ def _prefer_rays(
         unlisted = [light for light in plan.lights if light.surrounds and light.casts_shadow]
     if not unlisted or occluders.tracer is None:
         return by_rays
-    few = FewOccluders.of(occluders)
-    number = np.zeros(by_rays.size)
-    if any(light.surrounds for light in unlisted):
-        # where the centre hits nothing, half of the spheres count
-        number[:] = 0.5 * few.count
-        number[center.rows] = few.count_above_horizons(center.hits)
-    for light in unlisted:
-        if not light.surrounds:
-            shape = plan.as_shadow_caster(light)
-            number[center.rows] += few.count_before(shape, center.hits)
-            if patch is not None:
-                _add_other_surfaces(number, few, shape, center, patch)
+    number = _count_occluders(plan, occluders, center, patch, unlisted, by_cost=False)
+    cost = _count_occluders(plan, occluders, center, patch, unlisted, by_cost=True)
     seen = by_rays.copy() if silhouette is None else silhouette.copy()
     seen[center.rows] = True
-    less = (number >= MOST_LISTED) | rays_cost_less(number, silhouette, plan.settings.tolerance)
+    less = (number >= MOST_LISTED) | rays_cost_less(cost, silhouette, plan.settings.tolerance)
     if not any(light.surrounds for light in unlisted):
         less &= number > 0.0
     return seen & less
+
+
+def _count_occluders(
+    plan: Plan,
+    occluders: Occluders,
+    center: CenterRays,
+    patch: tuple[Mask, Array] | None,
+    lights: Sequence[Emitter],
+    by_cost: bool,
+) -> Array:
+    """Numbers (n,) of occluders of lights in pixels, by samples of the traced solids.
+
+    patch : as that of `_prefer_rays`.  by_cost : whether each counts as `occluder_costs` says.
+    """
+    few, number = FewOccluders.of(occluders), np.zeros(center.depth.size)
+    one = np.ones(plan.object_count)
+    costs = [occluder_costs(plan.shapes, each) if by_cost else one for each in lights]
+    around = [cost for cost, each in zip(costs, lights, strict=True) if each.surrounds]
+    if around:
+        most = np.max(around, axis=0)
+        # where the centre hits nothing, half of the solids count
+        number[:] = 0.5 * most[few.items].sum()
+        number[center.rows] = few.count_above_horizons(center.hits, most)
+    for light, cost in zip(lights, costs, strict=True):
+        if not light.surrounds:
+            shape = plan.as_shadow_caster(light)
+            number[center.rows] += few.count_before(shape, center.hits, cost)
+            if patch is not None:
+                _add_other_surfaces(number, few, shape, center, patch, cost)
+    return number
 
 
 def _add_other_surfaces(
@@ -466,6 +486,7 @@ def _add_other_surfaces(
     light: Emitter,
     center: CenterRays,
     patch: tuple[Mask, Array],
+    cost: Array,
 ) -> None:
     """Count occluders before the surfaces around centres that have none, as these may face away.
 
@@ -473,7 +494,7 @@ def _add_other_surfaces(
     """
     own = (patch[0] & (number == 0.0))[center.rows].nonzero()[0]
     if own.size:
-        found = few.count_before(light, center.hits.take(own), patch[1][own])
+        found = few.count_before(light, center.hits.take(own), cost, patch[1][own])
         number[center.rows[own]] = np.where(found >= CROWD, found, 0.0)
 
 
@@ -505,10 +526,11 @@ def _crowded_penumbrae(
     rows = center.rows
     partly, before = np.zeros((2, rows.size))
     near = [not light.surrounds and light.casts_shadow for light in plan.lights]
-    for chosen, shadow, pairs in zip(near, shadows, candidates, strict=True):
-        if chosen:
-            partly += np.bincount(shadow.pairs.pixel, minlength=rows.size)
-            before += np.bincount(pairs.pixel, minlength=rows.size)
+    for number_of, shadow, pairs in zip(range(len(near)), shadows, candidates, strict=True):
+        if near[number_of]:
+            cost = occluder_costs(plan.shapes, plan.lights[number_of])
+            partly += np.bincount(shadow.pairs.pixel, cost[shadow.pairs.item], rows.size)
+            before += np.bincount(pairs.pixel, cost[pairs.item], rows.size)
     # where the centre hits nothing, a part of the spheres counts
     number = np.full(silhouette.size, any(near) * CROWD_SHARE * occluders.tracer.items.size)
     number[rows] = before

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Embree's library by ctypes, for what embreex does not offer: spheres, and instances of meshes.
+"""Embree's library by ctypes, for what embreex does not offer: solids, and instances of meshes.
 
 It is the library that the wheel of embreex brings. Rays are traced 16 at a time: a call takes some
 4 microseconds, of which Python takes a tenth. Triangles of one mesh are left to embreex, whose
@@ -25,8 +25,13 @@ from ..numerics.arrays import Array, Ints
 __all__ = [
     "FAR_WORD",
     "FLOAT3",
+    "FLOAT3X4_COLUMNS",
+    "FLOAT4",
+    "GEOMETRY_WORD",
     "HIT_WORDS",
     "INDICES",
+    "INSTANCED_WORD",
+    "INSTANCE_ARRAY",
     "INSTANCE_WORD",
     "ITEM_WORD",
     "LONGEST_RAY",
@@ -35,6 +40,7 @@ __all__ = [
     "PACKET",
     "RAY_WORDS",
     "TIME_WORD",
+    "TRANSFORMS",
     "VERTICES",
     "aligned_words",
     "geometry_buffer",
@@ -56,17 +62,21 @@ VERSION_PROPERTY = 0
 """Number of the device's property that holds its version (RTC_DEVICE_PROPERTY_VERSION)."""
 ROBUST = 4
 """Flag of scenes that leave no gaps between faces that share vertices (RTC_SCENE_FLAG_ROBUST)."""
-INDICES, VERTICES, FLOAT3 = 0, 1, 0x9003
-"""Embree's numbers of the buffers of vertices and of their numbers, and of the format of places."""
+INDICES, VERTICES, FLOAT3, FLOAT4 = 0, 1, 0x9003, 0x9004
+"""Embree's numbers of the buffers of vertices and of their numbers, and of the formats of places,
+without and with radii."""
+INSTANCE_ARRAY, TRANSFORMS, FLOAT3X4_COLUMNS = 122, 23, 0x9234
+"""The same of instances, and of the buffer and the format of their matrices."""
 PACKET = 16
 """Number of rays in one call."""
 RAY_WORDS, HIT_WORDS = 12, 9
 """Numbers of 4-byte words of a ray and of a hit."""
 NEAR_WORD, TIME_WORD, FAR_WORD, MASK_WORD = 3, 7, 8, 9
 """Places of the start, of the shutter time, of the end and of the mask in a ray."""
-ITEM_WORD, INSTANCE_WORD = 17, 20
-"""Places, in a ray and its hit, of the number of the sphere or the face, and of the instance among
-those of one array (RTCHit16.primID and .instPrimID)."""
+ITEM_WORD, GEOMETRY_WORD, INSTANCED_WORD, INSTANCE_WORD = 17, 18, 19, 20
+"""Places, in a ray and its hit, of the number of the solid or the face, of its geometry in the
+scene, or of that of an array of instances, and of the instance in it (RTCHit16.primID, .geomID,
+.instID and .instPrimID)."""
 ALIGNMENT = 64
 """Alignment in bytes that embree requires of packets."""
 LONGEST_RAY = 1e30
@@ -211,7 +221,7 @@ def ray_packets(
             rays[full, word, :rest] = values[end:]
     rays[:, MASK_WORD].view(np.uint32)[:] = 0xFFFFFFFF
     if words > RAY_WORDS:
-        rays[:, ITEM_WORD].view(np.int32)[:] = -1
+        rays[:, ITEM_WORD : INSTANCE_WORD + 1].view(np.int32)[:] = -1
     return rays
 
 

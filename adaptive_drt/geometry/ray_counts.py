@@ -13,10 +13,10 @@ __all__ = ["RAY_KINDS", "count_rays", "counted_rays", "rays_since"]
 
 
 RAY_KINDS = (
-    "nearest", "shadow", "instance nearest", "instance shadow", "sphere nearest", "sphere shadow",
+    "nearest", "shadow", "instance nearest", "instance shadow", "solid nearest", "solid shadow",
 )  # fmt: skip
 """Rays that look for the nearest face, and that ask whether there is any; the same of instances
-that embree takes rays to, and of spheres that are traced as one set."""
+that embree takes rays to, and of solids that are traced as one set."""
 
 _own = threading.local()
 

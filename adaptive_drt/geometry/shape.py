@@ -29,6 +29,7 @@ from .light_protocol import AreaLight, LightBall, LightShape
 from .line_crossings import LightLines, LineCrossings
 from .line_forms import BoxRays, LineForms
 from .mesh.outline_shafts import OutlineShafts
+from .native_solids import NativeSolids
 from .occluder_outline import RAYS
 from .pixel_coverage import PixelCoverage
 from .planar_faces import PlanarFaces
@@ -63,12 +64,19 @@ class ShapeSet(ABC):
         bounding spheres finds few others. Such kinds come first in the registry.
     sampled : whether what shapes cover and hide is known by rays only. Method 'EXACT' then samples
         pixels that may show them, or that they may shade in part, and asks for no `line_forms`.
+    traced_natively : whether embree has solids of this kind: see `native_solids`.
+    occluder_cost : what the closed form of a light behind one of many such shapes costs, relative
+        to that behind a sphere.
+    has_elliptic_outlines : whether shapes hide lights behind outlines that are ellipses, or partly.
     """
 
     displacement: Array | None
     planar: ClassVar[bool] = False
     fills_bounding_sphere: ClassVar[bool] = False
     sampled: ClassVar[bool] = False
+    traced_natively: ClassVar[bool] = False
+    occluder_cost: ClassVar[float] = 1.0
+    has_elliptic_outlines: ClassVar[bool] = False
 
     @classmethod
     @abstractmethod
@@ -232,6 +240,10 @@ class ShapeSet(ABC):
         From the outer side of a face all of its solid is below the horizon. None: there are none.
         """
         return None
+
+    def native_solids(self, index: Ints | slice) -> NativeSolids:
+        """Solids in the form that embree traces, of sets that say so (`traced_natively`)."""
+        raise NotImplementedError(f"{type(self).__name__} are not traced by embree as they are")
 
     @property
     def inner_radii(self) -> Array:

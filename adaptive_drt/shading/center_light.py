@@ -22,7 +22,7 @@ from ..numerics.low_discrepancy import hashed_kronecker_points
 from ..numerics.vector import rms
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs, Surface
-from ..tracing.sphere_rays import SphereTracer
+from ..tracing.solid_rays import SolidTracer
 from .direct_light import add_emission, diffuse_brdf
 from .line_light import LINE_COUNTS, line_fractions, points_for_lines
 from .ratio_estimator import LightSums, gather_light, ratio_estimate, unoccluded_factor
@@ -90,7 +90,7 @@ def sample_center_light(
     shadows: Sequence[LightVisibility],
     rays: tuple[int, int],
     allowed: Array | None = None,
-    tracer: SphereTracer | None = None,
+    tracer: SolidTracer | None = None,
 ) -> CenterLight:
     """Sample the lights that are visible in part from n points.
 
@@ -186,7 +186,7 @@ class _Fractions:
     pixel: Ints
     number: int
     pairs: Pairs
-    tracer: SphereTracer | None
+    tracer: SolidTracer | None
 
     def sample(
         self,

@@ -22,7 +22,7 @@ from ..parallel.call_progress import report_progress
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs, Surface
 from ..tracing.shadow_rays import blocked_segments
-from ..tracing.sphere_rays import SphereTracer
+from ..tracing.solid_rays import SolidTracer
 
 __all__ = ["LightSums", "gather_light", "light_points", "ratio_estimate", "unoccluded_factor"]
 
@@ -107,7 +107,7 @@ def gather_light(
     spots: tuple[Array, Array] | None,
     time: Array | float,
     used: NDArray[np.bool_] | None = None,
-    tracer: SphereTracer | None = None,
+    tracer: SolidTracer | None = None,
 ) -> LightSums:
     """Trace shadow rays from n points to a light.
 
@@ -176,7 +176,7 @@ def _gather(
     pairs: Pairs,
     spots: tuple[Array, Array] | None,
     time: Array | float,
-    tracer: SphereTracer | None,
+    tracer: SolidTracer | None,
 ) -> tuple[Array, Array, Array]:
     """Sums of one batch, each of a shape that broadcasts to (n, k)."""
     samples = time.shape[1] if isinstance(time, np.ndarray) else 1

@@ -32,7 +32,7 @@ from ..scene.settings import Settings
 from ..scene.values import ZERO
 from .ball_groups import MANY_OBJECTS
 from .irrelevance import SeenBounds
-from .sphere_rays import find_traced_spheres
+from .solid_rays import find_traced_solids
 
 __all__ = ["Plan", "make_plan"]
 
@@ -85,7 +85,7 @@ class Plan:
     seen : (objects,) bool, whether the camera sees the object; None if it sees all.
     holdout : (objects,) bool, which objects have no coverage, and are black; None if none has.
     traced : (objects,) bool, the spheres that rays are traced against as one set where light is
-        sampled: see `sphere_rays`; None if there are none.
+        sampled: see `solid_rays`; None if there are none.
     faces_by_rays : number of flat faces that meshes stand for: see `scene.face_meshes`.
     stop : set to cancel the render: loops over chunks of work call `raise_if_cancelled` before
         each chunk.
@@ -203,7 +203,7 @@ class Plan:
                 {"EMBREE" if self.uses_embree(light) else "ARRAYS" for light in self.lights}
             ),
             "flat_faces_by_rays": self.faces_by_rays,
-            "sphere_rays": native_version() if self.traced is not None else "none",
+            "solid_rays": native_version() if self.traced is not None else "none",
             "threads": self.threads,
         }
 
@@ -254,7 +254,7 @@ def _make_plan(
     motion = moving and (bool(table.moves.any()) or any(x.displacement is not None for x in lights))
     skipped += _skipped_effects(settings, motion, sum(counts))
     lights = _with_shapes(lights, shapes, table, origin)
-    traced = find_traced_spheres(table, lights, settings)
+    traced = find_traced_solids(table, lights, settings)
     lights = _prepared(lights, settings, traced is not None or bool(table.sampled.any()))
     return Plan(
         settings=_with_feasible_batches(settings, lights, sum(counts), motion or traced is None),

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Few candidate occluders where rays find the light: enough of them to detect what they do.
 
-Light that rays are traced for needs no list of all occluders (`sphere_rays`), and under a sky such
+Light that rays are traced for needs no list of all occluders (`solid_rays`), and under a sky such
 a list is long. Detection asks only whether there is any, for the mask of penumbrae, and which ones
 may touch a pixel's patch of surface, for sharp shadow edges.
 """
@@ -70,6 +70,7 @@ class FewOccluders:
         # these are kept for as long as the occluders are
         self._occluders: Occluders = proxy(occluders)
         self._item = occluders.tracer.items
+        self._traced = occluders.tracer.traced.nonzero()[0]
         self._center, self._radius = occluders.center, occluders.radius
 
     @cached_property
@@ -173,27 +174,34 @@ class FewOccluders:
             parts.append(Pairs(some[found.pixel], found.item))
         return parts
 
-    def count_above_horizons(self, surface: Surface) -> Array:
-        """Number of spheres above the horizons of n points, by a sample of them: (n,)."""
+    def count_above_horizons(self, surface: Surface, cost: Array) -> Array:
+        """Number of solids above the horizons of n points, by a sample of them: (n,).
+
+        cost : (objects,) what each object counts as.
+        """
         step = -(-self._item.size // COUNTED_SPHERES)
         center, radius = self._balls(self._item[::step])
+        each = cost[self._item[::step]]
         count = np.empty(surface.item.size)
         for rows in _chunks(count.size, radius.size):
             normal = surface.normal[:, rows]
             lowest = dot(normal, surface.point[:, rows])[:, None] - radius
-            count[rows] = (normal.T @ center > lowest).sum(axis=1) * float(step)
+            count[rows] = (normal.T @ center > lowest) @ each * float(step)
         return count
 
-    def count_before(self, light: Emitter, surface: Surface, reach: Array | float = 0.0) -> Array:
-        """Number of spheres that may hide a light from n points, by a sample of them: (n,).
+    def count_before(
+        self, light: Emitter, surface: Surface, cost: Array, reach: Array | float = 0.0
+    ) -> Array:
+        """Number of solids that may hide a light from n points, by a sample of them: (n,).
 
+        cost : as that of `count_above_horizons`.
         reach : (n,) metres; all count that may hide it from surface points within.
         """
         reach = np.broadcast_to(np.asarray(reach, dtype=np.float64), (surface.item.size,))
         step, count = -(-self._item.size // COUNTED_SPHERES), surface.item.size
         if step > COUNTED_SHARE:
             pairs = self._occluders.find_among(light, surface, reach, self._sample)
-            return float(COUNTED_SHARE) * np.bincount(pairs.pixel, minlength=count)
+            return float(COUNTED_SHARE) * np.bincount(pairs.pixel, cost[pairs.item], count)
         sample, number = self._item[::step], np.zeros(count)
         for part in _chunks(count, sample.size):
             rows = np.arange(count)[part]
@@ -201,7 +209,7 @@ class FewOccluders:
             pairs = Pairs(point, np.tile(sample, rows.size))
             own = surface.take(rows)
             found = self._occluders.select(light, own, reach[rows], pairs)
-            number[rows] = np.bincount(found.pixel, minlength=rows.size)
+            number[rows] = np.bincount(found.pixel, cost[found.item], rows.size)
         return number * float(step)
 
     @cached_property
@@ -211,8 +219,13 @@ class FewOccluders:
         return BallGroups(*self._balls(item), item)
 
     @property
+    def items(self) -> Ints:
+        """Numbers of the solids that are traced as one set."""
+        return self._item
+
+    @property
     def count(self) -> int:
-        """Number of spheres that are traced as one set."""
+        """Number of solids that are traced as one set."""
         return self._item.size
 
     def _highest_witnesses(self, surface: Surface) -> Pairs:
@@ -251,8 +264,8 @@ class FewOccluders:
         if groups is not None and tracer is not None:
             pairs = Pairs(*groups.pairs(reach.size, touches))
             return pairs.take(tracer.traced[pairs.item])
-        balls = self._balls(self._item)
+        balls = self._balls(self._traced)
         pairs = pairs_by_blocks(
-            surface.point, reach, self._item.size, lambda *block: near(balls, *block)
+            surface.point, reach, self._traced.size, lambda *block: near(balls, *block)
         )
-        return Pairs(pairs.pixel, self._item[pairs.item])
+        return Pairs(pairs.pixel, self._traced[pairs.item])

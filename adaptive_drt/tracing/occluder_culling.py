@@ -32,7 +32,7 @@ from .light_view import LightView
 from .point_blocks import BLOCK_BITS, group_balls
 from .shadow_outlines import ShadowOutlines, may_shadow
 from .shadowed_occluders import hidden_by_spheres
-from .sphere_rays import SphereTracer
+from .solid_rays import SolidTracer
 
 __all__ = [
     "Occluders", "all_pairs_unculled", "find_group_candidates", "may_shadow", "merge_pairs",
@@ -88,7 +88,7 @@ class Occluders:
         self._solid[plan.shapes.proxied :] = 0.0
         self._planes = FacePlanes.make(plan.shapes)
         self._balls = _enclosing_balls(plan.shapes)
-        self.tracer = None if plan.traced is None else SphereTracer(plan.shapes, plan.traced)
+        self.tracer = None if plan.traced is None else SolidTracer(plan.shapes, plan.traced)
         many = self.radius.size >= MANY_OBJECTS
         self.groups = BallGroups(self.center, self.radius) if many else None
         self.outlines = ShadowOutlines(plan)

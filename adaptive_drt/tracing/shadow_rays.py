@@ -9,7 +9,7 @@ from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.gather import columns
 from .compile import Plan
 from .intersect import Pairs, Surface
-from .sphere_rays import SphereTracer
+from .solid_rays import SolidTracer
 
 __all__ = ["batches_by_rank", "blocked_segments"]
 
@@ -39,7 +39,7 @@ def blocked_segments(
     to: Array,
     pairs: Pairs,
     time: Array | float,
-    tracer: SphereTracer | None = None,
+    tracer: SolidTracer | None = None,
 ) -> Mask:
     """Which segments are intersected by one of the candidate occluders of their point.
 
@@ -57,7 +57,7 @@ def blocked_segments(
     """
     blocked = np.zeros(to.shape[1:], dtype=np.bool_)
     if tracer is not None:
-        pairs = _trace_spheres(tracer, surface, to, pairs, time, blocked)
+        pairs = _trace_solids(tracer, surface, to, pairs, time, blocked)
     smooth = surface.smooth
     for rows, item in batches_by_rank(to.shape[1], pairs):
         for shapes, part, index in plan.shapes.groups(item):
@@ -72,8 +72,8 @@ def blocked_segments(
     return blocked
 
 
-def _trace_spheres(
-    tracer: SphereTracer,
+def _trace_solids(
+    tracer: SolidTracer,
     surface: Surface,
     to: Array,
     pairs: Pairs,

@@ -8,7 +8,7 @@ import pytest
 
 from adaptive_drt.cubature.error_budget import Goal
 from adaptive_drt.cubature.heap_limits import LEAST_PILOT_STEP, PILOT_PIXELS
-from adaptive_drt.geometry.embree_spheres import native_library
+from adaptive_drt.geometry.embree_solids import native_library
 from adaptive_drt.image.frame import Frame, widened_plan
 from adaptive_drt.image.heap_pilots import closed_pilots, corrected_pilots, sampled_pilots
 from adaptive_drt.scene.settings import Settings

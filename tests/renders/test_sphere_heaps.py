@@ -30,7 +30,7 @@ def test_the_picture_does_not_depend_on_the_order_of_work():
         for threads, batch in ((1, 65_536), (2, 37))
     )
     assert one.stats["sampled_pixels"] > 50
-    assert one.stats["rays"]["sphere shadow"] > 0
+    assert one.stats["rays"]["solid shadow"] > 0
     np.testing.assert_array_equal(one.color, other.color)
     np.testing.assert_array_equal(one.mask, other.mask)
 

@@ -111,5 +111,5 @@ def test_summaries_are_numbers_and_switches():
         "spheres": 1, "quads": 1, "triangles": 0, "ellipses": 0, "ellipsoids": 0,
         "cylinders": 0, "meshes": 0, "lights": 1,
         "penumbra": True, "motion": False, "edges": True, "accelerator": ["ARRAYS"],
-        "threads": 3, "sphere_rays": "none", "flat_faces_by_rays": 0,
+        "threads": 3, "solid_rays": "none", "flat_faces_by_rays": 0,
     }  # fmt: skip

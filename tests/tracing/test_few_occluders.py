@@ -73,7 +73,11 @@ def test_spheres_above_horizons_are_counted():
     height = points.normal.T @ center[:, :900] + radius[:900]
     wanted = (height > (points.normal * points.point).sum(axis=0)[:, None]).sum(axis=1)
     assert few.count == 900
-    np.testing.assert_allclose(few.count_above_horizons(points), wanted, atol=90.0)
+    one = np.ones(plan.object_count)
+    np.testing.assert_allclose(few.count_above_horizons(points, one), wanted, atol=90.0)
+    np.testing.assert_allclose(
+        few.count_above_horizons(points, 3.0 * one), 3.0 * wanted, atol=270.0
+    )
 
 
 def large_heap(count):
@@ -107,7 +111,8 @@ def test_spheres_before_a_light_are_counted():
     for within in (np.zeros(points.item.size), reach):
         every = occluders.find_candidates(light, points, within)
         wanted = np.bincount(every.pixel, minlength=points.item.size)
-        found = FewOccluders(occluders).count_before(light, points, within)
+        one = np.ones(plan.object_count)
+        found = FewOccluders(occluders).count_before(light, points, one, within)
         rows = wanted >= 50
         # by one of 32; by 512 spheres in all it is one of 118
         off = (found - wanted)[rows] / np.sqrt(wanted[rows])

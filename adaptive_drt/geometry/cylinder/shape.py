@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from ...scene.description import Cylinder
 from ..camera import PinholeCamera
 from ..light_protocol import AreaLight, LightShape
 from ..line_forms import BoxRays
+from ..native_solids import Cones
 from ..occluder_outline import NOTHING, POLYGON, RAYS
 from ..pixel_coverage import PixelCoverage
 from ..polygon.kernels import distance_to_quad
@@ -71,6 +73,9 @@ class CylinderSet(ShapeSet):
     radius: Array
     slope: Array
     displacement: Array | None
+    traced_natively: ClassVar[bool] = True
+    occluder_cost: ClassVar[float] = 40.0
+    has_elliptic_outlines: ClassVar[bool] = True
 
     @classmethod
     def from_records(
@@ -103,6 +108,15 @@ class CylinderSet(ShapeSet):
         shift = np.maximum(self.slope * self.radius, -self.half)
         rims = np.hypot(self.half + shift, self.largest)
         return self.center + shift * self.axis, rims
+
+    def native_solids(self, index: Ints | slice) -> Cones:
+        """See `ShapeSet.native_solids`."""
+        center, axis = columns(self.center, index), columns(self.axis, index)
+        half, radius, slope = self.half[index], self.radius[index], self.slope[index]
+        d = self.displacement
+        radii = np.array([radius - slope * half, np.maximum(radius + slope * half, 0.0)])
+        ends = np.array([center - half * axis, center + half * axis])
+        return Cones(ends, radii, None if d is None else columns(d, index))
 
     @property
     def inner_radii(self) -> Array:

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 
@@ -24,6 +25,7 @@ from ..elliptic_cones import ellipsoid_outline
 from ..light_plane import LightPlane
 from ..light_protocol import AreaLight, LightShape
 from ..line_forms import BoxRays
+from ..native_solids import Ellipsoids
 from ..occluder_outline import CUT, ELLIPSE, NOTHING, RAYS
 from ..pixel_coverage import PixelCoverage
 from ..quadric_lines import QuadricForms
@@ -74,6 +76,9 @@ class EllipsoidSet(ShapeSet):
     center: Array
     half_axes: Array
     displacement: Array | None
+    traced_natively: ClassVar[bool] = True
+    occluder_cost: ClassVar[float] = 2.0
+    has_elliptic_outlines: ClassVar[bool] = True
 
     @classmethod
     def from_records(
@@ -99,6 +104,16 @@ class EllipsoidSet(ShapeSet):
     def bounding_spheres(self) -> tuple[Array, Array]:
         """Spheres around the centres whose radii are the longest half axes."""
         return self.center, self.spaces.longest
+
+    def native_solids(self, index: Ints | slice) -> Ellipsoids:
+        """See `ShapeSet.native_solids`."""
+        d = self.displacement
+        return Ellipsoids(
+            columns(self.center, index),
+            columns(self.half_axes, index, -1),
+            self.spaces.shortest[index],
+            None if d is None else columns(d, index),
+        )
 
     @property
     def inner_radii(self) -> Array:

@@ -20,12 +20,15 @@ from ...numerics.vector import dot
 from ..embree_library import (
     FAR_WORD,
     FLOAT3,
+    FLOAT3X4_COLUMNS,
     HIT_WORDS,
     INDICES,
+    INSTANCE_ARRAY,
     INSTANCE_WORD,
     ITEM_WORD,
     LONGEST_RAY,
     RAY_WORDS,
+    TRANSFORMS,
     VERTICES,
     geometry_buffer,
     native_library,
@@ -41,10 +44,8 @@ from .tracer import entering_rays
 __all__ = ["InstanceScene"]
 
 
-TRIANGLES, INSTANCE_ARRAY = 0, 122
-"""Embree's numbers of kinds of geometries."""
-TRANSFORMS, UINT3, FLOAT3X4_COLUMNS = 23, 0x5003, 0x9234
-"""Embree's numbers of the buffer of matrices, and of formats of buffers."""
+TRIANGLES, UINT3 = 0, 0x5003
+"""Embree's numbers of triangles, and of the format of their vertices' numbers."""
 ROUNDING = 16.0 * FLOAT32_ROUNDOFF
 """Distance by which embree may misplace a ray in an instance, as a fraction of the size of all
 instances and times the condition of the instance's matrix: a generous bound on what is rounded of

@@ -20,6 +20,7 @@ from ..implicit_surface import ImplicitSphere
 from ..light_plane import LightPlane
 from ..light_protocol import AreaLight, LightShape
 from ..line_forms import BoxRays
+from ..native_solids import Balls
 from ..pixel_coverage import PixelCoverage
 from ..receivers import Receivers
 from ..shaded_patches import ShadedPatches
@@ -65,6 +66,7 @@ class SphereSet(ShapeSet):
     radius: Array
     displacement: Array | None
     fills_bounding_sphere: ClassVar[bool] = True
+    traced_natively: ClassVar[bool] = True
 
     @classmethod
     def from_records(
@@ -92,6 +94,12 @@ class SphereSet(ShapeSet):
     def bounding_spheres(self) -> tuple[Array, Array]:
         """The spheres themselves."""
         return self.center, self.radius
+
+    def native_solids(self, index: Ints | slice) -> Balls:
+        """See `ShapeSet.native_solids`."""
+        d = self.displacement
+        moved = None if d is None else columns(d, index)
+        return Balls(columns(self.center, index), self.radius[index], moved)
 
     @property
     def inner_radii(self) -> Array:

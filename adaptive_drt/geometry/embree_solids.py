@@ -1,16 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Rays against many spheres by embree's own spheres.
+"""Rays against many solids by embree's own shapes: see `native_solids`.
 
 embreex traces triangles only. The library that its wheel brings also has spheres, which are built
-forty times faster than icosahedra and are round; see `embree_library`.
+forty times faster than icosahedra and are round, and cones; see `embree_library`.
 
 Embree works in float32. Scenes are therefore scaled to unit size about their centre, so that what
-it rounds away is relative to the scene's size: see `SphereScene`.
+it rounds away is relative to the scene's size: see `SolidScene`.
 """
 
 from __future__ import annotations
 
 import threading
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -22,8 +23,11 @@ from ..numerics.vector import dot
 from .embree_library import (
     FAR_WORD,
     FLOAT3,
+    GEOMETRY_WORD,
     HIT_WORDS,
     INDICES,
+    INSTANCE_WORD,
+    INSTANCED_WORD,
     ITEM_WORD,
     LONGEST_RAY,
     MASK_WORD,
@@ -39,52 +43,45 @@ from .embree_library import (
     trace_packets,
     word_of_rays,
 )
+from .native_solids import Ellipsoids, NativeSolids
 from .ray_counts import count_rays
 
-__all__ = ["SphereScene"]
+__all__ = ["SolidScene"]
 
 
-SPHERE_POINTS, FLOAT4 = 50, 0x9004
-"""Embree's numbers of spheres, and of the format of their places and radii."""
 QUADS, UINT4 = 1, 0x5004
-"""The same of quadrilaterals, and of the format of their vertices' numbers."""
+"""Embree's numbers of quadrilaterals, and of the format of their vertices' numbers."""
 START_OFFSET = 16.0 * FLOAT32_ROUNDOFF
 """Distance of the start of rays from the surface that they leave, along its normal, and of their
 end from the light, as a fraction of the scene's size: more than embree's rounding of centres, radii
-and rays, so that no ray meets the sphere that it leaves."""
+and rays, so that no ray meets the solid that it leaves."""
 COPIES = 4
-"""Number of directions that `SphereScene.open_rays` traces from each point."""
+"""Number of directions that `SolidScene.open_rays` traces from each point."""
 NEAR_RADII = 2.0
 """Distance from the middle of the scene, in radii of the ball around it, up to which rays begin
 where they do; others begin where they enter the ball, so that their rounding is as small."""
 
 
-class SphereScene:
-    """A scene of spheres that rays are traced against.
+class SolidScene:
+    """A scene of solids that rays are traced against.
 
-    Where a ray passes the surface of a sphere at less than `rounding` metres, whether it meets the
-    sphere is decided by rounding; elsewhere the answers are those of exact arithmetic.
+    Where a ray passes the surface of a solid at less than `rounding` metres, whether it meets the
+    solid is decided by rounding; elsewhere the answers are those of exact arithmetic.
     """
 
-    def __init__(
-        self,
-        center: Array,
-        radius: Array,
-        displacement: Array | None = None,
-        faces: Array | None = None,
-    ) -> None:
-        """Take n spheres; what embree needs is built when the first ray is traced.
+    def __init__(self, solids: Sequence[NativeSolids], faces: Array | None = None) -> None:
+        """Take solids; what embree needs is built when the first ray is traced.
 
         Parameters
         ----------
-        center : (3, n) metres, at the middle of the shutter.  radius : (n,) metres.
-        displacement : (3, n) metres, over the shutter; None at rest.
+        solids : of one or several kinds; they are numbered through in this order.
         faces : (3, 4, q) metres, vertices of quadrilaterals that `open_rays` traces as well.
         """
-        self._middle, sides = self.extent(center, radius, displacement)
+        self._middle, sides = self.extent(solids)
         self.size = float(sides.max())
         # copies in embree's units are made when they are needed: of a million spheres 32 MB
-        self._spheres = center, radius, displacement
+        self._solids = solids
+        self._first = np.cumsum([0, *(each.count for each in solids)])
         self._ball = 0.5 * float(np.sqrt(((sides / self.size) ** 2).sum()))
         self._faces = None
         if faces is not None and faces.size:
@@ -93,10 +90,11 @@ class SphereScene:
         self._scenes: dict[bool, int] = {}
 
     @staticmethod
-    def extent(center: Array, radius: Array, displacement: Array | None) -> tuple[Array, Array]:
-        """Middle (3, 1) and sides (3,) of the box around spheres over the shutter, metres."""
-        path = 0.0 if displacement is None else 0.5 * np.abs(displacement)
-        low, high = (center - path - radius).min(axis=1), (center + path + radius).max(axis=1)
+    def extent(solids: Sequence[NativeSolids]) -> tuple[Array, Array]:
+        """Middle (3, 1) and sides (3,) of the box around solids over the shutter, metres."""
+        boxes = [each.box() for each in solids]
+        low = np.min([each[0] for each in boxes], axis=0)
+        high = np.max([each[1] for each in boxes], axis=0)
         return 0.5 * (low + high)[:, None], high - low
 
     @staticmethod
@@ -106,7 +104,7 @@ class SphereScene:
 
     @property
     def rounding(self) -> float:
-        """Distance in metres to the surface of a sphere below which rounding decides."""
+        """Distance in metres to the surface of a solid below which rounding decides."""
         return 2.0 * START_OFFSET * self.size
 
     def __del__(self) -> None:
@@ -117,7 +115,7 @@ class SphereScene:
                 library.rtcReleaseScene(scene)
 
     def blocked(self, start: Array, normal: Array, to: Array, time: Array | float = 0.0) -> Mask:
-        """Whether spheres lie between `start` and `start + to`: (n, k).
+        """Whether solids lie between `start` and `start + to`: (n, k).
 
         Parameters
         ----------
@@ -139,7 +137,7 @@ class SphereScene:
             left = away.reshape(-1)
             left[rows] = np.where(met, left[rows] - gone, -1.0)
         rays = ray_packets(origin, unit, away.reshape(-1), RAY_WORDS, time=time)
-        count_rays("sphere shadow", unit.shape[1])
+        count_rays("solid shadow", unit.shape[1])
         trace_packets("rtcOccluded16", self._committed(), rays, unit.shape[1])
         found: Mask = (rays[:, FAR_WORD].reshape(-1)[: unit.shape[1]] == -np.inf) & (
             away.reshape(-1) > 0.0
@@ -155,7 +153,7 @@ class SphereScene:
     def open_rays(
         self, start: Array, normal: Array, a: Array, b: Array, ways: bool
     ) -> tuple[Mask, NDArray[np.float32] | None]:
-        """Which of `COPIES` directions from n points at rest no sphere or face blocks: (k, n).
+        """Which of `COPIES` directions from n points at rest no solid or face blocks: (k, n).
 
         With `ways`, the directions (3, k, n) come with it.
 
@@ -186,7 +184,7 @@ class SphereScene:
         rays[:, :, TIME_WORD] = 0.5
         rays[:, :, FAR_WORD] = LONGEST_RAY
         rays[:, :, MASK_WORD].view(np.uint32)[:] = 0xFFFFFFFF
-        count_rays("sphere shadow", COPIES * count)
+        count_rays("solid shadow", COPIES * count)
         # rays that only fill the last packet are ended
         rays[:, -1, FAR_WORD, count - packets * PACKET + PACKET :] = -1.0
         rows = rays.reshape(COPIES * packets, RAY_WORDS, PACKET)
@@ -198,30 +196,44 @@ class SphereScene:
         way = np.moveaxis(rays[:, :, 4:7], 2, 0).reshape(3, COPIES, -1)[:, :, :count]
         return free, way
 
-    def nearest(self, way: Array, time: Array | float = 0.0) -> Ints:
-        """The first sphere (m,) that rays from the origin along `way` (3, m) meet, or -1.
+    def nearest(self, way: Array, time: Array | float = 0.0) -> tuple[Ints, Array]:
+        """The first solid (m,) that rays from the origin along `way` (3, m) meet, or -1.
+
+        With it comes the ray parameter (m,) of the hit, to embree's accuracy.
 
         time : shutter times (m,) or one number.
         """
-        unit = way / np.sqrt(dot(way, way))
+        length = np.sqrt(dot(way, way))
+        unit = way / length
         origin = np.broadcast_to(-self._middle / self.size, unit.shape)
-        away = np.full(unit.shape[1], LONGEST_RAY)
+        away, gone = np.full(unit.shape[1], LONGEST_RAY), np.zeros(1)
         if float((origin[:, :1] ** 2).sum()) > (NEAR_RADII * self._ball) ** 2:
             gone, met = self._entry(origin, unit)
             origin, away = origin + gone * unit, np.where(met, away, -1.0)
-        return self._first_met(origin, unit, away, time)
+        item, reach = self._first_met(origin, unit, away, time)
+        return item, (gone + reach) * (self.size / length)
 
-    def _first_met(self, origin: Array, unit: Array, away: Array, time: Array | float) -> Ints:
-        """The first sphere (m,) that rays of lengths `away` meet, or -1, in the scene's units."""
+    def _first_met(
+        self, origin: Array, unit: Array, away: Array, time: Array | float
+    ) -> tuple[Ints, Array]:
+        """The first solid (m,) that rays of lengths `away` meet, or -1, and the lengths (m,) up to
+        it, in the scene's units.
+        """
         rays = ray_packets(origin, unit, away, RAY_WORDS + HIT_WORDS, time=time)
-        count_rays("sphere nearest", unit.shape[1])
-        trace_packets("rtcIntersect16", self._committed(), rays, unit.shape[1])
-        item = word_of_rays(rays, ITEM_WORD, unit.shape[1])
+        count = unit.shape[1]
+        count_rays("solid nearest", count)
+        trace_packets("rtcIntersect16", self._committed(), rays, count)
+        item = word_of_rays(rays, ITEM_WORD, count)
+        if len(self._solids) > 1 or isinstance(self._solids[0], Ellipsoids):
+            instanced = word_of_rays(rays, INSTANCED_WORD, count)
+            own = np.where(instanced < 0, item, word_of_rays(rays, INSTANCE_WORD, count))
+            kind = np.where(instanced < 0, word_of_rays(rays, GEOMETRY_WORD, count), instanced)
+            item = np.where(item < 0, -1, own + self._first[kind])
         item[away < 0.0] = -1
-        return item
+        return item, rays[:, FAR_WORD].reshape(-1)[:count].astype(np.float64)
 
     def first_blocking(self, start: Array, normal: Array, to: Array) -> Ints:
-        """The first sphere (n,) between `start` and `start + to`, at rest, or -1.
+        """The first solid (n,) between `start` and `start + to`, at rest, or -1.
 
         start, normal : (3, n) as those of `blocked`.  to : (3, n) metres.
         """
@@ -233,7 +245,7 @@ class SphereScene:
         far = dot(origin, origin) > (NEAR_RADII * self._ball) ** 2
         origin = np.where(far, origin + gone * unit, origin)
         away = np.where(far, np.where(met, away - gone, -1.0), away)
-        return self._first_met(origin, unit, away, 0.0)
+        return self._first_met(origin, unit, away, 0.0)[0]
 
     def _entry(self, origin: Array, unit: Array) -> tuple[Array, Mask]:
         """Lengths (m,) of rays up to the ball around the scene, and whether they meet it."""
@@ -251,30 +263,11 @@ class SphereScene:
         return self._scenes[faces]
 
     def _build(self, faces: bool) -> int:
-        geometries = [self._sphere_geometry()]
+        geometries = [each.geometry(self._middle, self.size) for each in self._solids]
         if faces:
             assert self._faces is not None
             geometries.append(_quad_geometry(self._faces.T.reshape(-1, 3)))
         return scene_of(*geometries)
-
-    def _sphere_geometry(self) -> int:
-        """The spheres at both ends of the shutter, or once where they are at rest."""
-        library = native_library()
-        assert library is not None
-        geometry: int = library.rtcNewGeometry(library.device, SPHERE_POINTS)
-        center, radius, displacement = self._spheres
-        ends = (0.0,) if displacement is None else (-0.5, 0.5)
-        library.rtcSetGeometryTimeStepCount(geometry, len(ends))
-        for slot, end in enumerate(ends):
-            shape = (radius.size, 4)
-            values = geometry_buffer(geometry, VERTICES, FLOAT4, np.float32, shape, slot)
-            for axis in range(3):
-                place = (center[axis] - self._middle[axis]) / self.size
-                if displacement is not None:
-                    place += end * (displacement[axis] / self.size)
-                values[:, axis] = place
-            values[:, 3] = radius / self.size
-        return geometry
 
 
 def _quad_geometry(corners: Array) -> int:

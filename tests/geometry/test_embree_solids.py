@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from adaptive_drt.geometry.embree_library import native_library
-from adaptive_drt.geometry.embree_spheres import SphereScene
+from adaptive_drt.geometry.embree_solids import SolidScene
+from adaptive_drt.geometry.native_solids import Balls
 
 native = pytest.mark.skipif(native_library() is None, reason="embree's library is not found")
 
@@ -65,7 +66,7 @@ def test_shadow_rays_are_those_of_brute_force(name):
     if name == "far from the origin":
         center += 1_000.0
     radius = np.exp(rng.uniform(np.log(least), np.log(most), count))
-    scene = SphereScene(center, radius)
+    scene = SolidScene((Balls(center, radius),))
     start, normal, own = surface_points(rng, center, radius, 150)
     to = directions(rng, normal, 19) * rng.uniform(0.2, 3.0 * size, (150, 19))
     wanted, clear = blocked_and_clear(start, to, center, radius, own)
@@ -79,7 +80,7 @@ def test_shadow_rays_are_those_of_brute_force(name):
 def test_rays_from_far_away_begin_at_the_ball_around_the_scene():
     rng = np.random.default_rng(2)
     center, radius = rng.uniform(-1.0, 1.0, (3, 100)), rng.uniform(0.02, 0.2, 100)
-    scene = SphereScene(center, radius)
+    scene = SolidScene((Balls(center, radius),))
     start = np.array([[0.0, 1e5, 3.0], [0.0, 0.0, 2e4], [-5e4, 0.0, 0.0]])
     normal = np.eye(3)
     to = 2.0 * (rng.uniform(-1.5, 1.5, (3, 3, 200)) - start[:, :, None])
@@ -94,7 +95,7 @@ def test_rays_from_far_away_begin_at_the_ball_around_the_scene():
 @native
 def test_endless_rays_and_no_rays():
     center, radius = np.array([[0.0, 4.0], [0.0, 0.0], [0.0, 0.0]]), np.array([1.0, 1.0])
-    scene = SphereScene(center, radius)
+    scene = SolidScene((Balls(center, radius),))
     start, normal = np.array([[1.0], [0.0], [0.0]]), np.array([[1.0], [0.0], [0.0]])
     to = 2.0**121 * np.array([[[1.0, 0.0]], [[0.0, 1.0]], [[0.0, 0.0]]])
     np.testing.assert_array_equal(scene.blocked(start, normal, to), [[True, False]])
@@ -108,7 +109,7 @@ def test_open_rays_are_those_that_nothing_blocks(count):
     rng = np.random.default_rng(count)
     center, radius = rng.uniform(-1.0, 1.0, (3, 150)), rng.uniform(0.05, 0.3, 150)
     corner = np.array([[-9.0, 9.0, 9.0, -9.0], [-9.0, -9.0, 9.0, 9.0], [1.4] * 4])
-    scene = SphereScene(center, radius, faces=corner[:, :, None])
+    scene = SolidScene((Balls(center, radius),), faces=corner[:, :, None])
     start, normal, _ = surface_points(rng, center, radius, count)
     start, normal = start[:, start[2] < 1.35], normal[:, start[2] < 1.35]
     assert scene.is_near(start).all()
@@ -128,7 +129,7 @@ def test_open_rays_are_those_that_nothing_blocks(count):
 
 @native
 def test_open_rays_have_the_density_of_the_cosine():
-    scene = SphereScene(np.array([[50.0], [0.0], [0.0]]), np.ones(1))
+    scene = SolidScene((Balls(np.array([[50.0], [0.0], [0.0]]), np.ones(1)),))
     side = (np.arange(64) + 0.5) / 64.0
     a, b = (part.ravel() for part in np.meshgrid(side, side))
     normal = np.repeat(np.array([[0.36], [0.48], [-0.8]]), a.size, axis=1)
@@ -157,19 +158,19 @@ def test_nearest_spheres_are_those_of_brute_force(inside):
     t[(square <= 0.0) | (t <= 0.0)] = np.inf
     best = t.argmin(axis=0)
     wanted = np.where(np.isfinite(t.min(axis=0)), best, -1)
-    scene = SphereScene(center, radius)
+    scene = SolidScene((Balls(center, radius),))
     aside = np.sqrt(((v - along / ww * way[:, None]) ** 2).sum(axis=0))
     known = np.abs(aside - radius[:, None]).min(axis=0) > scene.rounding
     first, second = np.sort(t, axis=0)[:2]
     with np.errstate(invalid="ignore"):
         known &= ~((second - first) * np.sqrt(ww) < scene.rounding)
     assert known.mean() > 0.95 and (wanted >= 0).mean() > 0.2
-    np.testing.assert_array_equal(scene.nearest(way)[known], wanted[known])
+    np.testing.assert_array_equal(scene.nearest(way)[0][known], wanted[known])
 
 
 @native
 def test_grazing_rays_are_decided_by_rounding_alone():
-    scene = SphereScene(np.zeros((3, 1)), np.ones(1))
+    scene = SolidScene((Balls(np.zeros((3, 1)), np.ones(1)),))
     offset = np.array([-8.0, -2.0, 2.0, 8.0]) * scene.rounding
     start = np.array([[-3.0], [0.0], [0.0]]) + np.array([[0.0], [1.0], [0.0]]) * (1.0 + offset)
     to = np.broadcast_to(np.array([[6.0], [0.0], [0.0]])[:, :, None], (3, 4, 1))
@@ -182,7 +183,7 @@ def test_grazing_rays_are_decided_by_rounding_alone():
 @native
 def test_spheres_move_during_the_shutter():
     shift = np.array([[2.0], [0.0], [0.0]])
-    scene = SphereScene(np.zeros((3, 1)), np.array([0.25]), shift)
+    scene = SolidScene((Balls(np.zeros((3, 1)), np.array([0.25]), shift),))
     x = np.linspace(-1.0, 1.0, 9)
     start = np.array([x, 0.0 * x - 2.0, 0.0 * x])
     to = np.broadcast_to(np.array([[0.0], [4.0], [0.0]])[:, :, None], (3, 9, 9))
@@ -197,6 +198,6 @@ def test_spheres_move_during_the_shutter():
 def test_many_scenes_share_one_device():
     """With a device for each scene embree crashes at some 1,500 of them."""
     start, normal = np.array([[-3.0], [0.0], [0.0]]), np.array([[1.0], [0.0], [0.0]])
-    scenes = [SphereScene(np.zeros((3, 1)), np.ones(1)) for _ in range(1_600)]
+    scenes = [SolidScene((Balls(np.zeros((3, 1)), np.ones(1)),)) for _ in range(1_600)]
     to = np.array([[[6.0]], [[0.0]], [[0.0]]])
     assert all(scene.blocked(start, normal, to).all() for scene in scenes)

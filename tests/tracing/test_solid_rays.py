@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from adaptive_drt.geometry.embree_library import native_library
-from adaptive_drt.scene.description import Quad, Sphere
+from adaptive_drt.scene.description import Cylinder, Ellipsoid, Motion, Quad, Sphere
 from adaptive_drt.scene.settings import Settings
 from adaptive_drt.tracing.compile import make_plan
 from adaptive_drt.tracing.intersect import Pairs, Surface, intersect_pairs, nearest_hits
 from adaptive_drt.tracing.occluder_culling import Occluders
 from adaptive_drt.tracing.shadow_rays import blocked_segments
-from adaptive_drt.tracing.sphere_rays import MAX_OTHERS, MIN_SPHERES
+from adaptive_drt.tracing.solid_rays import MAX_OTHERS, MIN_SOLIDS
 from sphere_heaps import moving_heap, sphere_heap
 
 pytestmark = pytest.mark.skipif(native_library() is None, reason="embree's library is not found")
@@ -27,16 +27,16 @@ def test_the_spheres_of_a_heap_are_traced_and_its_floor_is_not():
     plan = make_plan(sphere_heap(0, 120), SETTINGS)
     assert plan.traced is not None and plan.may_sample
     assert plan.traced.sum() == 120 and not plan.traced[120:].any()
-    assert plan.summary()["sphere_rays"].startswith("embree")
+    assert plan.summary()["solid_rays"].startswith("embree")
 
 
-@pytest.mark.parametrize("change", ["few", "rays", "arrays", "others", "tiny", "visibility"])
+@pytest.mark.parametrize("change", ["few", "rays", "arrays", "others", "visibility"])
 def test_what_does_not_suit_is_not_traced(change):
     scene, settings = sphere_heap(0, 120), SETTINGS
     first = next(shape for shape in scene.shapes if isinstance(shape, Sphere))
     rest = tuple(shape for shape in scene.shapes if shape is not first)
     if change == "few":
-        scene = sphere_heap(0, MIN_SPHERES - 1)
+        scene = sphere_heap(0, MIN_SOLIDS - 1)
     elif change == "rays":
         settings = Settings(method="RAYS")
     elif change == "arrays":
@@ -47,13 +47,18 @@ def test_what_does_not_suit_is_not_traced(change):
             for k in range(MAX_OTHERS + 1)
         )
         scene = replace(scene, shapes=(*scene.shapes, *walls))
-    elif change == "tiny":
-        scene = replace(scene, shapes=(replace(first, radius=1e-5), *rest))
     else:
         hidden = replace(first, visibility=replace(first.visibility, shadow=False))
         scene = replace(scene, shapes=(hidden, *rest))
     plan = make_plan(scene, settings)
-    assert plan.traced is None and plan.summary()["sphere_rays"] == "none"
+    assert plan.traced is None and plan.summary()["solid_rays"] == "none"
+
+
+def test_a_tiny_sphere_is_tested_by_itself():
+    scene = sphere_heap(0, 120)
+    speck = Sphere((0.0, 0.0, 3.0), 1e-6)
+    plan = make_plan(replace(scene, shapes=(*scene.shapes, speck)), SETTINGS)
+    assert plan.traced is not None and plan.traced.sum() == 120
 
 
 def test_a_huge_sphere_is_tested_by_itself():
@@ -133,3 +138,49 @@ def test_faces_at_rest_are_traced_with_the_spheres():
     scene = sphere_heap(3, 150)
     scene = replace(scene, shapes=(floor, *scene.shapes[1:]))
     assert not Occluders(make_plan(scene, SETTINGS)).tracer.holds_all
+
+
+def crowd(count, motion=None):
+    """Balls, sticks, cones and ellipsoids of a heap, over its floor."""
+    scene = sphere_heap(6, count)
+    rng = np.random.default_rng(6)
+    floor, *balls = scene.shapes
+    shapes = []
+    for number, ball in enumerate(balls):
+        center, axes = np.array(ball.center), np.linalg.qr(rng.normal(size=(3, 3)))[0] * ball.radius
+        own = {"material": ball.material, "motion": motion}
+        end = [float(each) for each in center + axes[0]]
+        if number % 4 == 0:
+            shapes.append(replace(ball, motion=motion))
+        elif number % 4 == 1:
+            shapes.append(Cylinder(ball.center, tuple(end), 0.3 * ball.radius, **own))
+        elif number % 4 == 2:
+            shapes.append(
+                Cylinder(ball.center, tuple(end), 0.5 * ball.radius, end_radius=0.0, **own)
+            )
+        else:
+            halves = axes * rng.uniform(0.3, 1.0, (3, 1))
+            shapes.append(Ellipsoid(ball.center, *map(tuple, halves.tolist()), **own))
+    return replace(scene, shapes=(floor, *shapes))
+
+
+@pytest.mark.parametrize("motion", [None, Motion((0.05, 0.1, 0.0))], ids=["still", "moving"])
+def test_solids_with_their_ends_are_met_and_block_as_one_by_one(motion):
+    plan = make_plan(crowd(120, motion), SETTINGS)
+    tracer = Occluders(plan).tracer
+    # all but the floor: the solids, and the ends of sticks and cones
+    assert tracer is not None and (~plan.traced).sum() == 1
+    assert tracer.items.size == 120 < plan.traced.sum()
+    rng, size = np.random.default_rng(0), 900
+    x, y = rng.uniform(0.0, (32.0, 24.0), (size, 2)).T
+    w, time = plan.lens.directions(x, y), rng.uniform(-0.5, 0.5, size)
+    every = plan.traced.nonzero()[0]
+    pairs = Pairs(np.repeat(np.arange(size), every.size), np.tile(every, size))
+    t = intersect_pairs(plan, w[:, pairs.pixel], pairs.item, time[pairs.pixel])
+    depth, item = nearest_hits(size, pairs, t)
+    found = tracer.nearest(w, time)
+    same = found[1] == item
+    assert same.mean() > 0.99 and (item >= 0).mean() > 0.2
+    kinds = {type(each).__name__ for each, _, _ in plan.shapes.groups(item[same])}
+    assert {"SphereSet", "EllipseSet", "EllipsoidSet", "CylinderSet"} <= kinds
+    np.testing.assert_allclose(found[0][same], depth[same], rtol=1e-9)
