@@ -117,7 +117,7 @@ Measured on: {facts["machine"]}. {facts["blender"]} without a window, seed {fact
 
 {last["seconds"] / 60.0:.0f} minutes in one process: {counts["load"]} rounds, {counts["small"]}
 with a file of one ball, {counts["moving"]} with a moving ball and {counts["heap"]} with a heap of
-1,000 balls. In each the file is loaded and four of these follow at random, in all
+300 balls. In each the file is loaded and four of these follow at random, in all
 {counts["button"]} renders by the button, {counts["engine"]} by the engine, {counts["cancel"]} that
 are cancelled after 0 to 1.5 s ({counts["ended"]} still ran then), and {counts["undo"]} edits that
 are rendered, undone, redone and undone.
@@ -131,8 +131,8 @@ Resident memory, MiB, after each round, with the file of one ball loaded: median
 
 Blender ended with code {facts["code"]}; processes left after it: {facts["left"]}. It had
 at most {max(r["children"] for r in rounds)} child processes, and at most
-{max(r["threads"] for r in rounds)} threads of Python, {last["threads"]} at the end. Lines of the log
-that tell of errors: {len(wrong)}.
+{max(r["threads"] for r in rounds)} threads of Python, {last["threads"]} at the end. Lines of the
+log that tell of errors: {len(wrong)}.
 {said}
 """
 

@@ -24,13 +24,13 @@ import bpy
 FOLDER = Path(sys.argv[-3])
 SECONDS, SEED = 60.0 * float(sys.argv[-2]), int(sys.argv[-1])
 PACKAGE = "bl_ext.user_default.adaptive_drt"
-HEAP = 1_000
+HEAP = 300
 """Balls of the heap."""
-SIZES = {"small": (320, 240), "moving": (160, 120), "heap": (240, 160)}
+SIZES = {"small": (320, 240), "moving": (120, 90), "heap": (120, 80)}
 """Pixels of the pictures: the first is large enough for worker processes."""
 LATEST = 1.5
 """Longest time, in seconds, after which a render is cancelled."""
-TOLERANCES = (0.01, 0.003)
+TOLERANCES = (0.02, 0.01)
 
 state: Any = importlib.import_module(f"{PACKAGE}.operators.state").state
 pool: Any = importlib.import_module(f"{PACKAGE}.adaptive_drt.parallel.pool").worker_pool
@@ -62,7 +62,7 @@ def make_files() -> None:
             heap = bpy.data.objects.new("Heap", mesh)
             scene.collection.objects.link(heap)
             heap.instance_type = "VERTS"
-            ball.parent, ball.scale = heap, (0.08,) * 3
+            ball.parent, ball.scale = heap, (0.12,) * 3
         bpy.ops.wm.save_as_mainfile(filepath=str(FOLDER / f"{name}.blend"))
 
 

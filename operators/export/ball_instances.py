@@ -7,7 +7,7 @@ instance of a group, and for the arrays of all.
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping
+from collections.abc import Hashable
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -19,9 +19,9 @@ from ...adaptive_drt.scene.description import Issue, Material, ShapeRecord, Sphe
 from ...adaptive_drt.scene.primitive_recognition import MeshSphere
 from ...adaptive_drt.scene.sphere_batch import Spheres
 from .copies import Copies
-from .deforming import Deforming
+from .deforming import Deforming, Snapshot
 from .instances import key_of
-from .mesh import UNIFORM, shapes_of
+from .mesh import UNIFORM, Layout, shapes_of
 from .shutter import CURVED, TURNED, Matrix, Track, instance_matrices
 
 
@@ -31,13 +31,22 @@ class Motions:
 
     Attributes
     ----------
-    opens, closes : world matrices (4, 4) at its ends, by the keys of the instances.
+    opens, closes : all instances at its ends.
     deforming : tells which meshes change.
     """
 
-    opens: Mapping[Hashable, Matrix]
-    closes: Mapping[Hashable, Matrix]
+    opens: Snapshot
+    closes: Snapshot
     deforming: Deforming
+
+    @cached_property
+    def growing(self) -> list[bool]:
+        """Whether the size of what has a row at the opening changes until the closing."""
+        then = np.full(len(self.opens.matrices), -1)
+        for key, row in self.opens.rows.items():
+            then[row] = self.closes.rows.get(key, -1)
+        found: list[bool] = _grow(self.opens.matrices, self.closes.matrices[then]).tolist()
+        return found
 
 
 @dataclass(frozen=True)
@@ -75,8 +84,9 @@ class _Group:
     moves: bool
     deforms: bool
     numbers: list[int] = field(default_factory=list)
-    opens: list[Matrix | None] = field(default_factory=list)
-    closes: list[Matrix | None] = field(default_factory=list)
+    opens: list[int] = field(default_factory=list)
+    closes: list[int] = field(default_factory=list)
+    layouts: tuple[Layout | None, Layout | None] | None = None
 
 
 class BallInstances:
@@ -145,12 +155,18 @@ class BallInstances:
 
     def _enter(self, group: _Group, number: int, instance: Any) -> bool:
         """Enter an instance into a group; returns False where it must be read by itself."""
-        if group.moves and self._motions is not None:
+        motions = self._motions
+        if group.moves and motions is not None:
             key = key_of(instance)
-            if group.deforms and not self._motions.deforming.knows(instance, key):
-                return False
-            opens, closes = self._motions.opens.get(key), self._motions.closes.get(key)
-            if opens is not None and closes is not None and _grows(opens, closes):
+            opens, closes = motions.opens.rows.get(key, -1), motions.closes.rows.get(key, -1)
+            if group.deforms:
+                one, other = motions.opens.layouts[opens], motions.closes.layouts[closes]
+                known = group.layouts
+                if known is None or one is not known[0] or other is not known[1]:
+                    if not motions.deforming.knows(instance, key):
+                        return False
+                    group.layouts = one, other
+            if motions.growing[opens]:
                 return False
             group.opens.append(opens)
             group.closes.append(closes)
@@ -177,8 +193,12 @@ class BallInstances:
         center = np.array(form.center)
         place = _moved(matrices, center)
         way = None
-        if group.moves:
-            ends = [_joined(each) for each in (group.opens, group.closes)]
+        motions = self._motions
+        if group.moves and motions is not None:
+            ends = [
+                motions.opens.matrices[group.opens],
+                motions.closes.matrices[group.closes],
+            ]
             if any(not np.isfinite(each).all() for each in ends):
                 issues.append(Issue(ball.name, passing))
             place, way = _straight(place, *(_moved(each, center) for each in ends))
@@ -205,21 +225,17 @@ def _uniform_scales(matrices: Matrix) -> Matrix:
     return found
 
 
-def _grows(opens: Matrix, closes: Matrix) -> bool:
-    """Whether the size of a ball changes during the shutter: it is then rendered as a mesh."""
-    # octets are compared ten times as fast as numbers, and are equal for most of very many
-    if opens[:3, :3].tobytes() == closes[:3, :3].tobytes():
-        return False
-    if np.array_equal(opens[:3, :3], closes[:3, :3]):
-        return False
-    sizes = [np.linalg.norm(each[:3, :3], axis=0) for each in (opens, closes)]
-    return float(np.abs(sizes[1] - sizes[0]).max()) > TURNED * float(sizes[0].max())
+def _grow(opens: Matrix, closes: Matrix) -> NDArray[np.bool_]:
+    """Whether sizes change between matrices (n, 4, 4): such balls are rendered as meshes.
 
-
-def _joined(matrices: list[Matrix | None]) -> Matrix:
-    """Return matrices as one array (n, 4, 4); those that are not there are not finite."""
-    absent = np.full((4, 4), np.nan)
-    return np.array([absent if each is None else each for each in matrices])
+    What is not there at both ends, and has no finite matrix, does not.
+    """
+    with np.errstate(all="ignore"):
+        sizes = [np.linalg.norm(each[:, :3, :3], axis=1) for each in (opens, closes)]
+        found: NDArray[np.bool_] = np.abs(sizes[1] - sizes[0]).max(axis=1) > TURNED * sizes[0].max(
+            axis=1
+        )
+    return found
 
 
 def _moved(matrices: Matrix, point: Matrix) -> Matrix:

@@ -15,7 +15,7 @@ from .hair_curves import strands_of
 from .instances import key_of
 from .mesh import Layout, layout_of
 from .point_cloud import cloud_of
-from .shutter import blurs
+from .shutter import Matrix, blurs
 
 DEFORMS = "it deforms during the shutter; it is rendered as at the middle of the shutter"
 VELOCITY = 'its "velocity" attribute moves it during the shutter; it is rendered without that'
@@ -25,9 +25,6 @@ STEADY = 1e-5
 
 ROUNDINGS = 8.0 * float(np.finfo(np.float32).eps)
 """Of the largest coordinate: what modifiers' float32 takes from a mesh that stays the same."""
-
-Snapshot = dict[Hashable, Layout]
-"""The meshes of one time of the shutter, by the keys of their instances."""
 
 
 @contextmanager
@@ -61,6 +58,30 @@ class LayoutReader:
                 with mesh_of(thing) as mesh:
                     self._read[pointer] = layout_of(mesh)
         return self._read[pointer]
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """All instances at one time of the shutter.
+
+    Attributes
+    ----------
+    rows : the rows of the arrays, by the keys of the instances and of the camera.
+    matrices : world matrices (n, 4, 4); the last one is of no instance, and not finite.
+    layouts : what each row has for geometry; the last one has none.
+    """
+
+    rows: dict[Hashable, int]
+    matrices: Matrix
+    layouts: list[Layout | None]
+
+    def matrix(self, key: Hashable) -> Matrix | None:
+        """Return the world matrix (4, 4) of an instance, or None where it is not there."""
+        row = self.rows.get(key)
+        return None if row is None else self.matrices[row]
+
+    def layout(self, key: Hashable) -> Layout | None:
+        return self.layouts[self.rows.get(key, -1)]
 
 
 @dataclass
@@ -99,7 +120,7 @@ class Deforming:
         self, instance: Any, key: Hashable
     ) -> tuple[tuple[Layout | None, ...], tuple[int, ...]]:
         """Return the layouts at both ends of the shutter, and by what `_known` holds an answer."""
-        ends = self.opens.get(key), self.closes.get(key)
+        ends = self.opens.layout(key), self.closes.layout(key)
         return ends, (instance.object.data.as_pointer(), *map(id, ends))
 
 

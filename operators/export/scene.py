@@ -147,8 +147,8 @@ class _Export:
     tubes : meshes in the form of tubes without ends.
     """
 
-    opens: dict[Hashable, Matrix] | None = None
-    closes: dict[Hashable, Matrix] | None = None
+    opens: Snapshot | None = None
+    closes: Snapshot | None = None
     deforming: Deforming | None = None
     override: Any | None = None
     shapes: list[ShapeRecord] = field(default_factory=list)
@@ -346,7 +346,7 @@ class _Export:
         """Return the matrices of a thing, at the middle alone unless all `things` are to blur."""
         if self.opens is None or self.closes is None or not blurs(*things):
             return Track(middle)
-        opens, closes = self.opens.get(key), self.closes.get(key)
+        opens, closes = self.opens.matrix(key), self.closes.matrix(key)
         ends = [m for m in (opens, closes) if m is not None]
         if len(ends) < 2 or not all(np.isfinite(m).all() for m in ends):
             self.tell(name, PASSING)
@@ -420,8 +420,8 @@ def _sample_ends(
         lambda: animated.sample(depsgraph),
     )
     ends, _ = _ends(move, shutter, samplers)
-    (gathered.opens, gathered.closes), meshes = zip(*ends, strict=True)
-    gathered.deforming = Deforming(*meshes)
+    gathered.opens, gathered.closes = ends
+    gathered.deforming = Deforming(*ends)
 
 
 def _used(gathered: _Export, camera: Any, world: Any | None) -> set[Key]:
@@ -447,22 +447,23 @@ def _ends(
     return list(zip(opens, closes, strict=True))
 
 
-def _instances_now(depsgraph: Any, camera: Any) -> tuple[dict[Hashable, Matrix], Snapshot]:
-    """Return the world matrices and the meshes of all instances, by their keys, as they are now."""
-    matrices: dict[Hashable, Matrix] = {}
-    meshes: Snapshot = {}
-    reader, places = LayoutReader(), instance_matrices(depsgraph)
-    for instance, matrix in zip(depsgraph.object_instances, places, strict=True):
+def _instances_now(depsgraph: Any, camera: Any) -> Snapshot:
+    """Return the places and the geometry of all instances as they are now."""
+    rows: dict[Hashable, int] = {}
+    places = instance_matrices(depsgraph)
+    layouts: list[Layout | None] = [None] * (len(places) + 2)
+    layout_of_thing = LayoutReader().layout
+    for row, instance in enumerate(depsgraph.object_instances):
         thing = instance.object
         kind = thing.type
         if kind not in ("MESH", "LIGHT", "POINTCLOUD", "CURVES"):
             continue
-        key = key_of(instance)
-        matrices[key] = matrix
+        rows[key_of(instance)] = row
         if kind != "LIGHT":
-            meshes[key] = reader.layout(thing)
-    matrices[CAMERA_KEY] = matrix_of(camera.evaluated_get(depsgraph))
-    return matrices, meshes
+            layouts[row] = layout_of_thing(thing)
+    rows[CAMERA_KEY] = len(places)
+    eye = matrix_of(camera.evaluated_get(depsgraph))
+    return Snapshot(rows, np.concatenate([places, [eye, np.full((4, 4), np.nan)]]), layouts)
 
 
 def _camera(depsgraph: Any, camera: Any, gathered: _Export) -> Camera:
