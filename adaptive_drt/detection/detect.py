@@ -350,7 +350,7 @@ def _detect_light(
             by_rays, cut = (each[rows] for each in sampled)
             candidates = _find_occluders(occluders, shape, hits, reach, (by_rays, cut))
         with progress_range(CANDIDATES_FOUND, OCCLUSION_CLASSIFIED):
-            shadow = classify_light_visibility(plan, hits, shape, candidates)
+            shadow = classify_light_visibility(plan, hits, shape, candidates, closely=True)
         shadows.append(shadow)
         found.append(candidates)
         mask[0, rows] |= shadow.partial & plan.penumbra

@@ -17,6 +17,7 @@ from ..numerics.arrays import Array, Mask
 from ..numerics.gather import columns
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs, nearest_hits
+from .separating_planes import are_tried, out_of_pixels
 
 __all__ = ["EdgeTest", "detect_edges"]
 
@@ -126,5 +127,8 @@ def _classify_coverage(plan: Plan, pairs: Pairs, w: Array, blocks: bool) -> Pixe
         coverage = shapes.block_coverage if blocks else shapes.coverage
         part = coverage(index, columns(w, rows), plan.lens, plan.settings.order)
         cover.may_hit[rows], cover.covers[rows] = part.may_hit, part.covers
+        if shapes.uneven and are_tried(plan):
+            some = np.arange(m)[rows][part.may_hit & ~part.covers]
+            cover.may_hit[some] = ~out_of_pixels(plan, pairs.item[some], columns(w, some), True)
         cover.near[rows], cover.far[rows] = part.near, part.far
     return cover

@@ -13,6 +13,7 @@ from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.gather import columns
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs
+from .separating_planes import are_tried, out_of_pixels
 
 __all__ = ["detect_moving_silhouettes", "moves_under_fixed_ray"]
 
@@ -45,7 +46,12 @@ def detect_moving_silhouettes(
         cover = shapes.moving_coverage(
             index, columns(w, rows), plan.lens, plan.settings.order, plan.edges
         )
-        parts.append((chosen, cover, cover.may_hit & (cover.near <= depth[chosen.pixel])))
+        seen = cover.may_hit & (cover.near <= depth[chosen.pixel])
+        if shapes.uneven and are_tried(plan):
+            some = (seen & ~cover.covers).nonzero()[0]
+            way = columns(w, rows[some])
+            seen[some] &= ~out_of_pixels(plan, chosen.item[some], way, plan.edges, moving=True)
+        parts.append((chosen, cover, seen))
         np.minimum.at(front, chosen.pixel[cover.covers], cover.far[cover.covers])
     movers = np.zeros(count, dtype=np.int64)
     for chosen, cover, seen in parts:

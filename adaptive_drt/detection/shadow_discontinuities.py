@@ -23,6 +23,7 @@ from ..parallel.call_progress import report_progress
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs, Surface, cache_sized_chunks, receivers_of
 from .pixel_footprint import make_footprint
+from .separating_planes import planes_help, separated
 
 __all__ = ["detect_shadow_edges", "detect_steep_irradiance", "patch_reach"]
 
@@ -140,6 +141,9 @@ def detect_shadow_edges(
             if patch is not None and light.extended and sharp.size:
                 found = _Suspects(shapes, index[sharp], light, receivers.take(sharp), order)
                 sharp = sharp[found.enough_shadow_lines_cross()]
+            if patch is not None and not light.extended and shapes.uneven:
+                item = pairs.item[rows[sharp]]
+                sharp = sharp[~_out_of_footprints(plan, item, light, receivers.take(sharp))]
             edge[pairs.pixel[rows[sharp]]] = True
     if patch is not None and not light.extended:
         some = pairs.take(edge[pairs.pixel])
@@ -148,6 +152,25 @@ def detect_shadow_edges(
             hidden = shapes.hides_from_footprint(index, light, receivers)
             edge[receivers.at[hidden]] = False
     return edge
+
+
+def _out_of_footprints(plan: Plan, item: Ints, light: Emitter, receivers: Receivers) -> Mask:
+    """Whether planes through a point light separate shapes at rest from footprints: (m,)."""
+    apart = np.zeros(item.size, dtype=np.bool_)
+    patch = receivers.footprint
+    rows = planes_help(plan, item)
+    if patch is None or not rows.size:
+        return apart
+    some = receivers.take(rows)
+    to, thick = light.to_center(some.point), patch.thickness[some.at]
+    # a light at infinity is no point that planes go through
+    near = light.distance_or(np.ones(rows.size), np.zeros(rows.size)) > 0.0
+    held = np.isfinite(thick)
+    u, v = (np.where(held, columns(step, some.at), 0.0) for step in patch.steps)
+    corners = [u + v - to, u - v - to, -u - v - to, v - u - to]
+    wide = np.where(held, thick, some.reach)
+    apart[rows] = near & separated(plan, item[rows], some.point + to, corners, wide)
+    return apart
 
 
 LIGHT_PROBES = ((0.5, 0.0), (-0.5, 0.0), (0.0, 0.5), (0.0, -0.5))

@@ -68,6 +68,8 @@ class ShapeSet(ABC):
     occluder_cost : what the closed form of a light behind one of many such shapes costs, relative
         to that behind a sphere.
     has_elliptic_outlines : whether shapes hide lights behind outlines that are ellipses, or partly.
+    uneven : whether what shapes cover and hide is bounded by larger shapes, so that planes which
+        separate them by `extent` prove more (`detection.separating_planes`).
     """
 
     displacement: Array | None
@@ -77,6 +79,7 @@ class ShapeSet(ABC):
     traced_natively: ClassVar[bool] = False
     occluder_cost: ClassVar[float] = 1.0
     has_elliptic_outlines: ClassVar[bool] = False
+    uneven: ClassVar[bool] = False
 
     @classmethod
     @abstractmethod

@@ -76,6 +76,7 @@ class CylinderSet(ShapeSet):
     traced_natively: ClassVar[bool] = True
     occluder_cost: ClassVar[float] = 40.0
     has_elliptic_outlines: ClassVar[bool] = True
+    uneven: ClassVar[bool] = True
 
     @classmethod
     def from_records(

@@ -51,6 +51,7 @@ class EllipseSet(ShapeSet):
     displacement: Array | None
     bodies: Ints | None = None
     planar: ClassVar[bool] = True
+    uneven: ClassVar[bool] = True
 
     @classmethod
     def from_records(
@@ -219,6 +220,13 @@ class EllipseSet(ShapeSet):
         """See `ShapeSet.elliptic_outline`: the ellipses themselves."""
         center = self.centers_at(index, time) - point
         return center, columns(self.half_u, index), columns(self.half_v, index)
+
+    def extent(self, index: Ints, direction: Array, time: Array | float) -> tuple[Array, Array]:
+        """See `ShapeSet.extent`."""
+        middle = dot(self.centers_at(index, time), direction)
+        u, v = columns(self.half_u, index), columns(self.half_v, index)
+        reach = np.hypot(dot(u, direction), dot(v, direction))
+        return middle - reach, middle + reach
 
     def closest_points(self, index: Ints, w: Array, time: Array | float) -> Array:
         """See `ShapeSet.closest_points`: where the rays meet the ellipses' planes."""

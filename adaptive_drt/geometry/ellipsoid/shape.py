@@ -79,6 +79,7 @@ class EllipsoidSet(ShapeSet):
     traced_natively: ClassVar[bool] = True
     occluder_cost: ClassVar[float] = 2.0
     has_elliptic_outlines: ClassVar[bool] = True
+    uneven: ClassVar[bool] = True
 
     @classmethod
     def from_records(
