@@ -36,11 +36,13 @@ from adaptive_drt.scene.description import (
     Quad,
     QuadLight,
     Scene,
+    ShapeRecord,
     SkyLight,
     Sphere,
 )
 from adaptive_drt.scene.film import Film
 from adaptive_drt.scene.settings import Settings
+from adaptive_drt.scene.sphere_batch import Spheres
 
 RADIUS, GAP = 0.5, 0.62
 """Radius of the balls, and least distance of centres in a packed cluster, metres."""
@@ -97,15 +99,49 @@ what is left are closed forms, and a quarter rays; a seventh of all goes into pi
 
 def packed(count: int, rng: np.random.Generator) -> np.ndarray:
     """Centres (n, 3) in a ball, as close as throwing them at random gets."""
-    size, centers = RADIUS * count ** (1.0 / 3.0), np.empty((0, 3))
-    while len(centers) < count:
-        thrown = rng.uniform(-size, size, (64, 3))
-        for center in thrown[(thrown**2).sum(axis=1) < size * size]:
-            gap = ((centers - center) ** 2).sum(axis=1).min(initial=np.inf)
-            if len(centers) < count and gap > GAP * GAP:
-                centers = np.vstack([centers, center])
+    size, kept = RADIUS * count ** (1.0 / 3.0), _Kept(count)
+    # the ball grows with each batch: were they small, very many balls would be far apart
+    batch = max(64, count // 16)
+    while kept.number < count:
+        thrown = rng.uniform(-size, size, (batch, 3))
+        kept.add(thrown[(thrown**2).sum(axis=1) < size * size])
         size *= 1.001
-    return centers
+    return kept.centers
+
+
+class _Kept:
+    """Centres with a gap between them, by cells of a cube, each of which has room for one.
+
+    The cells near a centre are looked at rather than all centres, of which there may be a million.
+    """
+
+    def __init__(self, count: int) -> None:
+        self.number, self.centers = 0, np.empty((count, 3))
+        self.reach = 2.0 * RADIUS * count ** (1.0 / 3.0)
+        self.cell = GAP / math.sqrt(3.0)
+        # two cells around, so that all neighbours are there
+        self.side = int(2.0 * self.reach / self.cell) + 6
+        self.cells = np.full(self.side**3, -1, dtype=np.int32)
+        steps = np.array(list(product(range(-2, 3), repeat=3)))
+        self.around = (steps[:, 0] * self.side + steps[:, 1]) * self.side + steps[:, 2]
+
+    def add(self, thrown: np.ndarray) -> None:
+        """Keep those of some centres (n, 3) that have the gap to all before them."""
+        place = ((thrown + self.reach) / self.cell).astype(np.int64) + 2
+        index = (place[:, 0] * self.side + place[:, 1]) * self.side + place[:, 2]
+        for step in self.around:  # most are too near to centres of earlier calls
+            other = self.cells[index + step]
+            gap = ((self.centers[other] - thrown) ** 2).sum(axis=1)
+            free = (other < 0) | (gap > GAP * GAP)
+            thrown, index = thrown[free], index[free]
+        for center, cell in zip(thrown, index.tolist(), strict=True):
+            near = self.cells[cell + self.around]
+            near = near[near >= 0]
+            gap = ((self.centers[near] - center) ** 2).sum(axis=1).min(initial=np.inf)
+            if self.number < len(self.centers) and gap > GAP * GAP:
+                self.centers[self.number] = center
+                self.cells[cell] = self.number
+                self.number += 1
 
 
 def gas(count: int, rng: np.random.Generator) -> np.ndarray:
@@ -131,17 +167,28 @@ def square(span: float) -> QuadLight:
 LIGHTS = {"sky": sky, "square": square}
 
 
-def make_scene(kind: str, count: int, size: tuple[int, int], light: str = "sky") -> Scene:
-    """The balls on a floor under a sky or a square light, and a camera that they fill."""
+def make_scene(
+    kind: str, count: int, size: tuple[int, int], light: str = "sky", batch: bool = False
+) -> Scene:
+    """The balls on a floor under a sky or a square light, and a camera that they fill.
+
+    batch : whether they are one record, as a point cloud is: a million records take a gigabyte.
+    """
     rng = np.random.default_rng(count)
     center = KINDS[kind](count, rng)
     center[:, 2] += RADIUS - center[:, 2].min()
     span = float(np.ptp(center, axis=0).max()) + 2.0 * RADIUS
     colors = rng.uniform(0.3, 0.85, (6, 3)).tolist()
-    balls = [
-        Sphere(tuple(place), RADIUS, Material(tuple(colors[k % 6])))
-        for k, place in enumerate(center.tolist())
-    ]
+    looks = tuple(Material(tuple(color)) for color in colors)
+    balls: list[ShapeRecord]
+    if batch:
+        place = np.ascontiguousarray(center.T)
+        balls = [Spheres(place, np.full(count, RADIUS), np.arange(count) % len(looks), looks)]
+    else:
+        balls = [
+            Sphere(tuple(place), RADIUS, looks[k % len(looks)])
+            for k, place in enumerate(center.tolist())
+        ]
     far = 4.0 * span
     floor = Quad((-far, -far, 0.0), (2.0 * far, 0.0, 0.0), (0.0, 2.0 * far, 0.0))
     eye, target = np.array((0.0, -2.0 * span, 1.2 * span)), np.array((0.0, 0.0, 0.45 * span))
