@@ -113,8 +113,7 @@ def unoccluded_deviations(
     risen = sine > -(np.sqrt(dot(turns, turns)) + np.sin(half))
     near = np.sqrt(dot(moves, moves)) * clear / distance
     _add_falloff(result, factor * FALLOFF_COEFFICIENT, (curves, moves**2), near, sine)
-    bend = np.where(risen, most * CURVATURE_COEFFICIENT, 0.0)
-    result[SMOOTH_KIND] += bend * np.minimum(bent * bent, 1.0)
+    _add_curvature(result, np.where(risen, most, 0.0), bent)
     curved = (risen & (patch.curvature > 0.0)).nonzero()[0]
     _add_limb(result, curved, patch, to, surface, most, bent)
     _add_plane_crossing(result, sine, half, most, turns)
@@ -265,6 +264,19 @@ def _add_falloff(
     result[KINK_KIND] += np.where(peaked, size, 0.0)
 
 
+def _add_curvature(result: Array, most: Array, bent: Array) -> None:
+    """Add deviations by the turn of normals, in place.
+
+    most : (n,) largest irradiance factors, 0 below horizons.  bent : (3, n) radians by which the
+    normals turn over the half extents.
+    """
+    size = most * CURVATURE_COEFFICIENT * np.minimum(bent * bent, 1.0)
+    # normals that turn by more than a radian leave errors of either sign
+    wild = dot(bent, bent) > 1.0
+    result[SMOOTH_KIND] += np.where(wild, 0.0, size)
+    result[KINK_KIND] += np.where(wild, size, 0.0)
+
+
 def _add_limb(
     result: Array, rows: Ints, patch: Patch, to: Array, surface: Surface, most: Array, bent: Array
 ) -> None:
@@ -298,12 +310,10 @@ def _add_plane_crossing(result: Array, sine: Array, half: Array, most: Array, tu
     rows = ((np.abs(sine) < turn + np.sin(half)) & (most > 0.0)).nonzero()[0]
     if not rows.size:
         return
-    size = (
-        HORIZON_COEFFICIENT
-        * most[rows]
-        / np.maximum(turn[rows] + half[rows], TINY)
-        * columns(turns, rows) ** 2
-    )
-    sharp = turn[rows] > half[rows]
+    turn, half = np.maximum(turn[rows], TINY), half[rows]
+    # however far the normals turn, light falls to 0 and rises to the largest factor at most
+    slope = np.minimum(HORIZON_COEFFICIENT / (turn + half), STEP_COEFFICIENT / (turn * turn))
+    size = most[rows] * slope * columns(turns, rows) ** 2
+    sharp = turn > half
     result[SMOOTH_KIND][:, rows] += np.where(sharp, 0.0, size)
     result[KINK_KIND][:, rows] += np.where(sharp, size, 0.0)

@@ -6,8 +6,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from adaptive_drt.scene.description import DiskLight, PointLight, QuadLight, Sphere, SphereLight
+from adaptive_drt.scene.description import (
+    DiskLight,
+    Ellipsoid,
+    PointLight,
+    QuadLight,
+    Sphere,
+    SphereLight,
+)
 from adaptive_drt.shading.unoccluded_variation import unoccluded_deviations
+from adaptive_drt.shading.variation import KINK_KIND, SMOOTH_KIND
+from adaptive_drt.tracing.intersect import intersect_pairs
 from deviations import foreseen_and_found
 from shaded import patches_at, plan_of
 from shape_sets import spheres_of
@@ -78,3 +87,23 @@ def test_the_surface_of_a_ball_of_light_that_curves_through_patches_is_foreseen(
     said = deviation.sum(axis=(0, 1))
     assert np.sqrt((off**2).mean()) < np.sqrt((said**2).mean())
     assert (off > 3.0 * said + 1e-9).mean() < 0.03
+
+
+def test_at_sharp_rims_no_more_is_foreseen_than_light_can_differ():
+    """The normal of a flake's rim turns by many radians in a pixel, by its largest curvature."""
+    flake = Ellipsoid((0.0, 0.0, 1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1e-3))
+    plan = plan_of(flake, light=LIGHTS["sphere"])
+    light = plan.lights[0]
+    x, y = np.random.default_rng(4).uniform((0, 0), (200, 150), (4_000, 2)).T
+    w = plan.lens.directions(x, y)
+    seen = np.isfinite(intersect_pairs(plan, w, np.ones(4_000, dtype=int)))
+    x, y = x[seen][:200], y[seen][:200]
+    hits, patch = patches_at(plan, x, y, 1, (0.5, 0.5, 0.0))
+    to = light.to_center(hits.point, 0.0)
+    factor = light.irradiance_factor(to, hits.point, hits.normal)
+    found = unoccluded_deviations(light, to, hits, patch, factor)
+    assert (patch.surface_steps[0] * patch.curvature > 10.0).mean() > 0.5
+    # a ball of light that fills the hemisphere gives pi, and there are three causes
+    assert found.sum(axis=(0, 1)).max() < 3.0 * np.pi
+    # turns of more than a radian leave errors of either sign
+    assert not found[SMOOTH_KIND].any() or found[SMOOTH_KIND].max() < found[KINK_KIND].max()
