@@ -16,6 +16,7 @@ import shutil
 import statistics
 import subprocess
 import sys
+import textwrap
 import time
 from pathlib import Path
 from typing import Any
@@ -92,10 +93,13 @@ def memory_rows(rounds: list[dict[str, Any]]) -> list[str]:
     rows = []
     for name, value in (
         ("Blender", lambda r: r["host"]),
+        ("Blender, freed memory returned", lambda r: r["kept"]),
         ("largest worker process", lambda r: max(r["workers"], default=0.0)),
         ("all", lambda r: r["host"] + sum(r["workers"])),
     ):
-        before, after = (statistics.median(map(value, part)) for part in (early, late))
+        # a cancelled render ends its worker processes
+        found = [[x for x in map(value, part) if x] or [0.0] for part in (early, late)]
+        before, after = map(statistics.median, found)
         most = max(map(value, rounds))
         change = 100.0 * (after / before - 1.0) if before else 0.0
         rows.append(f"| {name} | {before:.0f} | {after:.0f} | {change:+.1f} % | {most:.0f} |")
@@ -109,32 +113,36 @@ def write_page(rounds: list[dict[str, Any]], facts: dict[str, Any]) -> str:
     wrong = facts["wrong"]
     rows = "\n".join(memory_rows(rounds))
     said = "".join(f"\n    {line}" for line in wrong[:20])
+    told = f"""
+{last["seconds"] / 60.0:.0f} minutes in one process: {counts["load"]} rounds, {counts["small"]} with
+a file of one ball, {counts["moving"]} with a moving ball and {counts["heap"]} with a heap of 300.
+In each the file is loaded and four of these follow at random, in all {counts["button"]} renders by
+the button, {counts["engine"]} by the engine, {counts["cancel"]} that are cancelled after 0 to 1.5 s
+({counts["ended"]} still ran then), and {counts["undo"]} edits that are rendered, undone, redone and
+undone."""
+    ended = f"""
+Blender ended with code {facts["code"]}; processes left after it: {facts["left"]}. It had at most
+{max(r["children"] for r in rounds)} child processes, and at most
+{max(r["threads"] for r in rounds)} threads of Python, {last["threads"]} at the end. Lines of the
+log that tell of errors: {len(wrong)}."""
     return f"""\
 <!-- Written by benchmarks/soak.py: `python benchmarks/soak.py --page docs/soak.md`. -->
 # A long time in one Blender
 
 Measured on: {facts["machine"]}. {facts["blender"]} without a window, seed {facts["seed"]}.
 
-{last["seconds"] / 60.0:.0f} minutes in one process: {counts["load"]} rounds, {counts["small"]}
-with a file of one ball, {counts["moving"]} with a moving ball and {counts["heap"]} with a heap of
-300 balls. In each the file is loaded and four of these follow at random, in all
-{counts["button"]} renders by the button, {counts["engine"]} by the engine, {counts["cancel"]} that
-are cancelled after 0 to 1.5 s ({counts["ended"]} still ran then), and {counts["undo"]} edits that
-are rendered, undone, redone and undone.
+{textwrap.fill(told.strip(), 100)}
 
 Resident memory, MiB, after each round, with the file of one ball loaded: medians over minutes
-{FIRST[0]:.0f} to {FIRST[1]:.0f} and over the last {LAST:.0f}, and the most.
+{FIRST[0]:.0f} to {FIRST[1]:.0f} and over the last {LAST:.0f}, and the most. After each round the
+memory that is freed is returned to the system as well, and measured again.
 
 | process | early | end | change | most |
 |---|---|---|---|---|
 {rows}
 
-Blender ended with code {facts["code"]}; processes left after it: {facts["left"]}. It had
-at most {max(r["children"] for r in rounds)} child processes, and at most
-{max(r["threads"] for r in rounds)} threads of Python, {last["threads"]} at the end. Lines of the
-log that tell of errors: {len(wrong)}.
-{said}
-"""
+{textwrap.fill(ended.strip(), 100)}
+{said}"""
 
 
 def main() -> None:

@@ -108,6 +108,7 @@ def gather_light(
     time: Array | float,
     used: NDArray[np.bool_] | None = None,
     tracer: SolidTracer | None = None,
+    wants_closed: bool = True,
 ) -> LightSums:
     """Trace shadow rays from n points to a light.
 
@@ -121,6 +122,7 @@ def gather_light(
     time : shutter times of the samples, a number (k = 1) or (n, k).
     used : (n, k) samples that count; the sums of the others are 0.
     tracer : as that of `blocked_segments`.
+    wants_closed : whether the sums are to have `closed`; else it is 0, where rays do not need it.
 
     Returns
     -------
@@ -141,7 +143,8 @@ def gather_light(
         when = time[rows] if isinstance(time, np.ndarray) else time
         where = None if spots is None else (spots[0][rows], spots[1][rows])
         part = surface.take(np.arange(count)[rows])
-        parts.append(_gather(plan, part, light, local, where, when, tracer))
+        known = wants_closed or where is None
+        parts.append(_gather(plan, part, light, local, where, when, tracer, known))
     sums = _concatenated(parts, samples)
     if used is not None:
         return LightSums(sums.closed * used, sums.total * used, sums.visible * used)
@@ -177,12 +180,15 @@ def _gather(
     spots: tuple[Array, Array] | None,
     time: Array | float,
     tracer: SolidTracer | None,
+    wants_closed: bool,
 ) -> tuple[Array, Array, Array]:
     """Sums of one batch, each of a shape that broadcasts to (n, k)."""
     samples = time.shape[1] if isinstance(time, np.ndarray) else 1
     point, normal = surface.point[:, :, None], surface.normal[:, :, None]
     to = light.to_center(point, np.reshape(time, (1, 1)) if np.ndim(time) == 0 else time)
-    closed = _closed_form(plan, light, to, surface)
+    closed = np.zeros((surface.item.size, 1))
+    if wants_closed:
+        closed = _closed_form(plan, light, to, surface)
     if spots is None:
         if to.shape[2] < samples:
             to = np.broadcast_to(to, (3, surface.item.size, samples))

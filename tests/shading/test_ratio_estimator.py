@@ -120,3 +120,18 @@ def test_rays_to_a_uniform_sky_leave_the_facets_of_smooth_meshes(light):
         np.testing.assert_array_equal(lifted, flat)
     else:
         assert lifted.sum() > 1.01 * flat.sum()
+
+
+def test_factors_without_hiding_are_left_out_where_they_are_known(monkeypatch):
+    """What rays find is the same to the last bit."""
+    plan = plan_of(Sphere((0.2, 0.1, 1.0), 0.6), light=LIGHTS["quad"])
+    hits, _ = patches_at(plan, *places(), plan.object_count - 1, (0.5, 0.5, 0.0))
+    emitter, rows = plan.lights[0], np.arange(COUNT)
+    pairs = Occluders(plan).find_candidates(emitter, hits)
+    spots = light_points(plan, rows, 0, 1, 16)
+    whole = gather_light(plan, hits, emitter, pairs, spots, 0.0)
+    monkeypatch.setattr(type(emitter), "irradiance_factor", None)
+    some = gather_light(plan, hits, emitter, pairs, spots, 0.0, wants_closed=False)
+    assert (whole.closed > 0.0).any() and not some.closed.any()
+    assert some.total.tobytes() == whole.total.tobytes()
+    assert some.visible.tobytes() == whole.visible.tobytes()
