@@ -76,9 +76,6 @@ CAMERA_KEY = "camera"
 SPHERE_FACES = 400
 """Number of faces of a flat-shaded mesh in the form of a sphere, below which its facets are meant
 to be seen: the menu's UV sphere has 512, an icosphere of three subdivisions 320."""
-SKY_FACES = 32
-"""Number of flat faces of a mesh from which, under a world that lights from all sides, its rays are
-traced rather than its faces' outlines: those take some ten milliseconds a point there."""
 
 SEVERAL = "it wears several materials; the one of most faces is used"
 PASSING = "it is not there all the shutter; it is rendered still"
@@ -109,11 +106,9 @@ class _Around:
     issues: tuple[Issue, ...]
 
     @classmethod
-    def of(cls, world: Any | None, gathered: _Export) -> _Around:
+    def of(cls, world: Any | None) -> _Around:
         issues: list[Issue] = []
-        found = world_of(world, issues)
-        gathered.lit_around = found.light is not None
-        return cls(found, tuple(issues))
+        return cls(world_of(world, issues), tuple(issues))
 
     def enter(self, depsgraph: Any, gathered: _Export) -> Any | None:
         """Enter the world's light and its issues; returns the world."""
@@ -140,7 +135,6 @@ class _Export:
     repeated : copies of what an instancer repeats, by `repetition_of`.
     links : what each light is linked to, by its name.
     owners : the objects to select, by the names of their instances.
-    lit_around : whether the world lights everything from all sides.
     layer : the view layer, by whose collections shapes are holdouts.
     spheres : which meshes in the form of a sphere are rendered as spheres: see `export_scene`.
     solids : closed meshes that shine, with their own shapes.
@@ -168,7 +162,6 @@ class _Export:
     colored: dict[str, Material] = field(default_factory=dict)
     lamps: dict[str, Lamp] = field(default_factory=dict)
     owners: dict[str, str] = field(default_factory=dict)
-    lit_around: bool = False
     layer: Any | None = None
     spheres: str = "AUTO"
     solids: list[tuple[ClosedSolid, Sequence[ShapeRecord]]] = field(default_factory=list)
@@ -233,13 +226,12 @@ class _Export:
     def keeps_faces(self, instance: Any, form: MeshSphere) -> bool:
         """Whether a mesh in the form of a sphere, where it is stretched, is no ellipsoid.
 
-        It stays a mesh where it shines, since no light has that form, and under a world that lights
-        from all sides, where the work grows with the square of the number of ellipsoids.
+        It stays a mesh where it shines, since no light has that form.
         """
         if not is_stretched(matrix_of(instance)):
             return False
         worn = self.material(slot_material(instance.object, form.slot))
-        return self.lit_around or any(worn.emission)
+        return any(worn.emission)
 
     def turning_form(self, thing: Any) -> MeshForm:
         """Return the triangles of a mesh that was read as another form, but turns or grows."""
@@ -271,7 +263,7 @@ class _Export:
         if shining and gives_light(thing, instancer):
             self.tell(name, LIGHTS_NOTHING)
         copies = Copies(form, worn, seen, names, [(track, name)])
-        if tube is not None and tube.is_open and not (shining or self.lit_around):
+        if tube is not None and tube.is_open and not shining:
             self.tubes.found.append((copies, tube))
         self.entries.append((copies, names))
         if (key := repetition_of(instance)) is not None:
@@ -391,7 +383,7 @@ def export_scene(
     gathered.override = depsgraph.view_layer_eval.material_override
     camera = _camera(depsgraph, camera_object, gathered)
     gathered.issues.extend(scene_issues(depsgraph))
-    around = _Around.of(_shown_world(depsgraph), gathered)
+    around = _Around.of(_shown_world(depsgraph))
     _gather(depsgraph, gathered, draws_strokes, camera)
     world = around.enter(depsgraph, gathered)
     lens = camera_object.evaluated_get(depsgraph).data
@@ -616,12 +608,9 @@ def _gather_faces(instance: Any, name: str, gathered: _Export) -> None:
 def _tube(
     known: _Known, form: Form | MeshForm, instance: Any, name: str, gathered: _Export
 ) -> Form | MeshForm:
-    """Return the cylinder that a mesh stands for where it stays one, else its form.
-
-    Under a world that lights from all sides it does not: cylinders take longer there than meshes.
-    """
+    """Return the cylinder that a mesh stands for where it stays one, else its form."""
     tube = known.cylinder
-    if tube is None or tube.is_open or gathered.lit_around:
+    if tube is None or tube.is_open:
         return form
     if not stays_cylinder(tube, matrix_of(instance)):
         return form
@@ -663,8 +652,7 @@ def _read_faces(mesh: Any, form: Form, kept: Layout | None, gathered: _Export) -
             return _Known(triangle_form(mesh), (), kept, sphere)
         left_out = (SEVERAL if several else "", reason)
         return _Known(form, tuple(reason for reason in left_out if reason), kept)
-    crowded = gathered.lit_around and form.slot.size > SKY_FACES
-    found = triangle_form(mesh) if reason or crowded else form
+    found = triangle_form(mesh) if reason else form
     return _Known(found, (), kept, smooth=bool(reason))
 
 

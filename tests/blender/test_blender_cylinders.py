@@ -184,7 +184,7 @@ def test_open_tubes_between_balls_are_cylinders(export, core, cuts):
 
 
 @pytest.mark.parametrize(
-    "change", ["short", "thick", "hidden ball", "camera inside", "moves", "shines", "linked", "sky"]
+    "change", ["short", "thick", "hidden ball", "camera inside", "moves", "shines", "linked"]
 )
 def test_other_open_tubes_keep_their_faces(export, core, change):
     (bond,) = atoms_and_bond()
@@ -209,10 +209,21 @@ def test_other_open_tubes_keep_their_faces(export, core, change):
         lamp = next(thing for thing in bpy.data.objects if thing.type == "LIGHT")
         lit = lamp.light_linking.receiver_collection = bpy.data.collections.new("Lit")
         lit.objects.link(bond)
-    if change == "sky":
-        world = bpy.context.scene.world = bpy.data.worlds.new("Grey")
-        world.use_nodes = True
     assert not cylinders(export, core)
+
+
+@pytest.mark.parametrize("lit", [False, True], ids=["dark", "lit"])
+def test_a_world_changes_no_form(export, core, lit):
+    """Sticks, cut and open ones, and stretched balls under a world that lights from all sides."""
+    atoms_and_bond()
+    ball = things.uv_sphere()
+    ball.location, ball.scale = (0.0, 5.0, 0.0), (1.0, 0.5, 0.4)
+    world = bpy.context.scene.world = bpy.data.worlds.new("Grey")
+    world.use_nodes = True
+    level = 1.0 if lit else 0.0
+    world.node_tree.nodes["Background"].inputs["Strength"].default_value = level
+    assert len(cylinders(export, core)) == 1
+    assert any(isinstance(shape, core.Ellipsoid) for shape in export().shapes)
 
 
 def test_a_chain_of_open_tubes_that_ends_outside_keeps_its_faces(export, core):

@@ -286,16 +286,3 @@ def test_more_flat_parts_than_are_rendered_as_such(export):
     things.made("Many", lambda work: _heap(work, 10_001))
     *_, mesh = export().shapes
     assert mesh.name == "Many" and mesh.faces.shape == (3, 2 * 10_001)
-
-
-@pytest.mark.parametrize("faces, many", [(30, False), (34, True)])
-def test_meshes_of_many_faces_are_traced_under_a_world(export, core, faces, many):
-    """Every face hides some of its light; other lights need few faces at a time."""
-    things.made("Heap", lambda work: _heap(work, faces))
-    assert all(isinstance(shape, core.Quad) for shape in export().shapes)
-    world = bpy.context.scene.world = bpy.data.worlds.new("World")
-    world.use_nodes = True
-    node = next(n for n in world.node_tree.nodes if n.type == "BACKGROUND")
-    node.inputs["Color"].default_value = (0.5, 0.5, 0.5, 1.0)
-    kinds = {type(shape).__name__ for shape in export().shapes}
-    assert kinds == ({"TriangleMesh"} if many else {"Quad"})
