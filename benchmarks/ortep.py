@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A plate of thermal ellipsoids and bonds as crystallographers draw it, under a softbox and a sky.
 
-    python benchmarks/ortep.py [--picture FILE] [--size 240] [--tolerance 0.02]
+    python benchmarks/ortep.py [--picture FILE] [--size 360] [--tolerance 0.005]
 
 The molecule is C10 H14 N2 O2 S, N-tert-butyl-4-nitrobenzenesulfenamide, at 173 K: cell, coordinates
 and anisotropic displacement parameters by W. Zhang, A. F. Cozzolino, A. H. Mahmoudkhani, M.
@@ -141,8 +141,8 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--picture", type=Path, default=PICTURE)
-    parser.add_argument("--size", type=int, default=240, help="width of a picture, pixels")
-    parser.add_argument("--tolerance", type=float, default=0.02)
+    parser.add_argument("--size", type=int, default=360, help="width of a picture, pixels")
+    parser.add_argument("--tolerance", type=float, default=0.005)
     given = parser.parse_args()
     found = []
     for name, light in LIGHTS.items():
