@@ -72,7 +72,7 @@ def test_light_is_the_same_without_them(kept_many, monkeypatch):
     seed = int(np.random.default_rng().integers(1 << 31))
     print("seed", seed)
     rng = np.random.default_rng(seed)
-    n, k = 11, 300
+    n, k = 11, 300 if kept_many else 200
     axis, sine, cosine = heap(rng, n, k, 0.6 if kept_many else 0.3, 0.09)
     if kept_many:
         monkeypatch.setattr(open_hemisphere, "LEAST_OVERLAPS", -2.0)
