@@ -124,11 +124,12 @@ def _memory_statistics(plan: Plan, memory: MemoryWatch) -> dict[str, float | Non
 def _compile_scene(scene: Scene, settings: Settings) -> tuple[Scene, Plan]:
     """Validate a scene and compile it for rendering, with meshes for flat faces that cost more."""
     scene = validate(scene)
-    plan, faces = make_plan(scene, settings, reduced=True), flat_faces(scene.shapes)
-    exact = settings.method == "EXACT" and settings.accelerator != "ARRAYS"
-    if exact and rays_cost_less_than_faces(plan, faces):
-        changed = replace(scene, shapes=faces_as_meshes(scene.shapes))
-        plan = replace(make_plan(changed, settings, reduced=True), faces_by_rays=faces)
+    plan = make_plan(scene, settings, reduced=True)
+    if settings.method == "EXACT" and settings.accelerator != "ARRAYS":
+        faces = flat_faces(scene.shapes)
+        if rays_cost_less_than_faces(plan, faces):
+            changed = replace(scene, shapes=faces_as_meshes(scene.shapes))
+            plan = replace(make_plan(changed, settings, reduced=True), faces_by_rays=faces)
     return scene, plan
 
 

@@ -440,8 +440,11 @@ def _prefer_rays(
         unlisted = [light for light in plan.lights if light.surrounds and light.casts_shadow]
     if not unlisted or occluders.tracer is None:
         return by_rays
-    number = _count_occluders(plan, occluders, center, patch, unlisted, by_cost=False)
-    cost = _count_occluders(plan, occluders, center, patch, unlisted, by_cost=True)
+    one = [np.ones(plan.object_count)] * len(unlisted)
+    costs = [occluder_costs(plan.shapes, light) for light in unlisted]
+    number = cost = _count_occluders(plan, occluders, center, patch, unlisted, one)
+    if not np.array_equal(costs, one):
+        cost = _count_occluders(plan, occluders, center, patch, unlisted, costs)
     seen = by_rays.copy() if silhouette is None else silhouette.copy()
     seen[center.rows] = True
     less = (number >= MOST_LISTED) | rays_cost_less(cost, silhouette, plan.settings.tolerance)
@@ -456,15 +459,13 @@ def _count_occluders(
     center: CenterRays,
     patch: tuple[Mask, Array] | None,
     lights: Sequence[Emitter],
-    by_cost: bool,
+    costs: Sequence[Array],
 ) -> Array:
     """Numbers (n,) of occluders of lights in pixels, by samples of the traced solids.
 
-    patch : as that of `_prefer_rays`.  by_cost : whether each counts as `occluder_costs` says.
+    patch : as that of `_prefer_rays`.  costs : (objects,) for each light, what each counts as.
     """
     few, number = FewOccluders.of(occluders), np.zeros(center.depth.size)
-    one = np.ones(plan.object_count)
-    costs = [occluder_costs(plan.shapes, each) if by_cost else one for each in lights]
     around = [cost for cost, each in zip(costs, lights, strict=True) if each.surrounds]
     if around:
         most = np.max(around, axis=0)
@@ -526,9 +527,9 @@ def _crowded_penumbrae(
     rows = center.rows
     partly, before = np.zeros((2, rows.size))
     near = [not light.surrounds and light.casts_shadow for light in plan.lights]
-    for number_of, shadow, pairs in zip(range(len(near)), shadows, candidates, strict=True):
-        if near[number_of]:
-            cost = occluder_costs(plan.shapes, plan.lights[number_of])
+    for chosen, light, shadow, pairs in zip(near, plan.lights, shadows, candidates, strict=True):
+        if chosen:
+            cost = occluder_costs(plan.shapes, light)
             partly += np.bincount(shadow.pairs.pixel, cost[shadow.pairs.item], rows.size)
             before += np.bincount(pairs.pixel, cost[pairs.item], rows.size)
     # where the centre hits nothing, a part of the spheres counts

@@ -22,6 +22,7 @@ from ..numerics.arrays import Ints
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs, Tile, find_candidates, screen_bounds
 from ..tracing.occluder_culling import Occluders
+from ..tracing.ray_costs import REFERENCE_TOLERANCE
 from .detect import DetectionFlags, detect, trace_center_rays
 
 __all__ = [
@@ -36,19 +37,18 @@ __all__ = [
 PROBE_PIXELS, PROBE_ROWS = 256, 16
 """Numbers of pixels that are looked at, and of the rows of the picture that they lie in: they tell
 a mean to some 15 %."""
-REFERENCE_TOLERANCE = 0.01
-"""Tolerance of the following two numbers."""
 FACES_ABOVE, FACES_POWER = 12.0, 0.5
 """Mean number of faces above the horizons of points, from which rays cost less under a light that
-surrounds the scene; and the power of the inverse of the tolerance that it grows with. Cubes at 1 %,
-seconds in closed form and by rays, 64 x 48 pixels: 7 faces 0.6 and 0.7, 18 faces 4 and 0.9, 37
-faces 22 and 1; at 0.1 %: 18 faces 8 and 35, 37 faces 49 and 35."""
+surrounds the scene, at `REFERENCE_TOLERANCE`; and the power of the inverse of the tolerance that it
+grows with. Cubes at 1 %, seconds in closed form and by rays, 64 x 48 pixels: 7 faces 0.6 and 0.7,
+18 faces 4 and 0.9, 37 faces 22 and 1; at 0.1 %: 18 faces 8 and 35, 37 faces 49 and 35."""
 LEAST_FACES = 12
 """Number of faces below which they are always summed: two cubes are no slower than by rays."""
 MANY_ABOVE = 16.0
 """Number of faces from which no pixel is looked at, as a multiple of those above horizons."""
 CUT_WORK, WORK_POWER = 2_000.0, 1.3
-"""Work in pixels with outlines (`work_in_cut_pixels`) from which rays cost less, and its power.
+"""Work in pixels with outlines (`work_in_cut_pixels`) from which rays cost less, at the same
+tolerance, and its power.
 Seconds at 1 %, 48 x 36 pixels: work of 700 0.7 and 0.3, of 2,700 2 and 0.5, of 30,000 5 and 1.2,
 of 90,000 7 to 30 and 0.4; at 0.1 %: 1,300 1 and 2, 5,000 12 and 30, 90,000 over 30 and 5."""
 
@@ -88,7 +88,7 @@ def detected(plan: Plan) -> tuple[Ints, DetectionFlags] | None:
     left, bottom, right, top = plan.region
     rows = min(PROBE_ROWS, top - bottom)
     step = -(-(top - bottom) // rows)
-    tile = Tile.make(plan, step // 2 if step // 2 < top - bottom else 0, step)
+    tile = Tile.make(plan, step // 2, step)
     kept = np.zeros(tile.index.size, dtype=np.bool_)
     kept[:: -(-rows * (right - left) // PROBE_PIXELS)] = True
     pairs = find_candidates(plan, screen_bounds(plan), tile)

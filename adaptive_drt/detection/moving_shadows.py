@@ -12,12 +12,11 @@ import numpy as np
 from ..lights.emitter import Emitter
 from ..numerics.arrays import Array, Mask
 from ..numerics.axes import SHUTTER_ENDS
-from ..numerics.gather import columns
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs, Surface, curvature, receivers_of
 from ..tracing.occluder_culling import may_shadow
 from .occlusion import classify_horizon, classify_occluders
-from .separating_planes import light_corners, planes_help, separated
+from .separating_planes import out_of_light
 
 __all__ = ["light_changes", "patch_light_changes"]
 
@@ -42,7 +41,7 @@ def light_changes(plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, re
     if not candidates.item.size:
         return changes
     touched = may_shadow(plan, surface, light, candidates, reach)
-    touched &= ~_never_before(plan, surface, light, candidates, reach)
+    touched &= ~out_of_light(plan, surface, light, candidates, reach, moving=True)
     changes[candidates.pixel[touched]] = True
     rows = changes[candidates.pixel].nonzero()[0]
     candidates, touched = candidates.take(rows), touched[rows]
@@ -56,18 +55,6 @@ def light_changes(plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, re
     hidden[candidates.pixel[always]] = True
     changes &= ~hidden
     return changes
-
-
-def _never_before(plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, reach: Array) -> Mask:
-    """Whether planes separate occluders from a light at rest all the time: (m,)."""
-    apart = np.zeros(pairs.item.size, dtype=np.bool_)
-    rows = planes_help(plan, pairs.item)
-    if rows.size and not light.surrounds:
-        some = pairs.take(rows)
-        point, wide = columns(surface.point, some.pixel), reach[some.pixel]
-        corners = light_corners(light, point, wide)
-        apart[rows] = separated(plan, some.item, point, *corners, wide, moving=True)
-    return apart
 
 
 def patch_light_changes(

@@ -12,11 +12,10 @@ import numpy as np
 
 from ..lights.emitter import Emitter
 from ..numerics.arrays import Array, Ints, Mask
-from ..numerics.gather import columns
 from ..parallel.call_progress import report_progress
 from ..tracing.compile import Plan
 from ..tracing.intersect import Pairs, Surface, cache_sized_chunks, receivers_of
-from .separating_planes import light_corners, planes_help, separated
+from .separating_planes import out_of_light
 
 __all__ = [
     "LightVisibility",
@@ -74,26 +73,14 @@ def classify_light_visibility(
     blocked = np.zeros(dark.size, dtype=np.bool_)
     blocked[live.pixel[full]] = True
     kept = live.take(~none & ~blocked[live.pixel])
-    if closely and light.extended and not light.surrounds:
-        kept = kept.take(~_apart(plan, surface, light, kept))
+    if closely and light.extended:
+        kept = kept.take(~out_of_light(plan, surface, light, kept, np.zeros(dark.size)))
     partial = np.zeros(dark.size, dtype=np.bool_)
     partial[kept.pixel] = True
     partial |= horizon & ~blocked
     if not light.extended or not light.casts_shadow:
         partial[:] = False
     return LightVisibility(dark, blocked, partial, kept)
-
-
-def _apart(plan: Plan, surface: Surface, light: Emitter, pairs: Pairs) -> Mask:
-    """Whether planes separate occluders from a light at mid-shutter: (m,)."""
-    apart = np.zeros(pairs.item.size, dtype=np.bool_)
-    rows = planes_help(plan, pairs.item)
-    if rows.size:
-        some = pairs.take(rows)
-        point = columns(surface.point, some.pixel)
-        corners, wide = light_corners(light, point, np.zeros(rows.size))
-        apart[rows] = separated(plan, some.item, point, corners, wide)
-    return apart
 
 
 def classify_horizon(

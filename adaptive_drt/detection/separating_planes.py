@@ -21,8 +21,16 @@ from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.gather import columns
 from ..numerics.vector import dot, norm, perpendicular_pair
 from ..tracing.compile import Plan
+from ..tracing.intersect import Pairs, Surface
 
-__all__ = ["are_tried", "light_corners", "out_of_pixels", "planes_help", "separated"]
+__all__ = [
+    "are_tried",
+    "light_corners",
+    "out_of_light",
+    "out_of_pixels",
+    "planes_help",
+    "separated",
+]
 
 ANGLES = 12
 """Planes that are tried first, all around."""
@@ -68,6 +76,26 @@ def light_corners(light: Emitter, point: Array, reach: Array) -> tuple[list[Arra
     # nothing is separated from what surrounds the point
     wide = np.where(cone.cosine > 0.0, far * cone.sine + near, np.inf)
     return [far * cone.axis], wide
+
+
+def out_of_light(
+    plan: Plan, surface: Surface, light: Emitter, pairs: Pairs, reach: Array, moving: bool = False
+) -> Mask:
+    """Whether planes through points separate occluders (m,) from a light at mid-shutter.
+
+    Parameters
+    ----------
+    surface : n points.  reach : (n,) metres; it holds for all surface points within.
+    moving : as that of `separated`.
+    """
+    apart = np.zeros(pairs.item.size, dtype=np.bool_)
+    rows = planes_help(plan, pairs.item)
+    if rows.size and not light.surrounds:
+        some = pairs.take(rows)
+        point, wide = columns(surface.point, some.pixel), reach[some.pixel]
+        corners = light_corners(light, point, wide)
+        apart[rows] = separated(plan, some.item, point, *corners, wide, moving=moving)
+    return apart
 
 
 def out_of_pixels(plan: Plan, item: Ints, w: Array, whole: bool, moving: bool = False) -> Mask:

@@ -43,7 +43,7 @@ from .embree_library import (
     trace_packets,
     word_of_rays,
 )
-from .native_solids import Ellipsoids, NativeSolids
+from .native_solids import NativeSolids
 from .ray_counts import count_rays
 
 __all__ = ["SolidScene"]
@@ -224,7 +224,7 @@ class SolidScene:
         count_rays("solid nearest", count)
         trace_packets("rtcIntersect16", self._committed(), rays, count)
         item = word_of_rays(rays, ITEM_WORD, count)
-        if len(self._solids) > 1 or isinstance(self._solids[0], Ellipsoids):
+        if len(self._solids) > 1 or self._solids[0].instanced:
             instanced = word_of_rays(rays, INSTANCED_WORD, count)
             own = np.where(instanced < 0, item, word_of_rays(rays, INSTANCE_WORD, count))
             kind = np.where(instanced < 0, word_of_rays(rays, GEOMETRY_WORD, count), instanced)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -40,9 +41,11 @@ class NativeSolids(ABC):
     Attributes
     ----------
     displacement : (3, n) metres, over the shutter; None at rest.
+    instanced : whether embree has them as instances: hits then have the numbers of these.
     """
 
     displacement: Array | None
+    instanced: ClassVar[bool] = False
 
     @property
     @abstractmethod
@@ -187,6 +190,7 @@ class Ellipsoids(NativeSolids):
     half_axes: Array
     shortest: Array
     displacement: Array | None = None
+    instanced: ClassVar[bool] = True
 
     @property
     def count(self) -> int:

@@ -3,7 +3,7 @@
 closed form, but whose rays are traced.
 
 Closed forms of polygons cost more the more of them a point sees, under a sky all above its horizon.
-From some number on rays cost less: `tracing.face_costs` says from which.
+From some number on rays cost less: `detection.face_costs` says from which.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ LARGE_FACE = 64.0
 MOST_LARGE = 24
 """Number of large faces up to which they stay what they are: floors and walls before which the
 others stand. They then keep their closed forms, and pixels that only they fill and light cost
-little. As many are also the most objects beside sets of spheres that rays test one by one."""
+little."""
 MOST_GROUPS = 16
 """Largest number of meshes that are made: one of all faces that move alike and are seen alike."""
 ROUNDING = 2.0**-44

@@ -84,8 +84,8 @@ class Plan:
     emission_profile : how all that depends on the direction to the camera; None where it does not.
     seen : (objects,) bool, whether the camera sees the object; None if it sees all.
     holdout : (objects,) bool, which objects have no coverage, and are black; None if none has.
-    traced : (objects,) bool, the spheres that rays are traced against as one set where light is
-        sampled: see `solid_rays`; None if there are none.
+    traced : (objects,) bool, the solids, with their flat ends, that rays are traced against as one
+        set where light is sampled: see `solid_rays`; None if there are none.
     faces_by_rays : number of flat faces that meshes stand for: see `scene.face_meshes`.
     stop : set to cancel the render: loops over chunks of work call `raise_if_cancelled` before
         each chunk.

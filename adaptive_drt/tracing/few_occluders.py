@@ -61,7 +61,7 @@ _making = threading.Lock()
 
 
 class FewOccluders:
-    """Finds few candidates of points among the spheres that are traced as one set."""
+    """Finds few candidates of points among the solids that are traced as one set."""
 
     def __init__(self, occluders: Occluders) -> None:
         """Take the occluders of a scene that has a tracer."""
@@ -222,11 +222,6 @@ class FewOccluders:
     def items(self) -> Ints:
         """Numbers of the solids that are traced as one set."""
         return self._item
-
-    @property
-    def count(self) -> int:
-        """Number of solids that are traced as one set."""
-        return self._item.size
 
     def _highest_witnesses(self, surface: Surface) -> Pairs:
         """Pairs of points and the witness that is highest above the horizon."""

@@ -14,7 +14,13 @@ from ..geometry.shape_table import ShapeTable
 from ..lights.emitter import Emitter
 from ..numerics.arrays import Array, Ints, Mask
 
-__all__ = ["UNKNOWN_FORM_COST", "occluder_costs", "rays_cost_less", "regions_cost_more"]
+__all__ = [
+    "REFERENCE_TOLERANCE",
+    "UNKNOWN_FORM_COST",
+    "occluder_costs",
+    "rays_cost_less",
+    "regions_cost_more",
+]
 
 
 POINT_SECONDS, OCCLUDER_SECONDS = 5.8e-5, 2.7e-6
@@ -43,7 +49,7 @@ REGION_SECONDS = 1.1e-5
 it, relative to `CUT_SAMPLES`. Once takes 7e-5 (30 objects: 70 ms) and is repeated in each cell; but
 pixels of so many objects have contrasts that take up to 20 times as many samples."""
 REFERENCE_TOLERANCE = 0.01
-"""Tolerance of these numbers."""
+"""Tolerance of these numbers, and of those of other modules that say so."""
 
 
 def occluder_costs(table: ShapeTable, light: Emitter) -> Array:

@@ -21,7 +21,7 @@ from ..numerics.arrays import Array, Ints, Mask
 from ..numerics.gather import columns
 from ..numerics.vector import dot
 from ..scene.settings import Settings
-from .ray_costs import UNKNOWN_FORM_COST, occluder_costs
+from .ray_costs import REFERENCE_TOLERANCE, UNKNOWN_FORM_COST, occluder_costs
 
 __all__ = ["SolidTracer", "find_traced_solids"]
 
@@ -33,12 +33,10 @@ MIN_SOLIDS_BY_MESHES = 4
 """The same where the scene has meshes, whose pixels are sampled anyway. Twenty cubes under a sky
 take with 4 spheres 6.7 s so and 8.9 s where each is tested by itself, with 11 6.3 and 16 s."""
 MAX_OTHERS = 240
-"""Largest number of other objects at a tolerance of 1 %. They are tested one by one, for rays whose
-number grows as the tolerance falls: the number is proportional to the tolerance. Sixty sticks and
-20 cubes under an area light take at 1 % 2.3 s by rays and 3.7 s in closed form, at 0.1 % 14.6 and
-5.6 s."""
-REFERENCE_TOLERANCE = 0.01
-"""Tolerance of that number."""
+"""Largest number of other objects at `REFERENCE_TOLERANCE`. They are tested one by one, for rays
+whose number grows as the tolerance falls: the number is proportional to the tolerance. Sixty sticks
+and 20 cubes under an area light take at 1 % 2.3 s by rays and 3.7 s in closed form, at 0.1 % 14.6
+and 5.6 s."""
 LARGE = 64.0
 """Radius from which a solid is tested as the other objects are, in median radii: it would set the
 size of the scene, and with it what float32 rounds away of the small ones."""
@@ -91,7 +89,8 @@ def find_traced_solids(
 
 def _are_thin(table: ShapeTable, some: Mask) -> Mask:
     """Which of some objects (n,) are too thin for what embree rounds of rays."""
-    solids, item = _solids(table, some.nonzero()[0]), some.nonzero()[0]
+    item = some.nonzero()[0]
+    solids = _solids(table, item)
     rounding = SolidScene.rounding_of(SolidScene.extent(solids)[1])
     thickness = np.concatenate([each.thickness for each in solids])
     thin = np.zeros(table.count, dtype=np.bool_)
@@ -110,10 +109,11 @@ def _ends_of(table: ShapeTable) -> tuple[Ints, Ints]:
     for shapes, first in zip(table.sets, table.firsts[:-1], strict=True):
         if shapes.bodies is not None:
             bodies[first : first + shapes.count] = shapes.bodies
-    one = np.flatnonzero(_round(table) & (bodies >= 0))
+    solid = _round(table)
+    one = np.flatnonzero(solid & (bodies >= 0))
     place = np.full(int(bodies.max(initial=0)) + 1, -1)
     place[bodies[one]] = one
-    ends = np.flatnonzero(~_round(table) & (bodies >= 0))
+    ends = np.flatnonzero(~solid & (bodies >= 0))
     return ends, place[bodies[ends]]
 
 
@@ -160,8 +160,12 @@ class SolidTracer:
         self._table = table
         self._item = (traced & _round(table)).nonzero()[0]
         self._ends = np.full((2, table.count), -1)
-        for end, solid in zip(*_ends_of(table), strict=True):
-            self._ends[int(self._ends[0, solid] >= 0), solid] = end
+        ends, solid = _ends_of(table)
+        order = np.argsort(solid, kind="stable")
+        ends, solid = ends[order], solid[order]
+        second = np.zeros(solid.size, dtype=np.int64)
+        second[1:] = solid[1:] == solid[:-1]
+        self._ends[second, solid] = ends
         self._scene, held = _scene(table, traced, self._item)
         self.holds_all = bool(held.all())
 

@@ -34,7 +34,16 @@ from oracle.exact_mask import (
     sphere_hits,
 )
 
-__all__ = ["ball_light", "contact", "quad_before_ball", "quad_light", "tiny_ball"]
+__all__ = [
+    "ball_light",
+    "contact",
+    "facing_quad_light",
+    "light_corners",
+    "light_faces",
+    "quad_before_ball",
+    "quad_light",
+    "tiny_ball",
+]
 
 
 def _occluder(rng, point, way, between, half):
@@ -72,7 +81,7 @@ def tiny_ball(rng):
         return _red(
             camera, SphereLight(vector(place), radius, (1.0,) * 3), Sphere(vector(center), size)
         )
-    return _red(camera, _quad_light(rng, point, place, radius), Sphere(vector(center), size))
+    return _red(camera, facing_quad_light(rng, point, place, radius), Sphere(vector(center), size))
 
 
 def contact(rng):
@@ -91,7 +100,7 @@ def contact(rng):
     )
 
 
-def _quad_light(rng, point, place, radius):
+def facing_quad_light(rng, point, place, radius):
     """A quad light that faces the point more or less."""
     back = (point - place) / np.linalg.norm(point - place) + 0.3 * rng.normal(size=3)
     u = across(rng, back)
@@ -105,7 +114,7 @@ def _quad_light(rng, point, place, radius):
     )
 
 
-def _corners(light):
+def light_corners(light):
     c, u, v = (np.array(x) for x in (light.center, light.half_u, light.half_v))
     return [c + u + v, c - u + v, c - u - v, c + u - v]
 
@@ -115,8 +124,8 @@ def quad_light(rng):
     camera = some_camera(rng)
     point = chosen_point(rng, camera)
     place, _ = light_place(rng, point)
-    light = _quad_light(rng, point, place, float(rng.uniform(0.05, 0.5)))
-    corners = _corners(light)
+    light = facing_quad_light(rng, point, place, float(rng.uniform(0.05, 0.5)))
+    corners = light_corners(light)
     k = rng.integers(4)
     goal = corners[k]
     if rng.random() < 0.6:
@@ -149,9 +158,9 @@ def _in_part(over, light, point):
     if isinstance(light, SphereLight):
         lamp = cap_of(point, light.center, light.radius)
         return np.minimum(hides_some(over, lamp), leaves_some(over, lamp))
-    lamp = [real(c).reshape(3, 1) - point for c in _corners(light)]
+    lamp = [real(c).reshape(3, 1) - point for c in light_corners(light)]
     margin = np.minimum(meets(over, lamp), leaves_some(over, lamp))
-    return np.where(_faces(light, point), margin, -1)
+    return np.where(light_faces(light, point), margin, -1)
 
 
 def _before(ball, light, point):
@@ -168,7 +177,7 @@ def _before(ball, light, point):
     return ((v - to) * normal).sum(axis=0) > 0
 
 
-def _faces(light, point):
+def light_faces(light, point):
     normal = real(np.cross(light.half_u, light.half_v)).reshape(3, 1)
     return ((point - real(light.center).reshape(3, 1)) * normal).sum(axis=0) > 0
 
@@ -178,9 +187,9 @@ def _cut(light, point, normal):
     if isinstance(light, SphereLight):
         lamp = cap_of(point, light.center, light.radius)
         return lamp.half - np.abs(angle(lamp.axis, normal) - PI / 2)
-    corners = [real(c).reshape(3, 1) - point for c in _corners(light)]
+    corners = [real(c).reshape(3, 1) - point for c in light_corners(light)]
     rise = [PI / 2 - angle(c, normal) for c in corners]
-    return np.where(_faces(light, point), np.minimum(np.max(rise, 0), -np.min(rise, 0)), -1)
+    return np.where(light_faces(light, point), np.minimum(np.max(rise, 0), -np.min(rise, 0)), -1)
 
 
 def quad_before_ball(rng):

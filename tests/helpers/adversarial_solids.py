@@ -38,7 +38,7 @@ from adversarial_case import (
     some_camera,
     vector,
 )
-from adversarial_lights import _corners, _faces, _quad_light
+from adversarial_lights import facing_quad_light, light_corners, light_faces
 from oracle.exact_mask import cap_of, directions, floor_points, pixel_corners, real
 from oracle.exact_solids import (
     Solid,
@@ -141,7 +141,7 @@ def _normal_of_outline(rng, light, point):
         side = across(rng, axis)
         way = np.cos(half) * axis + np.sin(half) * side
         return way, np.sin(half) * axis - np.cos(half) * side
-    corners = [c - point for c in _corners(light)]
+    corners = [c - point for c in light_corners(light)]
     k = rng.integers(4)
     a, b = corners[k], corners[(k + 1) % 4]
     if rng.random() < 0.5:
@@ -157,8 +157,8 @@ def _lamp(rng, point):
     radius = float(rng.uniform(0.05, 0.5))
     if rng.random() < 0.5:
         return SphereLight(vector(place), radius, (1.0,) * 3), place[2] - radius
-    light = _quad_light(rng, point, place, radius)
-    return light, min(c[2] for c in _corners(light))
+    light = facing_quad_light(rng, point, place, radius)
+    return light, min(c[2] for c in light_corners(light))
 
 
 def _red(camera, record, light):
@@ -170,8 +170,8 @@ def _red(camera, record, light):
         margin = meets_cap(solid, cap)
         rest = covers_not_all(solid, cap)
     else:
-        lamp = [real(c).reshape(3, 1) - point for c in _corners(light)]
-        margin = np.where(_faces(light, point), meets_corners(solid, lamp), -1)
+        lamp = [real(c).reshape(3, 1) - point for c in light_corners(light)]
+        margin = np.where(light_faces(light, point), meets_corners(solid, lamp), -1)
         rest = covers_not_all(solid, lamp)
     margin = np.where(margin > 0, np.minimum(margin, rest), margin)
     margin = np.where(meets_ray(Solid(record, eye + 0 * way), way) < -1e-6, margin, np.nan)
@@ -228,7 +228,7 @@ def resting(rng, kind):
     record = _moved(record, point + way / np.linalg.norm(way) * size * 10.0 ** rng.uniform(-1, 0.7))
     record = _moved(record, UP * (abs(off(rng)) * size - float(lowest(record, UP))))
     # below the light
-    top = min(c[2] for c in _corners(light)) if not isinstance(light, SphereLight) else (
+    top = min(c[2] for c in light_corners(light)) if not isinstance(light, SphereLight) else (
         light.center[2] - light.radius)  # fmt: skip
     high = -float(lowest(record, -UP))
     if high > top - ABOVE:

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from adaptive_drt.scene.description import Ellipsoid, SphereLight
-from adversarial_lights import _corners
+from adversarial_lights import light_corners
 from adversarial_solids import KINDS, adversarial_solid
 from oracle.exact_mask import directions as pixel_directions
 from oracle.exact_mask import floor_points
@@ -32,7 +32,7 @@ def light_points(rng, light, point):
     """Points over a light as it is seen from a point (3, 1)."""
     if not isinstance(light, SphereLight):
         one, two = rng.random((2, RAYS))
-        a, b, _, d = (np.array(c)[:, None] for c in _corners(light))
+        a, b, _, d = (np.array(c)[:, None] for c in light_corners(light))
         return a + one * (b - a) + two * (d - a)
     to = np.array(light.center)[:, None] - point
     far = np.linalg.norm(to)

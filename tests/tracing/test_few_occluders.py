@@ -72,7 +72,7 @@ def test_spheres_above_horizons_are_counted():
     center, radius = plan.shapes.bounding_spheres
     height = points.normal.T @ center[:, :900] + radius[:900]
     wanted = (height > (points.normal * points.point).sum(axis=0)[:, None]).sum(axis=1)
-    assert few.count == 900
+    assert few.items.size == 900
     one = np.ones(plan.object_count)
     np.testing.assert_allclose(few.count_above_horizons(points, one), wanted, atol=90.0)
     np.testing.assert_allclose(
